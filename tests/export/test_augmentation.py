@@ -1,10 +1,15 @@
 """A training pipeline as one bundle: bytes and seeds in, an augmented batch out, everywhere the same."""
 
+import io
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import torch
+from PIL import Image
 from torch import Tensor, nn
+from torch.utils.data import DataLoader, Dataset
 
 from chiasm import runtime
 from chiasm.augmentation import (
@@ -13,6 +18,7 @@ from chiasm.augmentation import (
     RandomHorizontalFlip,
     RandomResizedCrop,
 )
+from chiasm.data import DataError, Map
 from chiasm.enhance import normalize
 from chiasm.export import Spec, TensorSpec, Tolerance, export
 
@@ -60,3 +66,60 @@ def test_every_backend_gives_eager_s_images(pipeline: nn.Module, bundle: Path, b
     off = (found - expected).abs()
     assert off.max() <= 2.5 * level
     assert (off > 1e-4).float().mean() < 0.001
+
+
+class Photos(Dataset):
+    """Image files of several sizes, each with its label and its seed in an epoch."""
+
+    def __init__(self, epoch: int) -> None:
+        self.first = 10 * epoch
+
+    def __len__(self) -> int:
+        return 10
+
+    def __getitem__(self, index: int) -> dict[str, Any]:
+        small = np.random.default_rng(index).integers(0, 256, (4, 5, 3), np.uint8)
+        file = io.BytesIO()
+        Image.fromarray(small).resize((40 + index, 30 + 2 * index)).save(file, "PNG")
+        return {"image": file.getvalue(), "label": index % 3, "seed": self.first + index, "name": f"{index}"}
+
+
+@pytest.mark.parametrize("start", ["fork", "spawn"])
+def test_a_loader_s_workers_run_the_pipeline(pipeline: nn.Module, bundle: Path, start: str) -> None:
+    augment = Map(bundle, columns={"input": "image"}, outputs={"output": "image_batch"})
+    assert augment.num_threads == 1
+    method = runtime.open(str(bundle)).method("forward", num_threads=1)
+    for epoch in (0, 3):
+        data = Photos(epoch)
+        loader = DataLoader(
+            data, batch_size=4, num_workers=2, collate_fn=augment.collate, multiprocessing_context=start
+        )
+        batches = list(loader)
+        assert [len(batch["label"]) for batch in batches] == [4, 4, 2]
+        assert set(batches[0]) == {"label", "name", "image_batch"}
+        assert batches[0]["name"] == ["0", "1", "2", "3"]
+        assert torch.equal(torch.cat([batch["label"] for batch in batches]), torch.arange(10) % 3)
+        images = torch.cat([batch["image_batch"] for batch in batches])
+        assert images.dtype == torch.float32 and images.shape == (10, 3, 24, 20)
+        for i in range(10):
+            decoded = np.asarray(Image.open(io.BytesIO(data[i]["image"]))).transpose(2, 0, 1)[None]
+            seed = np.array([10 * epoch + i])
+            np.testing.assert_array_equal(images[i], method(np.ascontiguousarray(decoded), seed)[0])
+            eager = pipeline.forward(torch.from_numpy(decoded.copy()), torch.from_numpy(seed))[0]
+            assert ((images[i] - eager).abs() > 1e-4).float().mean() < 0.01
+
+
+def test_what_a_loader_gives(bundle: Path) -> None:
+    augment = Map(bundle)
+    generator = torch.Generator().manual_seed(7)
+    images = torch.randint(0, 256, (3, 3, 31, 45), generator=generator, dtype=torch.uint8)
+    samples = [{"input": image, "seed": seed} for seed, image in enumerate(images)]
+    expected = runtime.open(str(bundle)).method("forward")(images.numpy(), np.arange(3))
+    np.testing.assert_allclose(augment.collate(samples)["output"], expected, atol=1e-6)
+    with pytest.raises(DataError, match=r"sample 1: expected the columns .*'seed'\], got \['input'\]"):
+        augment.collate([samples[0], {"input": images[1]}])
+    with pytest.raises(DataError, match="sample 0: expected a dict of columns, got tuple"):
+        augment.collate([(images[0], 1)])
+    kept = Map(bundle, errors="column").collate([samples[0], {"input": b"no image", "seed": 1}])
+    assert kept["error"][0] is None and "not an image" in kept["error"][1]
+    assert not kept["output"][1].any()

@@ -123,6 +123,109 @@ def test_images_alone() -> None:
         augmentation.VideoSequential(augmentation.RandomVerticalFlip())(images)
 
 
+def pieces(x: np.ndarray, down: int, across: int) -> list[list[np.ndarray]]:
+    return [np.split(row, across, 3) for row in np.split(x, down, 2)]
+
+
+def joined(rows: list[list[np.ndarray]]) -> np.ndarray:
+    return np.concatenate([np.concatenate(row, 3) for row in rows], 2)
+
+
+def test_each_patch_by_its_own_step() -> None:
+    images = torch.rand(3, 2, 8, 15, generator=torch.Generator().manual_seed(1))
+    flip, turn, invert = (
+        augmentation.RandomHorizontalFlip(p=1.0),
+        augmentation.RandomVerticalFlip(p=1.0),
+        CLASSES["RandomInvert"](p=1.0),
+    )
+    steps = [flip, turn, invert, augmentation.ImageSequential(flip, turn, invert), torch.nn.Identity(), flip]
+    augment = augmentation.PatchSequential(*steps, grid_size=(2, 3))
+    by_hand = [
+        [lambda x: x[..., ::-1], lambda x: x[:, :, ::-1], lambda x: 1 - x],
+        [lambda x: 1 - x[:, :, ::-1, ::-1], lambda x: x, lambda x: x[..., ::-1]],
+    ]
+    parts = pieces(images.numpy(), 2, 3)
+    expected = joined([[f(x) for f, x in zip(*row, strict=True)] for row in zip(by_hand, parts, strict=True)])
+    np.testing.assert_array_equal(augment(images).numpy(), expected)
+    assert torch.equal(torch.jit.script(augment)(images, SEEDS[:3]), augment(images, SEEDS[:3]))
+
+
+@pytest.mark.parametrize(
+    ("random_apply", "numbers"), [(False, (3, 3)), (True, (1, 3)), (1, (1, 1)), ((0, 2), (0, 2))]
+)
+def test_patches_draw_for_themselves(random_apply: Any, numbers: tuple[int, int]) -> None:
+    """Every patch of a picture of constant patches shows what happened to it."""
+    value = torch.tensor([0.25, 0.5])
+    images = value.repeat(6)[None, None, None].expand(30, 1, 8, 12)
+    steps = [CLASSES["RandomInvert"](0.75), augmentation.RandomHorizontalFlip(), torch.nn.Hardtanh(0.0, 0.4)]
+    augment = augmentation.PatchSequential(
+        *steps, grid_size=(4, 6), patchwise_apply=random_apply is True, random_apply=random_apply
+    )
+    out = augment(images, SEEDS[:30])
+    assert torch.equal(augment(images, params=augment._params), out)
+    assert torch.equal(torch.jit.script(augment)(images, SEEDS[:30]), out)
+    assert torch.equal(augment(images[7:8], SEEDS[7:8]), out[7:8])
+    shown = {tuple(p.flatten().tolist()) for row in pieces(out.numpy(), 4, 6) for q in row for p in q}
+    possible = set()
+    for chosen in itertools.product([False, True], repeat=3):
+        if numbers[0] <= sum(chosen) <= numbers[1]:
+            for inverts, flips in itertools.product([False, True], repeat=2):
+                x = 0.75 - value if chosen[0] and inverts else value
+                x = x.flip(0) if chosen[1] and flips else x
+                possible.add(tuple((x.clamp(0, 0.4) if chosen[2] else x).repeat(2).tolist()))
+    assert shown == possible
+    assert len({tuple(o.flatten().tolist()) for o in out}) == 30
+    same = augmentation.PatchSequential(
+        *steps, grid_size=(4, 6), patchwise_apply=False, same_on_batch=True, random_apply=2
+    )(images)
+    assert torch.equal(same, same[:1].expand_as(same))
+    assert len({tuple(p.flatten().tolist()) for row in pieces(same[:1].numpy(), 4, 6) for p in row}) > 1
+
+
+def test_grids_that_do_not_divide() -> None:
+    images = torch.rand(2, 3, 9, 14, generator=torch.Generator().manual_seed(1))
+    flip = augmentation.RandomHorizontalFlip(p=1.0)
+    settings: Any = {"grid_size": (2, 4), "patchwise_apply": False}
+    padded = np.pad(images.numpy(), ((0, 0), (0, 0), (0, 1), (1, 1)))
+    flipped = joined([[x[..., ::-1] for x in row] for row in pieces(padded, 2, 4)])
+    same = augmentation.PatchSequential(flip, **settings)
+    np.testing.assert_array_equal(same(images).numpy(), flipped[:, :, :9, 1:15])
+    flipped = joined([[x[..., ::-1] for x in row] for row in pieces(images[:, :, :8, 1:13].numpy(), 2, 4)])
+    valid = augmentation.PatchSequential(flip, padding="valid", keepdim=True, **settings)
+    np.testing.assert_array_equal(valid(images).numpy(), flipped)
+    assert torch.equal(valid(images[0]), valid(images)[0])
+    with pytest.raises(ValueError, match="input: expected at least"):
+        valid(images[:, :, :1])
+    for wrong, message in (
+        ({}, "args: expected 16, one for each patch"),
+        ({"random_apply": 2}, "random_apply: expected True or False"),
+        ({"padding": "reflect"}, "padding: expected one of"),
+        ({"grid_size": (0, 2)}, "grid_size: expected positive numbers"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            augmentation.PatchSequential(flip, **wrong)
+
+
+def test_sequences_in_sequences() -> None:
+    images = torch.rand(20, 1, 5, 6, generator=torch.Generator().manual_seed(1))
+    flips = augmentation.ImageSequential(
+        augmentation.RandomHorizontalFlip(p=1.0), augmentation.RandomVerticalFlip(p=1.0)
+    )
+    points = torch.tensor([[[2.0, 1.0]]]).expand(20, 1, 2)
+    both = augmentation.AugmentationSequential(flips, torch.nn.Hardtanh(0.0, 0.8))
+    out, moved = both(images, points, data_keys=["input", "keypoints"])
+    assert torch.equal(out, images.flip(2, 3).clamp(0, 0.8))
+    assert torch.equal(moved[:, 0], torch.tensor([3.0, 3.0]).expand(20, 2))
+    chosen = augmentation.ImageSequential(flips, CLASSES["RandomInvert"](p=1.0), random_apply=1)
+    out = chosen(images, seed=SEEDS[:20])
+    assert torch.equal(torch.jit.script(chosen)(images, SEEDS[:20]), out)
+    whole, inverted = images.flip(2, 3), 1 - images
+    kinds = [torch.equal(o, w) + 2 * torch.equal(o, i) for o, w, i in zip(out, whole, inverted, strict=True)]
+    assert set(kinds) == {1, 2}
+    with pytest.raises(ValueError, match="data_keys: expected 'input' alone"):
+        chosen(images, points, data_keys=["input", "keypoints"])
+
+
 def test_what_is_refused() -> None:
     with pytest.raises(ValueError, match="random_apply: expected 0 to 4 steps, got 5"):
         sequence(random_apply=5)
@@ -130,5 +233,6 @@ def test_what_is_refused() -> None:
         sequence(random_apply=True)
     with pytest.raises(ValueError, match="random_apply_weights: expected 4 positive numbers"):
         sequence(random_apply=2, random_apply_weights=[1.0, 2.0])
-    with pytest.raises(ValueError, match="steps that change the size"):
-        augmentation.AugmentationSequential(augmentation.CenterCrop(4), random_apply=1)
+    for step in (augmentation.CenterCrop(4), augmentation.CenterCrop3D(4), augmentation.RandomMosaic((4, 4))):
+        with pytest.raises(ValueError, match="steps that change the size"):
+            augmentation.AugmentationSequential(step, random_apply=1)

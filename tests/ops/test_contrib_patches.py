@@ -116,6 +116,16 @@ def test_fitted_windows_go_there_and_back(
         np.testing.assert_allclose(back, x, rtol=1e-14)
 
 
+@pytest.mark.parametrize("window", [2, (2, 3)])
+def test_windows_side_by_side_need_no_stride(window: int | tuple[int, int]) -> None:
+    x = torch.rand(2, 3, 8, 12, generator=torch.Generator().manual_seed(0))
+    patches = extract_tensor_patches(x, window, window)
+    combine = CombineTensorPatches((8, 12), window)
+    assert torch.equal(combine(patches), x)
+    assert torch.equal(torch.jit.script(combine)(patches), x)
+    assert torch.equal(combine_tensor_patches(patches, (8, 12), window), x)
+
+
 def test_what_no_window_has_is_zero() -> None:
     patches = extract_tensor_patches(X + 1.0, (2, 2), 3)
     together = combine_tensor_patches(patches, (8, 9), (2, 2), 3)

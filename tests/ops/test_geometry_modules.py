@@ -57,6 +57,29 @@ def test_a_chain_of_kornias_names_scripts() -> None:
     torch.testing.assert_close(torch.jit.script(chain)(X), expected, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("size", [(16, 18), (25, 30), (8, 31), 5])
+def test_middles_at_whole_pixels_are_slices(size: int | tuple[int, int]) -> None:
+    height, width = (size, size) if isinstance(size, int) else size
+    top, left = (25 - height) // 2, (31 - width) // 2
+    expected = X[:, :, top : top + height, left : left + width]
+    for mode in ("slice", "resample"):
+        crop = transform.CenterCrop2D(size, cropping_mode=mode)
+        torch.testing.assert_close(crop(X), expected, rtol=0, atol=1e-12)
+        torch.testing.assert_close(torch.jit.script(crop)(X), expected, rtol=0, atol=1e-12)
+
+
+def test_middles_of_smaller_images() -> None:
+    resized = nn.functional.interpolate(X, (40, 44), mode="bilinear")
+    torch.testing.assert_close(transform.CenterCrop2D((40, 44))(X), resized, rtol=0, atol=1e-12)
+    padded = nn.functional.pad(X, (6, 7, 7, 8))
+    warped = transform.CenterCrop2D((40, 44), cropping_mode="resample")(X)
+    torch.testing.assert_close(warped, padded, rtol=0, atol=1e-12)
+    with pytest.raises(ValueError, match="cropping_mode: expected one of"):
+        transform.CenterCrop2D(4, cropping_mode="warp")
+    with pytest.raises(ValueError, match="resample: expected one of"):
+        transform.CenterCrop2D(4, resample="lanczos")
+
+
 HELD = [("rotate", "angle"), ("scale", "scale_factor"), ("shear", "shear"), ("translate", "translation")]
 
 

@@ -23,6 +23,8 @@ def test_bytes_in_and_out(channels: int) -> None:
     assert x.is_contiguous()
     assert torch.equal(image.tensor_to_image(x), channels_last)
     assert torch.equal(image.image_to_tensor(channels_last[0]), x[:1])
+    assert torch.equal(image.image_to_tensor(channels_last[0], keepdim=True), x[0])
+    assert torch.equal(image.image_to_tensor(channels_last, keepdim=True), x)
     assert torch.equal(image.tensor_to_image(x[0]), channels_last[0])
 
 

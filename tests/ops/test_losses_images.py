@@ -182,6 +182,14 @@ def test_robust_losses_equal_their_formulas(
     np.testing.assert_allclose(loss(x.float(), y.float()), expected, rtol=1e-5, atol=1e-6)
 
 
+def test_no_reduction_has_two_names() -> None:
+    x, y = torch.rand(2, 3, 4), torch.rand(2, 3, 4)
+    for name in ("Charbonnier", "Cauchy", "GemanMcclure", "Welsch"):
+        made = getattr(losses, f"{name}Loss")(reduction=None)
+        for module in (made, torch.jit.script(made)):
+            assert torch.equal(module(x, y), getattr(losses, f"{name}Loss")(reduction="none")(x, y))
+
+
 @pytest.mark.parametrize("loss", [f for f, _ in ROBUST], ids=lambda f: f.__name__)
 def test_robust_losses_keep_small_differences(loss: Callable) -> None:
     small = torch.tensor([1e-4, 1e-3, 1e-2])

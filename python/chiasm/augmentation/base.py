@@ -103,6 +103,17 @@ class AugmentationBase(nn.Module):
             generator: where seeds are drawn from that are not given; PyTorch's own by default.
         """
         batch = input[None] if input.dim() == self.rank - 1 else input
+        out = self.change(batch, params, seed, generator)
+        return out[0] if self.keepdim and input.dim() < batch.dim() else out
+
+    def change(
+        self,
+        batch: Tensor,
+        params: Optional[Dict[str, Tensor]] = None,
+        seed: Optional[Tensor] = None,
+        generator: Optional[torch.Generator] = None,
+    ) -> Tensor:
+        """What a call does, of a batch."""
         if seed is None:
             seed = draw_seeds(batch.size(0), generator).to(batch.device)
         if params is None:
@@ -112,8 +123,7 @@ class AugmentationBase(nn.Module):
         elif "batch_prob" not in params:
             params = {**params, "batch_prob": torch.ones_like(seed, dtype=torch.bool)}
         self._params, self._shape = params, list(batch.shape)
-        out = super().__call__(batch, seed, params)
-        return out[0] if self.keepdim and input.dim() < batch.dim() else out
+        return super().__call__(batch, seed, params)
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         """Where pixels go, homographies (B, 3, 3) in float64; the identity of samples that stay."""
@@ -124,7 +134,10 @@ class AugmentationBase(nn.Module):
         """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
         if not self._shape:
             raise AttributeError("transform_matrix: expected a call before")
-        return self.compute_transformation(self._params, self._shape)
+        try:
+            return self.compute_transformation(self._params, self._shape)
+        except ValueError as error:  # TorchScript asks for every property
+            raise AttributeError(f"transform_matrix: {error}") from error
 
     def extra_repr(self) -> str:
         hidden = ("training", "_shape")

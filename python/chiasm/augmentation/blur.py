@@ -11,7 +11,7 @@ from ..filters.correlation import filter2d
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.median import median_blur
 from ..filters.motion import get_motion_kernel2d
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_pixels
 from .decisions import applied, between, check_bounds, check_chance, drawn, each, whole_between
 
 
@@ -25,7 +25,7 @@ def random_box_blur(
     """The mean of each pixel's window: ``box_blur``.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64, one a sample.
         kernel_size: (rows, columns).
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
@@ -35,7 +35,7 @@ def random_box_blur(
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -43,7 +43,7 @@ def random_box_blur(
         >>> random_box_blur(x, torch.tensor([7]), (1, 3), "replicate", 1.0).flatten()
         tensor([0.3333, 1.0000, 2.0000, 3.0000, 3.6667])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
     return applied(box_blur(input, kernel_size, border_type), input, drawn(seed, 1, input)[:, 0], p)
 
@@ -60,7 +60,7 @@ def random_gaussian_blur(
     """Convolve with a Gaussian, as wide down as across: ``gaussian_blur2d`` by a width uniform in ``sigma``.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64, one a sample.
         kernel_size: (rows, columns), odd.
         sigma: (least, greatest) standard deviation in pixels, positive.
@@ -72,14 +72,14 @@ def random_gaussian_blur(
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
         >>> random_gaussian_blur(torch.ones(1, 1, 5, 5), torch.tensor([7]), (3, 3), (0.1, 2.0)).shape
         torch.Size([1, 1, 5, 5])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(sigma, 0.0, math.inf, "sigma")
     check_chance(p)
     u = drawn(seed, 2, input)
@@ -101,7 +101,7 @@ def random_median_blur(
     """The median of each pixel's window: ``median_blur``.
 
     Args:
-        input: (B, C, H, W), floating point, without NaN.
+        input: (B, C, H, W), floating point, without NaN, or uint8.
         seed: (B,), int64, one a sample.
         kernel_size: (rows, columns), odd.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
@@ -111,7 +111,7 @@ def random_median_blur(
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -120,7 +120,7 @@ def random_median_blur(
         >>> random_median_blur(x, torch.tensor([7]), p=1.0).max()
         tensor(0.)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
     return applied(median_blur(input, kernel_size, border_type), input, drawn(seed, 1, input)[:, 0], p)
 
@@ -139,7 +139,7 @@ def random_motion_blur(
     each sample.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64, one a sample.
         kernel_size: (least, greatest) length of the line, odd, at least 3; the odd ones between, both among
             them, are equally likely. All are computed as the greatest, with zeros around.
@@ -153,7 +153,7 @@ def random_motion_blur(
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -161,7 +161,7 @@ def random_motion_blur(
         >>> random_motion_blur(x, seed, (5, 5), (135.0, 135.0), (0.0, 0.0), p=1.0)[0, 0, 2, 2]
         tensor(1.)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     least, greatest = kernel_size
     if least < 3 or least % 2 == 0 or greatest % 2 == 0 or least > greatest:
         raise ValueError(

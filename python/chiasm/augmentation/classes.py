@@ -6,16 +6,15 @@ module classes are (``primitives/core/modules.py``).
 
 import inspect
 import math
-from typing import Any, Callable, Dict, List, Optional, Tuple, Type
+from typing import Any, Callable, Dict, List, Tuple, Type
 
 from torch import Tensor, nn
 
 from ..primitives.core.modules import hold
 from ..primitives.core.source import made_from
 from ..primitives.random.draws import uniform
-from . import blur, colour, distort, jitter, levels, light, mix, noise, policies, weather
-from .base import IntensityAugmentationBase2D, draw_seeds, select
-from .decisions import check_chance
+from . import blur, colour, distort, jitter, levels, light, noise, policies, weather
+from .base import IntensityAugmentationBase2D, select
 from .settings import Reader, about, bits, fixed, list_of_whole, number, plain, vector, whole, word
 
 Setting = Tuple[str, Any, Reader]
@@ -24,17 +23,14 @@ _NEEDED = inspect.Parameter.empty
 _INFINITE = math.inf
 
 
-def _class(
-    name: str, function: Callable[..., Any], settings: List[Setting], tail: str, extra: str = ""
-) -> Type[nn.Module]:
+def _class(name: str, function: Callable[..., Any], settings: List[Setting], tail: str) -> Type[nn.Module]:
     """``tail`` orders what is common to all: ``p`` with its default, ``same_on_batch``, ``keepdim``, and any
-    of the settings that come after them; ``extra`` is a tensor that the function takes after the input."""
+    of the settings that come after them."""
     scope: Dict[str, Any] = {
-        "Base": MixAugmentationBase if extra else IntensityAugmentationBase2D,
+        "Base": IntensityAugmentationBase2D,
         "Tensor": Tensor,
         "List": List,
         "Dict": Dict,
-        "Result": inspect.signature(function).return_annotation,
         "function": function,
         "select": select,
         "store": _store,
@@ -68,44 +64,21 @@ def _class(
         passed.append("p=self.chance")
     lines = [f"class {name}(Base):", f"    def __init__({', '.join(['self', *header])}):"]
     lines += [f"        {line}" for line in body]
-    if extra:
-        lines += [
-            f"    def forward(self, input: Tensor, {extra}: Tensor, seed: Tensor) -> Result:",
-            f"        return function(input, {extra}, seed, {', '.join([*passed, 'p=self.p'])})",
-        ]
-    else:
-        if "p" in common and whole_chance:
-            passed.append("p=1.0")  # the choice is made once, by what the base has drawn
-        lines += [
-            "    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:",
-            '        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p, "draws": seed}',
-            "    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:",
-            '        draws = params["draws"]',
-            f"        changed = function({', '.join(['input', 'draws', *passed])})",
-            "        return select(params, changed, input)",
-        ]
+    if "p" in common and whole_chance:
+        passed.append("p=1.0")  # the choice is made once, by what the base has drawn
+    lines += [
+        "    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:",
+        '        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p, "draws": seed}',
+        "    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:",
+        '        draws = params["draws"]',
+        f"        changed = function({', '.join(['input', 'draws', *passed])})",
+        "        return select(params, changed, input)",
+    ]
     made = made_from("\n".join(lines) + "\n", f"<chiasm augmentation {name}>", name, scope)
     text = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
     made.__doc__ = f"`{function.__name__}` as a module, which draws the seeds if none are given.\n\n{text}"
     made.__module__ = __name__.rpartition(".")[0]
     return made
-
-
-class MixAugmentationBase(nn.Module):
-    """Random mixes of a batch's images, with their labels: ``forward(input, label, seed)``, of which a call
-    draws the seeds if none are given."""
-
-    def __init__(self, p: float = 1.0, same_on_batch: bool = False, keepdim: bool = False) -> None:
-        super().__init__()
-        check_chance(p)
-        if same_on_batch:
-            raise ValueError("same_on_batch: expected False, for partners are drawn by seeds that differ")
-        self.p, self.same_on_batch, self.keepdim = float(p), same_on_batch, keepdim
-
-    def __call__(self, input: Tensor, label: Tensor, seed: Optional[Tensor] = None) -> Any:
-        if seed is None:
-            seed = draw_seeds(input.size(0)).to(input.device)
-        return super().__call__(input, label, seed)
 
 
 def _store(module: nn.Module, name: str, value: Any) -> None:
@@ -317,25 +290,6 @@ _MADE = [
         levels.random_solarize,
         [("thresholds", 0.1, about(0.5, 0, 1)), ("additions", 0.1, about(0, -0.5, 0.5))],
         _HALF,
-    ),
-    _class(
-        "RandomJigsaw",
-        mix.random_jigsaw,
-        [("grid", (4, 4), whole), ("ensure_perm", True, plain)],
-        "p=0.5 same_on_batch keepdim ensure_perm",
-    ),
-    _class("RandomMixUpV2", mix.random_mix_up, [("lambda_val", (0.0, 1.0), fixed)], _SAME, "label"),
-    _class(
-        "RandomCutMixV2",
-        mix.random_cut_mix,
-        [
-            ("num_mix", 1, plain),
-            ("cut_size", (0.0, 1.0), fixed),
-            ("beta", 1.0, number),
-            ("use_correct_lambda", False, plain),
-        ],
-        f"{_SAME} use_correct_lambda",
-        "label",
     ),
     _class("AutoAugment", policies.auto_augment, [("policy", "imagenet", plain)], ""),
     _class("RandAugment", policies.rand_augment, [("n", _NEEDED, plain), ("m", _NEEDED, plain)], ""),

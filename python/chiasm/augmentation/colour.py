@@ -9,8 +9,8 @@ from ..color.gray import rgb_to_grayscale
 from ..enhance.adjust import adjust_brightness, adjust_contrast, adjust_gamma
 from ..enhance.arithmetic import shift_rgb
 from ..enhance.hue import adjust_hue, adjust_saturation
-from ..primitives.core.checks import check_image, check_rgb
-from .decisions import applied, between, check_bounds, check_chance, drawn
+from ..primitives.core.checks import check_pixels, check_rgb
+from .decisions import applied, as_given, between, check_bounds, check_chance, drawn, numbers_of, white_of
 
 
 def random_brightness(
@@ -20,32 +20,33 @@ def random_brightness(
     clip_output: bool = True,
     p: float = 1.0,
 ) -> Tensor:
-    """Add a number to every value: ``adjust_brightness`` by ``b - 1``, b uniform in ``brightness``.
+    """Add a number to every value: ``adjust_brightness`` by ``b - 1``, b uniform in ``brightness``; of bytes
+    by as many parts of 255.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1].
+        input: (B, C, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         brightness: (least, greatest), within [0, 2]; 1 changes nothing.
-        clip_output: limit the result to [0, 1].
+        clip_output: limit the result to [0, 1]; bytes saturate in any case.
         p: probability that a sample is changed.
 
     Returns:
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
         >>> random_brightness(torch.tensor([[[[0.25, 0.75]]]]), torch.tensor([7]), (1.5, 1.5))
         tensor([[[[0.7500, 1.0000]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(brightness, 0.0, 2.0, "brightness")
     check_chance(p)
     u = drawn(seed, 2, input)
-    factor = between(u[:, 1], brightness, input)
-    return applied(adjust_brightness(input, factor - 1.0, clip_output), input, u[:, 0], p)
+    addition = (between(u[:, 1], brightness, input) - 1.0) * white_of(input)
+    return applied(adjust_brightness(input, addition, clip_output), input, u[:, 0], p)
 
 
 def random_contrast(
@@ -58,24 +59,24 @@ def random_contrast(
     """Multiply every value by a number: ``adjust_contrast`` by a factor uniform in ``contrast``.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1].
+        input: (B, C, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         contrast: (least, greatest), not negative; 1 changes nothing.
-        clip_output: limit the result to [0, 1].
+        clip_output: limit the result to [0, 1]; bytes saturate in any case.
         p: probability that a sample is changed.
 
     Returns:
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
         >>> random_contrast(torch.tensor([[[[0.25, 0.75]]]]), torch.tensor([7]), (2.0, 2.0))
         tensor([[[[0.5000, 1.0000]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(contrast, 0.0, math.inf, "contrast")
     check_chance(p)
     u = drawn(seed, 2, input)
@@ -89,7 +90,7 @@ def random_saturation(
     """Multiply the saturation, in HSV: ``adjust_saturation`` by a factor uniform in ``saturation``.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1].
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         saturation: (least, greatest), not negative; 0 gives grey, 1 changes nothing.
         p: probability that a sample is changed.
@@ -98,7 +99,7 @@ def random_saturation(
         (B, 3, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -107,18 +108,19 @@ def random_saturation(
         tensor([0.8000, 0.6000, 0.6000])
     """
     check_rgb(input, "input")
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(saturation, 0.0, math.inf, "saturation")
     check_chance(p)
     u = drawn(seed, 2, input)
-    return applied(adjust_saturation(input, between(u[:, 1], saturation, input)), input, u[:, 0], p)
+    richer = adjust_saturation(numbers_of(input), between(u[:, 1], saturation, input))
+    return applied(as_given(richer, input), input, u[:, 0], p)
 
 
 def random_hue(input: Tensor, seed: Tensor, hue: Tuple[float, float] = (0.0, 0.0), p: float = 1.0) -> Tensor:
     """Turn the hue: ``adjust_hue`` by an angle uniform in ``hue``.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1].
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         hue: (least, greatest), in turns, within [-0.5, 0.5]; 0 changes nothing.
         p: probability that a sample is changed.
@@ -127,7 +129,7 @@ def random_hue(input: Tensor, seed: Tensor, hue: Tuple[float, float] = (0.0, 0.0
         (B, 3, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -136,11 +138,12 @@ def random_hue(input: Tensor, seed: Tensor, hue: Tuple[float, float] = (0.0, 0.0
         tensor([0., 1., 1.])
     """
     check_rgb(input, "input")
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(hue, -0.5, 0.5, "hue")
     check_chance(p)
     u = drawn(seed, 2, input)
-    return applied(adjust_hue(input, between(u[:, 1], hue, input) * (2.0 * math.pi)), input, u[:, 0], p)
+    turned = adjust_hue(numbers_of(input), between(u[:, 1], hue, input) * (2.0 * math.pi))
+    return applied(as_given(turned, input), input, u[:, 0], p)
 
 
 def random_gamma(
@@ -153,24 +156,24 @@ def random_gamma(
     """A power law: ``adjust_gamma`` with an exponent uniform in ``gamma`` and a factor uniform in ``gain``.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1].
+        input: (B, C, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         gamma: (least, greatest), not negative; 1 changes nothing.
         gain: (least, greatest), not negative.
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype; a changed sample is limited to [0, 1].
+        (B, C, H, W), of the input's dtype; a changed sample is limited to its range.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
         >>> random_gamma(torch.tensor([[[[0.25, 1.0]]]]), torch.tensor([7]), (0.5, 0.5))
         tensor([[[[0.5000, 1.0000]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(gamma, 0.0, math.inf, "gamma")
     check_bounds(gain, 0.0, math.inf, "gain")
     check_chance(p)
@@ -185,16 +188,17 @@ def random_grayscale(
     """Grey, in all three channels: ``rgb_to_grayscale``.
 
     Args:
-        input: RGB (B, 3, H, W), floating point.
+        input: RGB (B, 3, H, W), floating point or uint8.
         seed: (B,), int64, one a sample.
-        rgb_weights: (3,), weights of red, green and blue, by default the luma's of ITU-R BT.601.
+        rgb_weights: (3,), weights of red, green and blue, by default the luma's of ITU-R BT.601; None for
+            bytes.
         p: probability that a sample is changed.
 
     Returns:
         (B, 3, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -203,7 +207,7 @@ def random_grayscale(
         tensor([0.2990, 0.2990, 0.2990])
     """
     check_rgb(input, "input")
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
     grey = rgb_to_grayscale(input, rgb_weights).expand(-1, 3, -1, -1)
     return applied(grey, input, drawn(seed, 1, input)[:, 0], p)
@@ -220,18 +224,18 @@ def random_rgb_shift(
     """Add a number of its own to each channel: ``shift_rgb``.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1].
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
-        r_shift_limit: (least, greatest) of what red is added, uniform.
+        r_shift_limit: (least, greatest) of what red is added, uniform: as parts of white, also of bytes.
         g_shift_limit: the same for green.
         b_shift_limit: the same for blue.
         p: probability that a sample is changed.
 
     Returns:
-        (B, 3, H, W), of the input's dtype; a changed sample is limited to [0, 1].
+        (B, 3, H, W), of the input's dtype; a changed sample is limited to its range.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -240,7 +244,7 @@ def random_rgb_shift(
         tensor([0.6000, 0.5000, 0.3000])
     """
     check_rgb(input, "input")
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(r_shift_limit, -math.inf, math.inf, "r_shift_limit")
     check_bounds(g_shift_limit, -math.inf, math.inf, "g_shift_limit")
     check_bounds(b_shift_limit, -math.inf, math.inf, "b_shift_limit")
@@ -251,4 +255,5 @@ def random_rgb_shift(
         between(u[:, 2], g_shift_limit, input),
         between(u[:, 3], b_shift_limit, input),
     )
-    return applied(shift_rgb(input, red, green, blue), input, u[:, 0], p)
+    shifted = shift_rgb(numbers_of(input), red, green, blue)
+    return applied(as_given(shifted, input), input, u[:, 0], p)

@@ -7,15 +7,18 @@ from torch import Tensor, nn
 
 from ..geometry.linalg import transform_points
 from ..primitives.random.draws import check_seed, integers, ranks, split, uniform
-from .base import AugmentationBase, draw_seeds, select
+from .base import AugmentationBase, draw_seeds, identity, select
 from .crop import RandomResizedCrop
 from .cut import Cut
+from .cut3d import Cut3D
+from .keys import keys_of_call, read_keys
+from .mixing import MixAugmentationBase, RandomMosaic
 from .resizing import Resize
 
 #: A number of steps, (least, greatest), (least,), or False for all.
 Some = Union[bool, int, Tuple[int, ...]]
 
-_KEYS = ("input", "image", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
+_KEYS = ("input", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
 
 
 class Fixed(AugmentationBase):
@@ -27,6 +30,48 @@ class Fixed(AugmentationBase):
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return self.module(input)
+
+
+class Nested(AugmentationBase):
+    """A sequence as a step of another, over images alone."""
+
+    def __init__(self, sequence: nn.Module) -> None:
+        super().__init__(1.0)
+        self.sequence = sequence
+
+    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        return {"batch_prob": torch.ones_like(seed, dtype=torch.bool), "draws": seed}
+
+    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.sequence.forward(input, params["draws"])
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        raise ValueError("data_keys: expected 'input' alone, for a step is a sequence that chooses its steps")
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self.transform_mask(input, params)
+
+    @torch.jit.unused
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self.transform_mask(params["draws"], params)
+
+
+def _steps(module: nn.Module, whole: bool) -> List[AugmentationBase]:
+    """A module as steps: with ``whole`` as one, whose steps are not to be chosen among."""
+    if isinstance(module, AugmentationSequential):
+        return [Nested(module)] if whole or module.some else module._typed()
+    return [_step(module)]
+
+
+def _step(module: nn.Module) -> AugmentationBase:
+    if isinstance(module, MixAugmentationBase):
+        raise ValueError(
+            f"args: expected augmentations of images alone; call {type(module).__name__}, which takes"
+            f" {list(module.known)}, after the sequence"
+        )
+    return module if isinstance(module, AugmentationBase) else Fixed(module)
 
 
 class Chosen(nn.Module):
@@ -58,7 +103,7 @@ class AugmentationSequential(nn.Module):
     what ``data_keys`` names, draws the seeds, and moves masks, boxes and key points with their images.
 
     Args:
-        args: augmentations, and modules that take an image alone (``enhance.Normalize``).
+        args: augmentations, sequences of them, and modules that take an image alone (``enhance.Normalize``).
         data_keys: what a call takes: "input" (or "image"), first, and of "mask" (B, C, H, W), "bbox" (B, N,
             4, 2) with the centres of corner pixels, "bbox_xyxy" and "bbox_xywh" (B, N, 4) with the edges of
             boxes, and "keypoints" (B, N, 2) any number.
@@ -90,14 +135,14 @@ class AugmentationSequential(nn.Module):
         random_apply_weights: Optional[Sequence[float]] = None,
     ) -> None:
         super().__init__()
-        steps = [a if isinstance(a, AugmentationBase) else Fixed(a) for a in args]
+        steps = [step for module in args for step in _steps(module, random_apply is not False)]
         if same_on_batch is not None:
             for step in steps:
                 step.same_on_batch = same_on_batch
         self.steps = nn.ModuleList(steps)
         self.some = random_apply is not False
         self.chosen = _chosen(steps, random_apply, random_apply_weights)
-        self.data_keys, self.keepdim = [_key(k) for k in data_keys], keepdim
+        self.data_keys, self.keepdim = read_keys(data_keys, _KEYS), keepdim
         self._params, self._shapes = [], []
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
@@ -131,7 +176,7 @@ class AugmentationSequential(nn.Module):
         """
         if len(args) == 2 and self.data_keys == ["input"] and data_keys is None and seed is None:
             return super().__call__(args[0], args[1])  # forward's own arguments, images and seeds
-        keys = self._keys(data_keys, len(args))
+        keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args))
         alone = args[0].dim() == 3
         data = [a[None] if alone else a for a in args]
         if seed is None:
@@ -145,11 +190,11 @@ class AugmentationSequential(nn.Module):
             if given is None and chosen is not None:
                 given = {**step.draw(seeds[i], self._shapes[i]), "seed": seeds[i]}
                 given["batch_prob"] &= chosen[i]
-            image = step(data[0], params=given, seed=seeds[i])
+            image = step.change(data[0], given, seeds[i])
             if self.some:
                 image = select(step._params, image, data[0])
             self._params.append(step._params)
-            matrix = step.compute_transformation(step._params, self._shapes[i])
+            matrix = _matrix(step, step._params, self._shapes[i], keys)
             data = [image] + [
                 step.transform_mask(d, step._params) if key == "mask" else _moved(key, d, matrix)
                 for key, d in zip(keys[1:], data[1:])
@@ -167,11 +212,11 @@ class AugmentationSequential(nn.Module):
 
         What was moved out of an image does not come back.
         """
-        keys = self._keys(data_keys, len(args))
+        keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args))
         params = self._params if params is None else params
         data = list(args)
         for step, given, shape in list(zip(self._typed(), params, self._shapes))[::-1]:
-            matrix = torch.linalg.inv(step.compute_transformation(given, shape))
+            matrix = torch.linalg.inv(_matrix(step, given, shape, keys))
             data = [
                 step.inverse_transform(d, given, shape) if k in ("input", "mask") else _moved(k, d, matrix)
                 for k, d in zip(keys, data)
@@ -183,7 +228,10 @@ class AugmentationSequential(nn.Module):
         """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
         total = None
         for step, given, shape in zip(self._typed(), self._params, self._shapes):
-            matrix = step.compute_transformation(given, shape)
+            try:
+                matrix = step.compute_transformation(given, shape)
+            except ValueError as error:  # TorchScript asks for every property
+                raise AttributeError(f"transform_matrix: {error}") from error
             total = matrix if total is None else matrix @ total
         if total is None:
             raise AttributeError("transform_matrix: expected a call before")
@@ -194,12 +242,6 @@ class AugmentationSequential(nn.Module):
     def _typed(self) -> List[AugmentationBase]:
         """The steps; of a ModuleList a type checker knows modules only."""
         return cast("List[AugmentationBase]", list(self.steps))
-
-    def _keys(self, data_keys: Optional[Sequence[str]], count: int) -> List[str]:
-        keys = self.data_keys if data_keys is None else [_key(k) for k in data_keys]
-        if len(keys) != count:
-            raise ValueError(f"args: expected {len(keys)} tensors, for data_keys {keys}, got {count}")
-        return keys
 
 
 def _chosen(
@@ -212,7 +254,7 @@ def _chosen(
         return Chosen(total, total, [1.0] * total)
     if random_apply is True:
         raise ValueError("random_apply: expected a number of steps; their order is fixed, got True")
-    if any(isinstance(step, (Cut, Resize, RandomResizedCrop)) for step in steps):
+    if any(_changes_size(step) for step in steps):
         raise ValueError("random_apply: expected False for steps that change the size of images")
     given = (random_apply, random_apply) if isinstance(random_apply, int) else (*random_apply, total)
     least, greatest = int(given[0]), int(given[1])
@@ -224,12 +266,17 @@ def _chosen(
     return Chosen(least, greatest, shares)
 
 
-def _key(value: Any) -> str:
-    """A data key's name; enums go by theirs."""
-    name = str(getattr(value, "name", value)).lower()
-    if name not in _KEYS:
-        raise ValueError(f"data_keys: expected some of {list(_KEYS)}, got {value!r}")
-    return "input" if name == "image" else name
+def _changes_size(step: nn.Module) -> bool:
+    if isinstance(step, RandomMosaic):
+        return step.output_size is not None
+    return isinstance(step, (Cut, Cut3D, Resize, RandomResizedCrop))
+
+
+def _matrix(step: AugmentationBase, params: Dict[str, Tensor], shape: List[int], keys: List[str]) -> Tensor:
+    """Where a step takes pixels, if there are boxes or points to go along: not every step knows."""
+    if any(key not in ("input", "mask") for key in keys):
+        return step.compute_transformation(params, shape)
+    return identity(params["batch_prob"], 3)
 
 
 def _moved(key: str, data: Tensor, matrix: Tensor) -> Tensor:

@@ -11,7 +11,7 @@ from .base import GeometricAugmentationBase2D, Size, as_size, check_batch, ident
 from .decisions import check_always
 
 
-def _inside(position: Tensor, size: int, padding_mode: str) -> Tensor:
+def inside(position: Tensor, size: int, padding_mode: str) -> Tensor:
     """Which of ``size`` pixels is seen at a position that may lie outside."""
     if padding_mode == "circular":
         return torch.remainder(position, size)
@@ -26,8 +26,8 @@ def cut(input: Tensor, corner: Tensor, size: Tuple[int, int], padding_mode: str,
     height, width = input.size(2), input.size(3)
     column = corner[:, :1] + torch.arange(size[1], device=input.device)
     row = corner[:, 1:] + torch.arange(size[0], device=input.device)
-    x = _inside(column, width, padding_mode)[:, None, None, :]
-    y = _inside(row, height, padding_mode)[:, None, :, None]
+    x = inside(column, width, padding_mode)[:, None, None, :]
+    y = inside(row, height, padding_mode)[:, None, :, None]
     rows = torch.gather(input, 2, y.expand(-1, input.size(1), -1, width))
     part = torch.gather(rows, 3, x.expand(-1, input.size(1), size[0], -1))
     if padding_mode != "constant":
@@ -36,23 +36,24 @@ def cut(input: Tensor, corner: Tensor, size: Tuple[int, int], padding_mode: str,
     return torch.where(seen, part, torch.full_like(part, fill))
 
 
+def beginning(drawn: Tensor, inside: int, size: int, before: int, after: int, pad_if_needed: bool) -> Tensor:
+    """Where a part of ``size`` begins along an axis of ``inside`` pixels, padded before and after, by random
+    words (B,). 0 is the first pixel that is not padding."""
+    room, first = inside + before + after, before
+    if pad_if_needed and room < size:  # as much on either side as is missing
+        first, room = first + size - room, 2 * size - room
+    if room < size:
+        raise ValueError(f"size: expected at most {room} along an axis of {inside}, with padding; got {size}")
+    return ((drawn * (room - size + 1)) >> 32) - first
+
+
 def _drawn_corner(
     seed: Tensor, shape: List[int], size: Tuple[int, int], padding: List[int], pad_if_needed: bool
 ) -> Tensor:
     """The corners (B, 2) in the images without padding."""
-    across, down = shape[3] + padding[0] + padding[2], shape[2] + padding[1] + padding[3]
-    left, top = padding[0], padding[1]
-    if pad_if_needed and across < size[1]:  # as much on either side as is missing
-        left, across = left + size[1] - across, 2 * size[1] - across
-    if pad_if_needed and down < size[0]:
-        top, down = top + size[0] - down, 2 * size[0] - down
-    if across < size[1] or down < size[0]:
-        raise ValueError(
-            f"size: expected at most ({down}, {across}), the padded image's, got ({size[0]}, {size[1]})"
-        )
     drawn = words(seed, 2)
-    x = ((drawn[:, 0] * (across - size[1] + 1)) >> 32) - left
-    y = ((drawn[:, 1] * (down - size[0] + 1)) >> 32) - top
+    x = beginning(drawn[:, 0], shape[3], size[1], padding[0], padding[2], pad_if_needed)
+    y = beginning(drawn[:, 1], shape[2], size[0], padding[1], padding[3], pad_if_needed)
     return torch.stack([x, y], -1)
 
 
@@ -144,7 +145,7 @@ class Cut(GeometricAugmentationBase2D):
         return matrix
 
 
-def _whole_mode(value: str) -> str:
+def whole_mode(value: str) -> str:
     """Kornia's two ways to cut, which differ between pixels alone."""
     check_choice(value, ["slice", "resample"], "cropping_mode")
     return value
@@ -188,7 +189,7 @@ class RandomCrop(Cut):
         if len(margins) not in (1, 2, 4) or min(margins) < 0:
             raise ValueError(f"padding: expected 1, 2 or 4 numbers that are not negative, got {padding}")
         self.padding, self.pad_if_needed = (margins * 4)[:4], bool(pad_if_needed)
-        self.cropping_mode = _whole_mode(cropping_mode)
+        self.cropping_mode = whole_mode(cropping_mode)
 
     def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
         return _drawn_corner(seed, shape, self.size, self.padding, self.pad_if_needed)
@@ -221,7 +222,7 @@ class CenterCrop(Cut):
         cropping_mode: str = "slice",
     ) -> None:
         super().__init__(size, p=p, keepdim=keepdim)
-        self.cropping_mode = _whole_mode(cropping_mode)
+        self.cropping_mode = whole_mode(cropping_mode)
 
     def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
         zero = torch.zeros_like(seed)

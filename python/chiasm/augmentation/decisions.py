@@ -17,12 +17,13 @@ def drawn(seed: Tensor, count: int, input: Tensor) -> Tensor:
 
 
 def between(u: Tensor, bounds: Tuple[float, float], like: Tensor) -> Tensor:
-    """Uniform numbers of [0, 1) moved to the bounds, in the dtype of ``like``.
+    """Uniform numbers of [0, 1) moved to the bounds, in the dtype of ``like``; float32 for bytes.
 
     >>> between(torch.tensor([0.0, 0.5]), (1.0, 3.0), torch.zeros(1))
     tensor([1., 2.])
     """
-    return draws.between(u, bounds[0], bounds[1]).to(like.dtype)
+    moved = draws.between(u, bounds[0], bounds[1])
+    return moved.to(like.dtype) if like.is_floating_point() else moved
 
 
 def whole_between(u: Tensor, bounds: Tuple[int, int]) -> Tensor:
@@ -34,6 +35,32 @@ def whole_between(u: Tensor, bounds: Tuple[int, int]) -> Tensor:
     # The product may round up to the number of choices.
     count = bounds[1] - bounds[0] + 1
     return torch.floor(u * count).to(torch.int64).clamp(max=count - 1) + bounds[0]
+
+
+def numbers_of(input: Tensor) -> Tensor:
+    """Images in [0, 1]: bytes as float64, so that what engines round differently hardly ever falls to
+    different sides of a half; others as they are.
+
+    >>> numbers_of(torch.tensor([51, 255], dtype=torch.uint8))
+    tensor([0.2000, 1.0000], dtype=torch.float64)
+    """
+    return input if input.is_floating_point() else input.to(torch.float64) / 255.0
+
+
+def as_given(numbers: Tensor, input: Tensor) -> Tensor:
+    """What became of ``numbers_of(input)``, in the input's dtype: bytes rounded, halves to even, and limited.
+
+    >>> as_given(torch.tensor([0.25, 1.5]), torch.tensor([0], dtype=torch.uint8))
+    tensor([ 64, 255], dtype=torch.uint8)
+    """
+    if input.is_floating_point():
+        return numbers
+    return torch.round(numbers * 255.0).clamp(0.0, 255.0).to(torch.uint8)
+
+
+def white_of(input: Tensor) -> float:
+    """The value of white: 255 of bytes, else 1."""
+    return 1.0 if input.is_floating_point() else 255.0
 
 
 def each(value: Tensor, like: Tensor) -> Tensor:

@@ -12,9 +12,9 @@ from ..enhance.adjust import (
     adjust_saturation_with_gray_subtraction,
 )
 from ..enhance.hue import adjust_hue
-from ..primitives.core.checks import check_image, check_rgb
+from ..primitives.core.checks import check_pixels, check_rgb
 from ..primitives.random.draws import ranks
-from .decisions import applied, between, check_bounds, check_chance, drawn, each
+from .decisions import applied, as_given, between, check_bounds, check_chance, drawn, each, numbers_of
 from .noise import shuffled
 
 
@@ -34,7 +34,7 @@ def random_photometric_distort(
     after them, equally likely.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1].
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         brightness: (least, greatest) of the factor, not negative; 1 changes nothing.
         contrast: the same.
@@ -43,10 +43,10 @@ def random_photometric_distort(
         p: probability of each of the five changes.
 
     Returns:
-        (B, 3, H, W), of the input's dtype.
+        (B, 3, H, W), of the input's dtype; bytes are rounded once, after all changes.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -54,21 +54,22 @@ def random_photometric_distort(
         torch.Size([1, 3, 4, 5])
     """
     check_rgb(input, "input")
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(brightness, 0.0, math.inf, "brightness")
     check_bounds(contrast, 0.0, math.inf, "contrast")
     check_bounds(saturation, 0.0, math.inf, "saturation")
     check_bounds(hue, -0.5, 0.5, "hue")
     check_chance(p)
     u = drawn(seed, 13, input)
-    factor = between(u[:, 6], contrast, input)
+    x = numbers_of(input)
+    factor = between(u[:, 6], contrast, x)
     stretches, early = u[:, 1] < p, u[:, 2] < 0.5
-    x = applied(adjust_brightness_accumulative(input, between(u[:, 5], brightness, input)), input, u[:, 0], p)
+    x = applied(adjust_brightness_accumulative(x, between(u[:, 5], brightness, x)), x, u[:, 0], p)
     before = each(stretches & early, x)
     x = torch.where(before, adjust_contrast_with_mean_subtraction(x, factor), x)
-    richer = adjust_saturation_with_gray_subtraction(x, between(u[:, 7], saturation, input))
+    richer = adjust_saturation_with_gray_subtraction(x, between(u[:, 7], saturation, x))
     x = applied(richer, x, u[:, 3], p)
-    x = applied(adjust_hue(x, between(u[:, 8], hue, input) * (2.0 * math.pi)), x, u[:, 4], p)
+    x = applied(adjust_hue(x, between(u[:, 8], hue, x) * (2.0 * math.pi)), x, u[:, 4], p)
     after = each(stretches & ~early, x)
     x = torch.where(after, adjust_contrast_with_mean_subtraction(x, factor), x)
-    return applied(shuffled(x, ranks(u[:, 9:12])), x, u[:, 12], p)
+    return as_given(applied(shuffled(x, ranks(u[:, 9:12])), x, u[:, 12], p), input)

@@ -14,9 +14,9 @@ from ..color.gray import rgb_to_grayscale
 from ..color.hsv import saturation_of, sixths_value_chroma
 from ..color.hue import from_sixths
 from ..enhance.hue import adjust_hue
-from ..primitives.core.checks import check_image, check_rgb
+from ..primitives.core.checks import check_pixels, check_rgb
 from ..primitives.random.draws import ranks
-from .decisions import applied, between, check_bounds, check_chance, drawn, each
+from .decisions import applied, as_given, between, check_bounds, check_chance, drawn, each, numbers_of
 
 
 def random_color_jitter(
@@ -37,7 +37,7 @@ def random_color_jitter(
     go; where an order is given, once.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1].
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         brightness: (least, greatest), not negative; 1 changes nothing.
         contrast: the same.
@@ -48,10 +48,10 @@ def random_color_jitter(
         p: probability that a sample is changed.
 
     Returns:
-        (B, 3, H, W), of the input's dtype, in [0, 1].
+        (B, 3, H, W), of the input's dtype, in [0, 1]; bytes are rounded once, after all changes.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -60,7 +60,7 @@ def random_color_jitter(
         tensor([[0.5000, 0.5000]])
     """
     check_rgb(input, "input")
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(brightness, 0.0, math.inf, "brightness")
     check_bounds(contrast, 0.0, math.inf, "contrast")
     check_bounds(saturation, 0.0, math.inf, "saturation")
@@ -80,10 +80,10 @@ def random_color_jitter(
         _changes(hue, 0.0),
     ]
     place = _places(u[:, 5:], order)
-    x = input
+    x = numbers_of(input)
     for i in range(4):
         x = _jittered(x, place == i, factors, angle, _possible(order, i, changing))
-    return applied(x, input, u[:, 0], p)
+    return applied(as_given(x, input), input, u[:, 0], p)
 
 
 def _jittered(x: Tensor, here: Tensor, factors: List[Tensor], angle: Tensor, possible: List[bool]) -> Tensor:
@@ -126,7 +126,7 @@ def random_color_jiggle(
     the first two in one go and the last two; where an order is given, once.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1].
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         brightness: (least, greatest), within [0, 2]; 1 changes nothing.
         contrast: (least, greatest), not negative; 1 changes nothing.
@@ -137,10 +137,10 @@ def random_color_jiggle(
         p: probability that a sample is changed.
 
     Returns:
-        (B, 3, H, W), of the input's dtype, in [0, 1].
+        (B, 3, H, W), of the input's dtype, in [0, 1]; bytes are rounded once, after all changes.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -149,7 +149,7 @@ def random_color_jiggle(
         tensor([[0.7500, 0.7500]])
     """
     check_rgb(input, "input")
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(brightness, 0.0, 2.0, "brightness")
     check_bounds(contrast, 0.0, math.inf, "contrast")
     check_bounds(saturation, 0.0, math.inf, "saturation")
@@ -167,10 +167,10 @@ def random_color_jiggle(
         _changes(hue, 0.0),
     ]
     place = _places(u[:, 5:], order)
-    x = input
+    x = numbers_of(input)
     for i in range(4):
         x = _jiggled(x, place == i, added, factor, richer, angle, _possible(order, i, changing))
-    return applied(x, input, u[:, 0], p)
+    return applied(as_given(x, input), input, u[:, 0], p)
 
 
 def _jiggled(

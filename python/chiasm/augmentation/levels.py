@@ -3,22 +3,24 @@
 import math
 from typing import Tuple, Union
 
+import torch
 from torch import Tensor
 
+from ..enhance.arithmetic import invert
 from ..enhance.clahe import equalize_clahe
-from ..enhance.equalization import equalize
+from ..enhance.equalization import autocontrast, equalize
 from ..enhance.normalize import denormalize, normalize, normalize_min_max
 from ..enhance.sharp import sharpness as sharpened
 from ..enhance.tone import posterize, solarize
-from ..primitives.core.checks import check_image
-from .decisions import applied, between, check_bounds, check_chance, drawn, whole_between
+from ..primitives.core.checks import check_image, check_pixels
+from .decisions import applied, between, check_bounds, check_chance, drawn, white_of, whole_between
 
 
 def random_auto_contrast(input: Tensor, seed: Tensor, clip_output: bool = True, p: float = 1.0) -> Tensor:
-    """Stretch each channel to the whole range: ``normalize_min_max`` to [0, 1].
+    """Stretch each channel to the whole range: ``normalize_min_max`` to [0, 1], of bytes ``autocontrast``.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1].
+        input: (B, C, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         clip_output: limit the result to [0, 1], which rounding may leave.
         p: probability that a sample is changed.
@@ -27,18 +29,21 @@ def random_auto_contrast(input: Tensor, seed: Tensor, clip_output: bool = True, 
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or p is not as above.
 
     Example:
         >>> random_auto_contrast(torch.tensor([[[[0.25, 0.5, 0.75]]]]), torch.tensor([7]))
         tensor([[[[0.0000, 0.5000, 1.0000]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
-    stretched = normalize_min_max(input)
-    if clip_output:
-        stretched = stretched.clamp(0.0, 1.0)
+    if input.dtype == torch.uint8:
+        stretched = autocontrast(input)
+    else:
+        stretched = normalize_min_max(input)
+        if clip_output:
+            stretched = stretched.clamp(0.0, 1.0)
     return applied(stretched, input, drawn(seed, 1, input)[:, 0], p)
 
 
@@ -46,15 +51,15 @@ def random_equalize(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
     """Spread the levels of each channel evenly: ``equalize``. There is no gradient of a changed sample.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1].
+        input: (B, C, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype; a changed sample has multiples of 1 / 255.
+        (B, C, H, W), of the input's dtype; of numbers, a changed sample has multiples of 1 / 255.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or p is not as above.
 
     Example:
@@ -62,7 +67,7 @@ def random_equalize(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
         >>> random_equalize(x, torch.tensor([7]), 1.0)[0, 0, -1, -1]
         tensor(1.)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
     return applied(equalize(input), input, drawn(seed, 1, input)[:, 0], p)
 
@@ -78,7 +83,7 @@ def random_clahe(
     """Equalise the histogram of each tile: ``equalize_clahe`` with a limit uniform in ``clip_limit``.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1], H and W greater than the number of tiles.
+        input: (B, C, H, W), floating point in [0, 1] or uint8, H and W greater than the number of tiles.
         seed: (B,), int64, one a sample.
         clip_limit: (least, greatest) of how much a level may occur, as a multiple of its share in a tile;
             positive.
@@ -90,14 +95,14 @@ def random_clahe(
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
         >>> random_clahe(torch.rand(1, 3, 20, 30), torch.tensor([7]), (1.0, 4.0)).shape
         torch.Size([1, 3, 20, 30])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(clip_limit, 0.0, math.inf, "clip_limit")
     check_chance(p)
     u = drawn(seed, 2, input)
@@ -107,27 +112,34 @@ def random_clahe(
 
 
 def random_invert(input: Tensor, seed: Tensor, max_val: Union[float, Tensor] = 1.0, p: float = 0.5) -> Tensor:
-    """The negative: ``max_val - input``.
+    """The negative: ``max_val - input``, of bytes 255 - input.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64, one a sample.
-        max_val: the value of white: a number, or a tensor that broadcasts against the input.
+        max_val: the value of white: a number, or a tensor that broadcasts against the input; 1 for bytes,
+            whose white is 255 in any case.
         p: probability that a sample is changed.
 
     Returns:
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or p is not as above.
 
     Example:
         >>> random_invert(torch.tensor([[[[0.25, 1.0]]]]), torch.tensor([7]), p=1.0)
         tensor([[[[0.7500, 0.0000]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
+    if input.dtype == torch.uint8:
+        if isinstance(max_val, Tensor):
+            raise TypeError("max_val: expected a number, 1, for an image of bytes, whose white is 255")
+        if max_val != 1.0:
+            raise ValueError(f"max_val: expected 1 for an image of bytes, whose white is 255, got {max_val}")
+        return applied(invert(input), input, drawn(seed, 1, input)[:, 0], p)
     white = max_val.to(input.dtype) if isinstance(max_val, Tensor) else input.new_full([1], max_val)
     return applied(white - input, input, drawn(seed, 1, input)[:, 0], p)
 
@@ -136,16 +148,16 @@ def random_posterize(input: Tensor, seed: Tensor, bits: Tuple[int, int] = (3, 8)
     """Keep the upper bits of 8: ``posterize``. There is no gradient of a changed sample.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1].
+        input: (B, C, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         bits: (least, greatest) number of bits to keep, both possible, all equally likely; 0 gives black.
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype; a changed sample has multiples of 1 / 255.
+        (B, C, H, W), of the input's dtype; of numbers, a changed sample has multiples of 1 / 255.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -153,7 +165,7 @@ def random_posterize(input: Tensor, seed: Tensor, bits: Tuple[int, int] = (3, 8)
         >>> (random_posterize(x, torch.tensor([7]), (3, 3), 1.0) * 255).round()
         tensor([[[[ 32., 224.]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     if bits[0] < 0 or bits[1] > 8 or bits[0] > bits[1]:
         raise ValueError(f"bits: expected (least, greatest) within [0, 8], got ({bits[0]}, {bits[1]})")
     check_chance(p)
@@ -171,17 +183,17 @@ def random_solarize(
     """Add a number, and turn what is at or above a threshold into its negative: ``solarize``.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1].
+        input: (B, C, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
-        thresholds: (least, greatest) of the threshold, within [0, 1].
-        additions: (least, greatest) of what is added, within [-0.5, 0.5].
+        thresholds: (least, greatest) of the threshold, within [0, 1]: as parts of white, also of bytes.
+        additions: (least, greatest) of what is added, within [-0.5, 0.5]: likewise.
         p: probability that a sample is changed.
 
     Returns:
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -189,12 +201,14 @@ def random_solarize(
         >>> random_solarize(x, torch.tensor([7]), (0.5, 0.5), (0.0, 0.0), 1.0)
         tensor([[[[0.2500, 0.5000, 0.0000]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(thresholds, 0.0, 1.0, "thresholds")
     check_bounds(additions, -0.5, 0.5, "additions")
     check_chance(p)
     u = drawn(seed, 3, input)
-    solarized = solarize(input, between(u[:, 1], thresholds, input), between(u[:, 2], additions, input))
+    white = white_of(input)
+    threshold, addition = between(u[:, 1], thresholds, input), between(u[:, 2], additions, input)
+    solarized = solarize(input, threshold * white, addition * white)
     return applied(solarized, input, u[:, 0], p)
 
 
@@ -204,7 +218,7 @@ def random_sharpness(
     """Move the image away from a smoothed one, or towards it: ``enhance.sharpness``.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1], H and W at least 3.
+        input: (B, C, H, W), floating point in [0, 1] or uint8, H and W at least 3.
         seed: (B,), int64, one a sample.
         sharpness: (least, greatest) of the factor, not negative; 0 gives the smoothed image, 1 changes
             nothing.
@@ -214,7 +228,7 @@ def random_sharpness(
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -223,7 +237,7 @@ def random_sharpness(
         >>> random_sharpness(x, torch.tensor([7]), (2.0, 2.0), 1.0)[0, 0, 1]
         tensor([0.0000, 0.8077, 0.0000])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(sharpness, 0.0, math.inf, "sharpness")
     check_chance(p)
     u = drawn(seed, 2, input)

@@ -9,10 +9,11 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, check_tensor
+from ..enhance.arithmetic import add_weighted
+from ..primitives.core.checks import check_pixels, check_rank, check_tensor, check_values
 from ..primitives.random.draws import ranks, uniform
 from ..primitives.random.philox import key_of, philox4x32
-from .decisions import between, check_bounds, check_chance, drawn, each
+from .decisions import between, check_bounds, check_chance, drawn
 from .distributions import beta as beta_numbers
 
 
@@ -26,18 +27,18 @@ def random_mix_up(
     an image may be its own.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         label: (B,), the number of each image's class.
         seed: (B,), int64, one a sample, all different.
         lambda_val: (least, greatest) share of the partner, within [0, 1].
         p: probability that a sample is changed; if not, its share is 0.
 
     Returns:
-        (B, C, H, W), of the input's dtype, and (B, 3), of the input's dtype: label, partner's label, share of
-        the partner.
+        (B, C, H, W), of the input's dtype, bytes rounded; and (B, 3), of the input's dtype, of bytes float32:
+        label, partner's label, share of the partner.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -45,7 +46,7 @@ def random_mix_up(
         >>> random_mix_up(x, label, torch.tensor([7]), (0.25, 0.25))[1]
         tensor([[4.0000, 4.0000, 0.2500]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     _check_label(label, input)
     check_bounds(lambda_val, 0.0, 1.0, "lambda_val")
     check_chance(p)
@@ -53,8 +54,7 @@ def random_mix_up(
     partner = ranks(u[:, 2])
     share = between(u[:, 1], lambda_val, input)
     share = torch.where(u[:, 0] < p, share, torch.zeros_like(share))
-    weight = each(share, input)
-    mixed = input * (1.0 - weight) + input.index_select(0, partner) * weight
+    mixed = add_weighted(input, 1.0 - share, input.index_select(0, partner), share, 0.0)
     return mixed, _labels(label, partner, share)
 
 
@@ -75,7 +75,7 @@ def random_cut_mix(
     and wide as the image, rounded down, and lies wholly within it, all places equally likely.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         label: (B,), the number of each image's class.
         seed: (B,), int64, one a sample, all different.
         num_mix: how many rectangles, each of a partner of its own.
@@ -86,11 +86,11 @@ def random_cut_mix(
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype, and (num_mix, B, 3), of the input's dtype: label, partner's label,
-        the rectangle's share of the area or, with use_correct_lambda, one minus that.
+        (B, C, H, W), of the input's dtype, and (num_mix, B, 3), of the input's dtype, of bytes float32:
+        label, partner's label, the rectangle's share of the area or, with use_correct_lambda, one minus that.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -98,7 +98,7 @@ def random_cut_mix(
         >>> random_cut_mix(x, label, torch.tensor([7]), cut_size=(0.75, 0.75))[1]
         tensor([[[5.0000, 5.0000, 0.2500]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     _check_label(label, input)
     if num_mix < 1:
         raise ValueError(f"num_mix: expected at least 1, got {num_mix}")
@@ -112,6 +112,7 @@ def random_cut_mix(
     side = torch.where(u[:, :1] < p, torch.sqrt(1.0 - kept), torch.zeros_like(kept))
     rows = torch.arange(height, device=input.device)
     columns = torch.arange(width, device=input.device)
+    dtype = input.dtype if input.is_floating_point() else torch.float32
     mixed = input
     labels: List[Tensor] = []
     for i in range(num_mix):
@@ -120,7 +121,7 @@ def random_cut_mix(
         across, within_columns = _span(side[:, i], u[:, 3 + 3 * i], columns, width)
         inside = (within_rows[:, :, None] & within_columns[:, None, :])[:, None]
         mixed = torch.where(inside, input.index_select(0, partner), mixed)
-        share = (down * across).to(input.dtype) / (height * width)
+        share = (down * across).to(dtype) / (height * width)
         labels.append(_labels(label, partner, 1.0 - share if use_correct_lambda else share))
     return mixed, torch.stack(labels)
 
@@ -149,7 +150,7 @@ def random_jigsaw(
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -157,25 +158,33 @@ def random_jigsaw(
         >>> random_jigsaw(x, torch.tensor([7]), (1, 2), p=1.0)
         tensor([[[[1., 0.]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
+    order = jigsaw_order(seed, grid, ensure_perm, drawn(seed, 1, input)[:, 0] < p)
+    return put_together(input, order, grid)
+
+
+def jigsaw_order(seed: Tensor, grid: Tuple[int, int], ensure_perm: bool, is_changed: Tensor) -> Tensor:
+    """Which tile comes to each place, (B, tiles); of samples that stay each its own."""
+    order = ranks(uniform(seed, grid[0] * grid[1], 1))
+    place = torch.arange(grid[0] * grid[1], device=seed.device)
+    if ensure_perm:
+        same = (order == place).to(torch.int64).sum(1, keepdim=True) == grid[0] * grid[1]
+        order = torch.where(same, order.roll(-1, 1), order)
+    return torch.where(is_changed[:, None], order, place)
+
+
+def put_together(input: Tensor, order: Tensor, grid: Tuple[int, int]) -> Tensor:
+    """Images (B, C, H, W) of their tiles in an order (B, tiles)."""
     down, across = grid
     if down < 1 or across < 1 or input.size(2) % down != 0 or input.size(3) % across != 0:
         raise ValueError(
             f"grid: expected numbers that divide the image {input.size(2)} x {input.size(3)}, got ({down},"
             f" {across})"
         )
-    count = down * across
-    u = drawn(seed, 1, input)
-    order = ranks(uniform(seed, count, 1))
-    place = torch.arange(count, device=input.device)
-    if ensure_perm:
-        same = (order == place).to(torch.int64).sum(1, keepdim=True) == count
-        order = torch.where(same, order.roll(-1, 1), order)
-    order = torch.where((u < p), order, place)
     batch, channels, high, wide = input.size(0), input.size(1), input.size(2) // down, input.size(3) // across
     tiles = input.reshape(batch, channels, down, high, across, wide).permute(0, 2, 4, 1, 3, 5).flatten(0, 2)
-    first = torch.arange(batch, device=input.device)[:, None] * count
+    first = torch.arange(batch, device=input.device)[:, None] * (down * across)
     moved = tiles.index_select(0, (first + order).flatten())
     moved = moved.reshape(batch, down, across, channels, high, wide).permute(0, 3, 1, 4, 2, 5)
     return moved.reshape(input.shape)
@@ -191,7 +200,7 @@ def random_transplantation(
     may be its own.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         mask: (B, H, W), int64, a label for each pixel.
         seed: (B,), int64, one a sample, all different.
         excluded_labels: labels that are not copied.
@@ -202,7 +211,7 @@ def random_transplantation(
         excluded, nothing changes.
 
     Raises:
-        TypeError: if input is not floating point, or mask or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or mask or seed is not int64.
         ValueError: if a shape or p is not as above.
 
     Example:
@@ -210,13 +219,50 @@ def random_transplantation(
         >>> random_transplantation(x, mask, torch.tensor([7]), [0], 1.0)[1]
         tensor([[[0, 3]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
+    return _transplanted(input, mask, seed, excluded_labels, p)
+
+
+def random_transplantation3d(
+    input: Tensor, mask: Tensor, seed: Tensor, excluded_labels: List[int], p: float = 0.5
+) -> Tuple[Tensor, Tensor]:
+    """``random_transplantation`` of volumes.
+
+    Args:
+        input: (B, C, D, H, W), floating point or uint8.
+        mask: (B, D, H, W), int64, a label for each voxel.
+        seed: (B,), int64, one a sample, all different.
+        excluded_labels: labels that are not copied.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, C, D, H, W), of the input's dtype, and (B, D, H, W), int64. Where the partner has only labels that
+        are excluded, nothing changes.
+
+    Raises:
+        TypeError: if input is neither floating point nor uint8, or mask or seed is not int64.
+        ValueError: if a shape or p is not as above.
+
+    Example:
+        >>> x, mask = torch.zeros(1, 1, 1, 1, 2), torch.tensor([[[[0, 3]]]])
+        >>> random_transplantation3d(x, mask, torch.tensor([7]), [0], 1.0)[1]
+        tensor([[[[0, 3]]]])
+    """
+    check_rank(input, 5, "(B, C, D, H, W)", "input")
+    check_values(input, "input")
+    return _transplanted(input, mask, seed, excluded_labels, p)
+
+
+def _transplanted(
+    input: Tensor, mask: Tensor, seed: Tensor, excluded_labels: List[int], p: float
+) -> Tuple[Tensor, Tensor]:
     check_tensor(mask, "mask")
     if mask.dtype != torch.int64:
         raise TypeError(f"mask: expected an int64 tensor, got dtype {mask.dtype}")
-    if mask.dim() != 3 or mask.size(0) != input.size(0) or mask.shape[1:] != input.shape[2:]:
+    if mask.dim() != input.dim() - 1 or mask.size(0) != input.size(0) or mask.shape[1:] != input.shape[2:]:
+        sizes = "(B, H, W)" if input.dim() == 4 else "(B, D, H, W)"
         raise ValueError(
-            f"mask: expected shape (B, H, W) of input's {list(input.shape)}, got {list(mask.shape)}"
+            f"mask: expected shape {sizes} of input's {list(input.shape)}, got {list(mask.shape)}"
         )
     check_chance(p)
     u = drawn(seed, 2, input)

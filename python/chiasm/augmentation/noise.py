@@ -6,9 +6,9 @@ import torch
 from torch import Tensor
 
 from ..enhance.jpeg import jpeg_codec_differentiable
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_image, check_pixels
 from ..primitives.random.draws import normal_like, ranks, uniform, uniform_like
-from .decisions import applied, between, check_bounds, check_chance, drawn
+from .decisions import applied, between, check_bounds, check_chance, drawn, white_of
 
 
 def random_gaussian_noise(
@@ -53,7 +53,7 @@ def random_salt_and_pepper_noise(
     """Make pixels white or black, all channels alike.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1].
+        input: (B, C, H, W), floating point in [0, 1] or uint8.
         seed: (B,), int64, one a sample.
         amount: (least, greatest) share of the pixels that change, within [0, 1], uniform.
         salt_vs_pepper: (least, greatest) share of the changed ones that become white, within [0, 1], uniform.
@@ -63,7 +63,7 @@ def random_salt_and_pepper_noise(
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -71,7 +71,7 @@ def random_salt_and_pepper_noise(
         >>> random_salt_and_pepper_noise(x, seed, (1.0, 1.0), (1.0, 1.0), 1.0).min()
         tensor(1.)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_bounds(amount, 0.0, 1.0, "amount")
     check_bounds(salt_vs_pepper, 0.0, 1.0, "salt_vs_pepper")
     check_chance(p)
@@ -80,7 +80,8 @@ def random_salt_and_pepper_noise(
     white = between(u[:, 2], salt_vs_pepper, u)[:, None, None, None]
     plane = input[:, :1]
     # Colours of their own draws: of one draw compared twice, few draws below a small share would remain.
-    salt = (uniform_like(plane, seed, 2) < white).to(input.dtype)
+    bright = torch.full_like(plane, white_of(input))
+    salt = torch.where(uniform_like(plane, seed, 2) < white, bright, torch.zeros_like(plane))
     noisy = torch.where(uniform_like(plane, seed, 1) < share, salt, input)
     return applied(noisy, input, u[:, 0], p)
 
@@ -91,24 +92,24 @@ def random_channel_dropout(
     """Fill channels with a number, a number of channels that are drawn of each sample.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64, one a sample.
         num_drop_channels: how many channels, 0 to C.
-        fill_value: what they are filled with.
+        fill_value: what they are filled with, in the units of the image.
         p: probability that a sample is changed.
 
     Returns:
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
         >>> random_channel_dropout(torch.ones(1, 3, 1, 1), torch.tensor([7]), 2, p=1.0).sum()
         tensor(1.)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
     channels = input.size(1)
     if num_drop_channels < 0 or num_drop_channels > channels:
@@ -123,7 +124,7 @@ def random_channel_shuffle(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
     """Put the channels into a random order, all orders equally likely.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64, one a sample.
         p: probability that a sample is changed.
 
@@ -131,7 +132,7 @@ def random_channel_shuffle(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
         (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or p is not as above.
 
     Example:
@@ -139,7 +140,7 @@ def random_channel_shuffle(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
         >>> random_channel_shuffle(x, torch.tensor([7]), 1.0).sum()
         tensor(6.)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_chance(p)
     u = drawn(seed, 1, input)
     return applied(shuffled(input, _channel_ranks(seed, input.size(1))), input, u[:, 0], p)

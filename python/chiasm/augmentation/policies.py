@@ -5,9 +5,9 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image, check_rgb
+from ..primitives.core.checks import check_choice, check_pixels, check_rgb
 from ..primitives.random.draws import integers
-from .decisions import drawn, each
+from .decisions import as_given, drawn, each, numbers_of
 from .distributions import beta, gamma
 from .operations import amounts, operated
 from .policy_tables import policy_table
@@ -22,17 +22,17 @@ def rand_augment(input: Tensor, seed: Tensor, n: int = 2, m: int = 9, mode: str 
     AutoContrast and Equalize. All operations are computed at each of n places, and one selected.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8, H and W at least 3.
         seed: (B,), int64, one a sample.
         n: how many operations, one after the other.
         m: strength, 0 to 30.
         mode: how pixels that move are resampled, "bilinear" or "nearest".
 
     Returns:
-        (B, 3, H, W), of the input's dtype.
+        (B, 3, H, W), of the input's dtype; bytes are rounded once, after all operations.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -47,12 +47,12 @@ def rand_augment(input: Tensor, seed: Tensor, n: int = 2, m: int = 9, mode: str 
     sign = torch.where(drawn(seed, n, input) < 0.5, -1.0, 1.0)
     operation = integers(seed, 14, n, 1)
     level = torch.full_like(sign[:, 0], m / 30.0)
-    x = input
+    x = numbers_of(input)
     for i in range(n):
         x = _step(
             x, operation[:, i], level, sign[:, i], [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0, 8.0], True, mode
         )
-    return x
+    return as_given(x, input)
 
 
 def trivial_augment(input: Tensor, seed: Tensor, mode: str = "bilinear") -> Tensor:
@@ -64,15 +64,15 @@ def trivial_augment(input: Tensor, seed: Tensor, mode: str = "bilinear") -> Tens
     one selected.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8, H and W at least 3.
         seed: (B,), int64, one a sample.
         mode: how pixels that move are resampled, "bilinear" or "nearest".
 
     Returns:
-        (B, 3, H, W), of the input's dtype.
+        (B, 3, H, W), of the input's dtype; bytes are rounded once, after all operations.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or mode is not as above.
 
     Example:
@@ -83,7 +83,8 @@ def trivial_augment(input: Tensor, seed: Tensor, mode: str = "bilinear") -> Tens
     sign = torch.where(drawn(seed, 1, input)[:, 0] < 0.5, -1.0, 1.0)
     operation = integers(seed, 14, 1, 1)[:, 0]
     level = integers(seed, 31, 1, 2)[:, 0].to(torch.float32) / 30.0
-    return _step(input, operation, level, sign, [0.99, 32.0, 135.0, 0.99, 6.0, 8.0], False, mode)
+    x = numbers_of(input)
+    return as_given(_step(x, operation, level, sign, [0.99, 32.0, 135.0, 0.99, 6.0, 8.0], False, mode), input)
 
 
 def auto_augment(input: Tensor, seed: Tensor, policy: str = "imagenet", mode: str = "bilinear") -> Tensor:
@@ -95,16 +96,16 @@ def auto_augment(input: Tensor, seed: Tensor, policy: str = "imagenet", mode: st
     one selected.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8, H and W at least 3.
         seed: (B,), int64, one a sample.
         policy: the data set for which it was found: "imagenet", "cifar10" or "svhn".
         mode: how pixels that move are resampled, "bilinear" or "nearest".
 
     Returns:
-        (B, 3, H, W), of the input's dtype.
+        (B, 3, H, W), of the input's dtype; bytes are rounded once, after all operations.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -117,13 +118,13 @@ def auto_augment(input: Tensor, seed: Tensor, policy: str = "imagenet", mode: st
     table = torch.tensor(policy_table(policy), device=input.device).reshape(25, 2, 3)
     pair = table.index_select(0, integers(seed, 25, 1, 1)[:, 0])
     sign = torch.where(u[:, 2:] < 0.5, -1.0, 1.0)
-    x = input
+    x = numbers_of(input)
     for i in range(2):
         operation = pair[:, i, 0].to(torch.int64)
         operation = torch.where(u[:, i] < pair[:, i, 1], operation, torch.zeros_like(operation))
         level = pair[:, i, 2] / 9.0
         x = _step(x, operation, level, sign[:, i], [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0, 8.0], True, mode)
-    return x
+    return as_given(x, input)
 
 
 def aug_mix(
@@ -145,7 +146,7 @@ def aug_mix(
     computed at each place of each chain, and one selected: nine times by default.
 
     Args:
-        input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.
+        input: RGB (B, 3, H, W), floating point in [0, 1] or uint8, H and W at least 3.
         seed: (B,), int64, one a sample.
         severity: strengths are 0 to severity - 1 tenths of a scale of 10, all equally likely; 1 to 10.
         mixture_width: number of chains.
@@ -155,10 +156,10 @@ def aug_mix(
         mode: how pixels that move are resampled, "bilinear" or "nearest".
 
     Returns:
-        (B, 3, H, W), of the input's dtype.
+        (B, 3, H, W), of the input's dtype; bytes are rounded once, after all operations.
 
     Raises:
-        TypeError: if input is not floating point, or seed not int64.
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
         ValueError: if a shape or a setting is not as above.
 
     Example:
@@ -185,11 +186,12 @@ def aug_mix(
     level = integers(seed, severity, count, 2).to(torch.float32) / 9.0
     length = integers(seed, 3, mixture_width, 3) + 1
     weight = gamma(seed, alpha, mixture_width, 4)
-    weight = (weight / weight.sum(1, keepdim=True)).to(input.dtype)
-    own = beta(seed, alpha, 1, 7)[:, 0].to(input.dtype)
-    mixed = input * each(own, input)
+    image = numbers_of(input)
+    weight = (weight / weight.sum(1, keepdim=True)).to(image.dtype)
+    own = beta(seed, alpha, 1, 7)[:, 0].to(image.dtype)
+    mixed = image * each(own, image)
     for i in range(mixture_width):
-        x = input
+        x = image
         for j in range(depth):
             k = i * depth + j
             here = operation[:, k]
@@ -197,7 +199,7 @@ def aug_mix(
                 here = torch.where(length[:, i] > j, here, torch.zeros_like(here))
             x = _step(x, here, level[:, k], sign[:, k], [0.3, 1.0 / 3.0, 30.0, 0.9, 4.0, 4.0], True, mode)
         mixed = mixed + x * each(weight[:, i] * (1.0 - own), x)
-    return mixed
+    return as_given(mixed, input)
 
 
 def _step(
@@ -209,5 +211,5 @@ def _step(
 
 def _check(input: Tensor, mode: str) -> None:
     check_rgb(input, "input")
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_choice(mode, ["bilinear", "nearest"], "mode")

@@ -33,6 +33,19 @@ def about(center: float, least: float, greatest: float) -> Reader:
 symmetric = about(0.0, -math.inf, math.inf)
 
 
+def ranges(name: str, value: Any, count: int) -> List[Tuple[float, float]]:
+    """So many ranges: a number or (least, greatest) for all, or a number or a range for each.
+
+    >>> ranges("degrees", (1.0, 2.0, 3.0), 3)
+    [(-1.0, 1.0), (-2.0, 2.0), (-3.0, 3.0)]
+    """
+    if isinstance(value, Tensor):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)) and len(value) == count:
+        return [symmetric(name, each) for each in value]
+    return [symmetric(name, value)] * count
+
+
 def fixed(name: str, value: Any) -> Tuple[float, float]:
     """A number stands for itself as both bounds.
 

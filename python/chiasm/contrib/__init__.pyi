@@ -22,7 +22,7 @@ class CombineTensorPatches(nn.Module):
 
     original_size: Union[int, Tuple[int, int]]
     window_size: Union[int, Tuple[int, int]]
-    stride: Union[int, Tuple[int, int]]
+    stride: Union[int, Tuple[int, int], None]
     unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]]
     allow_auto_unpadding: bool
     eps: Optional[float]
@@ -30,7 +30,7 @@ class CombineTensorPatches(nn.Module):
         self,
         original_size: Union[int, Tuple[int, int]],
         window_size: Union[int, Tuple[int, int]],
-        stride: Union[int, Tuple[int, int]],
+        stride: Union[int, Tuple[int, int], None] = None,
         unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
         allow_auto_unpadding: bool = False,
         eps: Optional[float] = None,

@@ -65,7 +65,7 @@ def combine_tensor_patches(
     patches: Tensor,
     original_size: Union[int, Tuple[int, int]],
     window_size: Union[int, Tuple[int, int]],
-    stride: Union[int, Tuple[int, int]],
+    stride: Optional[Union[int, Tuple[int, int]]] = None,
     allow_auto_unpadding: bool = False,
     unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
     eps: Optional[float] = None,
@@ -77,7 +77,7 @@ def combine_tensor_patches(
         patches: (B, N, C, rows, columns), floating point.
         original_size: (H, W) of the image, or one number for both.
         window_size: (rows, columns) as they were cut out.
-        stride: as they were cut out.
+        stride: as they were cut out; by default the windows lie side by side.
         allow_auto_unpadding: whether they were cut out with allow_auto_padding.
         unpadding: the padding with which they were cut out.
         eps: added to the number of windows that have a pixel. By default nothing is, and a pixel that no
@@ -101,7 +101,7 @@ def combine_tensor_patches(
     check_floating(patches, "patches")
     height, width = positive_pair(original_size, "original_size")
     rows, columns = positive_pair(window_size, "window_size")
-    down, right = positive_pair(stride, "stride")
+    down, right = (rows, columns) if stride is None else positive_pair(stride, "stride")
     top, bottom, left, beyond = _four(unpadding, "unpadding")
     if height + top + bottom < rows or width + left + beyond < columns:
         raise ValueError(

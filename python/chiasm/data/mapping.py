@@ -145,6 +145,24 @@ class Map:
             f" {type(batch).__module__}.{type(batch).__name__}"
         )
 
+    def collate(self, samples: Any) -> dict[str, Any]:
+        """Samples, as the ``collate_fn`` of a ``torch.utils.data.DataLoader``: a batch of tensors.
+
+        A sample is a dict, a row of the batch; what the op reads of it is an array, a tensor, a number or the
+        bytes of an image. The other columns are put together as PyTorch does it. An output is a tensor
+        (rows, ...), or a list of tensors where rows have no shape in common.
+
+        A worker opens the bundle when its first batch comes, and runs it on one thread.
+
+        Raises
+        ------
+        DataError
+            Where samples are no dicts of the same columns, or a row cannot be mapped.
+        """
+        from .tensors import collate
+
+        return collate(self, samples, self._read())
+
     def _numpy(self, batch: Mapping[str, Any]) -> dict[str, Any]:
         import numpy as np
 

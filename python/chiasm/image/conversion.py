@@ -7,17 +7,18 @@ from ..primitives.core.checks import check_floating, check_tensor
 from ..primitives.numbers.rounding import known_or
 
 
-def image_to_tensor(image: Tensor) -> Tensor:
+def image_to_tensor(image: Tensor, keepdim: bool = False) -> Tensor:
     """Bytes with the channels last as floating point in [0, 1] with the channels first.
 
     Unlike Kornia's, it takes a tensor (``torch.from_numpy`` makes one of an array without a copy) and always
-    returns a scaled batch. The order of the channels is kept: OpenCV's images are BGR.
+    scales. The order of the channels is kept: OpenCV's images are BGR.
 
     Args:
         image: (H, W, C) or (B, H, W, C), uint8.
+        keepdim: True gives one image without a batch.
 
     Returns:
-        (B, C, H, W), float32 in [0, 1]; B is 1 for one image.
+        (B, C, H, W), float32 in [0, 1]; B is 1 for one image. With keepdim (C, H, W) for one image.
 
     Raises:
         TypeError: if image is not uint8.
@@ -33,7 +34,8 @@ def image_to_tensor(image: Tensor) -> Tensor:
     if image.dim() != 3 and image.dim() != 4:
         raise ValueError(f"image: expected shape (H, W, C) or (B, H, W, C), got {list(image.shape)}")
     batch = image if image.dim() == 4 else image.unsqueeze(0)
-    return (batch.permute(0, 3, 1, 2).to(torch.float32) / 255.0).contiguous()
+    made = (batch.permute(0, 3, 1, 2).to(torch.float32) / 255.0).contiguous()
+    return made[0] if keepdim and image.dim() == 3 else made
 
 
 def tensor_to_image(tensor: Tensor) -> Tensor:

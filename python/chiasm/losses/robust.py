@@ -4,6 +4,8 @@ All are members of the family in J. T. Barron, A general and adaptive robust los
 scale 1: close to half the square of a small difference d, and less and less sensitive to large ones.
 """
 
+from typing import Optional
+
 import torch
 from torch import Tensor
 
@@ -11,13 +13,13 @@ from ..primitives.core.checks import check_floating, check_same_shape
 from ..primitives.numbers.loss_reduction import reduced
 
 
-def charbonnier_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
+def charbonnier_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -> Tensor:
     """sqrt(d^2 + 1) - 1 of the difference d (Barron's alpha = 1, also called pseudo-Huber).
 
     Args:
         img1: (*), floating point.
         img2: like img1.
-        reduction: "none", "mean" or "sum".
+        reduction: "none" (or None), "mean" or "sum".
 
     Returns:
         (*), or a scalar for "mean" and "sum".
@@ -35,13 +37,13 @@ def charbonnier_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Ten
     return reduced(square / (torch.sqrt(square + 1.0) + 1.0), reduction)
 
 
-def welsch_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
+def welsch_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -> Tensor:
     """1 - exp(-d^2 / 2) of the difference d (Barron's alpha = -infinity, also called Leclerc).
 
     Args:
         img1: (*), floating point.
         img2: like img1.
-        reduction: "none", "mean" or "sum".
+        reduction: "none" (or None), "mean" or "sum".
 
     Returns:
         (*), or a scalar for "mean" and "sum".
@@ -57,13 +59,13 @@ def welsch_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
     return reduced(-torch.expm1(-0.5 * _squared_difference(img1, img2)), reduction)
 
 
-def cauchy_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
+def cauchy_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -> Tensor:
     """log(d^2 / 2 + 1) of the difference d (Barron's alpha = 0, also called Lorentzian).
 
     Args:
         img1: (*), floating point.
         img2: like img1.
-        reduction: "none", "mean" or "sum".
+        reduction: "none" (or None), "mean" or "sum".
 
     Returns:
         (*), or a scalar for "mean" and "sum".
@@ -79,13 +81,13 @@ def cauchy_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
     return reduced(torch.log1p(0.5 * _squared_difference(img1, img2)), reduction)
 
 
-def geman_mcclure_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
+def geman_mcclure_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -> Tensor:
     """2 d^2 / (d^2 + 4) of the difference d (Barron's alpha = -2).
 
     Args:
         img1: (*), floating point.
         img2: like img1.
-        reduction: "none", "mean" or "sum".
+        reduction: "none" (or None), "mean" or "sum".
 
     Returns:
         (*), or a scalar for "mean" and "sum".

@@ -2,12 +2,16 @@
 
 from typing import Any
 
-from ..spec import Spec, TensorSpec, image
+from ..spec import Frames, Spec, TensorSpec, image
 from . import STENCIL, add
 
 SEED = TensorSpec("seed", ("B",), "int64", range=(0, (1 << 31) - 1), description="one seed a sample")
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
 _FACTORS = {"brightness": (0.6, 1.4), "contrast": (0.6, 1.4), "saturation": (0.6, 1.4), "hue": (-0.1, 0.1)}
+
+
+#: The form for bytes, of settings that are the same: parts of white.
+_BYTES = Frames()
 
 
 def _add(
@@ -35,32 +39,64 @@ def _add(
 # --- one number for each sample -----------------------------------------------------------------------------
 
 _add(
-    "random_brightness", {"brightness": (0.5, 1.5), "p": 0.7}, "the definition in NumPy, of the drawn number"
+    "random_brightness",
+    {"brightness": (0.5, 1.5), "p": 0.7},
+    "the definition in NumPy, of the drawn number",
+    frames=Frames(reference="the definition in NumPy"),
 )
-_add("random_contrast", {"contrast": (0.5, 1.5), "p": 0.7}, "the definition in NumPy, of the drawn number")
+_add(
+    "random_contrast",
+    {"contrast": (0.5, 1.5), "p": 0.7},
+    "the definition in NumPy, of the drawn number",
+    frames=Frames(reference="torchvision's adjust_brightness, a level"),
+)
 _add(
     "random_saturation",
     {"saturation": (0.5, 1.5), "p": 0.7},
     "OpenCV's HSV, of the drawn factor",
     colour=True,
+    frames=_BYTES,
 )
 _add(
-    "random_hue", {"hue": (-0.3, 0.3), "p": 0.7}, "torchvision's adjust_hue, of the drawn angle", colour=True
+    "random_hue",
+    {"hue": (-0.3, 0.3), "p": 0.7},
+    "torchvision's adjust_hue, of the drawn angle",
+    colour=True,
+    frames=Frames(reference="torchvision's adjust_hue, a level"),
 )
-_add("random_gamma", {"gamma": (0.5, 2.0), "gain": (0.8, 1.2), "p": 0.7}, "torchvision's adjust_gamma")
+_add(
+    "random_gamma",
+    {"gamma": (0.5, 2.0), "gain": (0.8, 1.2), "p": 0.7},
+    "torchvision's adjust_gamma",
+    frames=Frames(reference="torchvision's adjust_gamma, a level"),
+)
 _add(
     "random_sharpness",
     {"sharpness": (0.0, 2.0), "p": 0.7},
     "torchvision's adjust_sharpness",
     symbols={"H": (3, 32768), "W": (3, 32768)},
+    frames=Frames(reference="Pillow's enhancement, a level"),
 )
 _add(
     "random_solarize",
     {"thresholds": (0.4, 0.6), "additions": (-0.1, 0.1), "p": 0.7},
     "the definition in NumPy",
+    frames=_BYTES,
 )
-_add("random_posterize", {"bits": (1, 6), "p": 0.7}, "torchvision's posterize of bytes", gradients=())
-_add("random_rgb_shift", {"p": 0.7}, "the definition in NumPy, of the drawn numbers", colour=True)
+_add(
+    "random_posterize",
+    {"bits": (1, 6), "p": 0.7},
+    "torchvision's posterize of bytes",
+    gradients=(),
+    frames=_BYTES,
+)
+_add(
+    "random_rgb_shift",
+    {"p": 0.7},
+    "the definition in NumPy, of the drawn numbers",
+    colour=True,
+    frames=_BYTES,
+)
 _add(
     "random_jpeg",
     {"jpeg_quality": (20.0, 90.0), "p": 0.7},
@@ -73,23 +109,48 @@ _add(
 
 # --- no number ----------------------------------------------------------------------------------------------
 
-_add("random_auto_contrast", {"p": 0.7}, "the definition in NumPy")
-_add("random_equalize", {"p": 0.7}, "torchvision's equalize of bytes", gradients=())
-_add("random_invert", {"p": 0.7}, "torchvision's invert")
-_add("random_grayscale", {"p": 0.7}, "torchvision's rgb_to_grayscale", colour=True)
+_add(
+    "random_auto_contrast",
+    {"p": 0.7},
+    "the definition in NumPy",
+    frames=Frames(reference="Pillow's autocontrast, a level"),
+)
+_add("random_equalize", {"p": 0.7}, "torchvision's equalize of bytes", gradients=(), frames=_BYTES)
+_add("random_invert", {"p": 0.7}, "torchvision's invert", frames=_BYTES)
+_add(
+    "random_grayscale",
+    {"p": 0.7},
+    "torchvision's rgb_to_grayscale",
+    colour=True,
+    frames=Frames(reference="OpenCV's cvtColor"),
+)
 
 # --- several changes ----------------------------------------------------------------------------------------
 
 _JITTER = "torchvision's adjustments, in the drawn order"
-_add("random_color_jitter", {**_FACTORS, "p": 0.7}, _JITTER, colour=True, also=({"order": [3, 0, 2, 1]},))
+_add(
+    "random_color_jitter",
+    {**_FACTORS, "p": 0.7},
+    _JITTER,
+    colour=True,
+    also=({"order": [3, 0, 2, 1]},),
+    frames=Frames(reference="the form for numbers, rounded"),
+)
 _add(
     "random_color_jiggle",
     {**_FACTORS, "p": 0.7},
     "chiasm's adjustments, in the drawn order",
     colour=True,
     also=({"order": [2, 1, 0, 3]},),
+    frames=Frames(reference="the form for numbers, rounded"),
 )
-_add("random_photometric_distort", {}, "torchvision's adjustments, as drawn", colour=True)
+_add(
+    "random_photometric_distort",
+    {},
+    "torchvision's adjustments, as drawn",
+    colour=True,
+    frames=Frames(reference="the form for numbers, rounded"),
+)
 
 # --- standardisation ----------------------------------------------------------------------------------------
 
@@ -100,31 +161,52 @@ _add("random_denormalize", {"p": 0.7}, "the definition in NumPy", _MEAN, _STD, g
 
 # --- smoothing ----------------------------------------------------------------------------------------------
 
-_add("random_box_blur", {"kernel_size": (3, 5), "p": 0.7}, "OpenCV's blur", symbols=STENCIL)
+_add("random_box_blur", {"kernel_size": (3, 5), "p": 0.7}, "OpenCV's blur", symbols=STENCIL, frames=_BYTES)
 _add(
     "random_gaussian_blur",
     {"kernel_size": (3, 5), "sigma": (0.3, 2.0), "p": 0.7},
     "torchvision's gaussian_blur",
     symbols=STENCIL,
+    frames=Frames(reference="torchvision's gaussian_blur, a level"),
 )
-_add("random_median_blur", {"p": 0.7}, "OpenCV's medianBlur", symbols=STENCIL, gradients=(), without_nan=True)
+_add(
+    "random_median_blur",
+    {"p": 0.7},
+    "OpenCV's medianBlur",
+    symbols=STENCIL,
+    gradients=(),
+    without_nan=True,
+    frames=_BYTES,
+)
 _add(
     "random_motion_blur",
     {"kernel_size": (3, 7), "angle": (-35.0, 35.0), "direction": (-0.5, 0.5), "p": 0.7},
     "OpenCV's filter2D, by the kernel of the drawn numbers",
     symbols=STENCIL,
+    frames=Frames(reference="OpenCV's filter2D, a level"),
 )
 
 # --- noise and channels -------------------------------------------------------------------------------------
 
 _add("random_gaussian_noise", {"std": 0.1, "p": 0.7}, "the normal distribution (Kolmogorov-Smirnov)")
-_add("random_salt_and_pepper_noise", {"amount": (0.1, 0.3), "p": 0.7}, "the binomial distribution")
+_add(
+    "random_salt_and_pepper_noise",
+    {"amount": (0.1, 0.3), "p": 0.7},
+    "the binomial distribution",
+    frames=_BYTES,
+)
 _add(
     "random_channel_dropout",
     {"fill_value": 0.5, "p": 0.7},
     "the definition in NumPy; chi-square of the choice",
+    frames=_BYTES,
 )
-_add("random_channel_shuffle", {"p": 0.7}, "a permutation of the channels; chi-square of the orders")
+_add(
+    "random_channel_shuffle",
+    {"p": 0.7},
+    "a permutation of the channels; chi-square of the orders",
+    frames=_BYTES,
+)
 
 # --- tiles --------------------------------------------------------------------------------------------------
 
@@ -134,6 +216,7 @@ _add(
     "OpenCV's createCLAHE",
     gradients=(),
     symbols={"H": (8, 32768), "W": (8, 32768)},
+    frames=_BYTES,
 )
 
 # --- light and weather --------------------------------------------------------------------------------------

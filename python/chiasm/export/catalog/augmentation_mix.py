@@ -1,9 +1,12 @@
 """Augmentations that mix the images of a batch, and policies."""
 
-from ..spec import Spec, TensorSpec, image
+from ..spec import Frames, Spec, TensorSpec, image
 from . import add
 from .augmentation_intensity import SEED
 
+VOLUMES = TensorSpec(
+    "input", ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
+)
 _LABEL = TensorSpec("label", ("B",), "int64", range=(0, 999), description="the number of each image's class")
 _MIXED = TensorSpec("output", layout="NCHW")
 _LABELS = TensorSpec("labels", description="label, the partner's label, the partner's share")
@@ -16,6 +19,7 @@ add(
         config={"lambda_val": (0.1, 0.6), "p": 0.7},
         gradients=("input",),
         reference="the definition as loops in NumPy, of the drawn numbers",
+        frames=Frames(),
     )
 )
 add(
@@ -27,6 +31,7 @@ add(
         gradients=("input",),
         also=({"beta": 0.6, "use_correct_lambda": True},),
         reference="the definition as loops in NumPy, of the drawn numbers",
+        frames=Frames(),
     )
 )
 add(
@@ -51,6 +56,37 @@ add(
         [_MIXED],
         config={"grid": (3, 4), "p": 0.7},
         reference="the definition as loops in NumPy; chi-square of the orders",
+        frames=Frames(),
+    )
+)
+add(
+    Spec(
+        "augmentation.random_transplantation3d",
+        [
+            TensorSpec(
+                "input", ("B", "C", "D", "H", "W"), "T", "NCDHW", range=(0.0, 1.0), description="volumes"
+            ),
+            TensorSpec(
+                "mask", ("B", "D", "H", "W"), "int64", range=(0, 5), description="a label for each voxel"
+            ),
+            SEED,
+        ],
+        [TensorSpec("output", layout="NCDHW"), TensorSpec("labels")],
+        config={"excluded_labels": [0, 3], "p": 0.7},
+        symbols={"D": (1, 4096)},
+        gradients=("input",),
+        reference="the definition as loops in NumPy; chi-square of the drawn label",
+    )
+)
+add(
+    Spec(
+        "augmentation.random_mosaic",
+        [image(), SEED],
+        [_MIXED],
+        config={"output_size": (20, 17), "mosaic_grid": (2, 3), "p": 0.7},
+        also=({"output_size": None}, {"padding_mode": "replicate", "p": 1.0}),
+        reference="numpy.block and numpy.pad, of the drawn numbers",
+        frames=Frames(),
     )
 )
 

@@ -2,7 +2,14 @@
 
 from ...primitives.core.modules import ModuleForm, lazy_modules
 from .affine import Affine, affine, rotate, scale, shear, translate, warp_affine
-from .crop import center_crop, crop_and_resize, crop_by_boxes, crop_by_indices, crop_by_transform_mat
+from .crop import (
+    CenterCrop2D,
+    center_crop,
+    crop_and_resize,
+    crop_by_boxes,
+    crop_by_indices,
+    crop_by_transform_mat,
+)
 from .crop3d import center_crop3d, crop_and_resize3d, crop_by_boxes3d
 from .elastic import elastic_transform2d
 from .flips import hflip, rot180, vflip
@@ -41,6 +48,7 @@ from .warp import warp_perspective
 
 __all__ = [
     "Affine",
+    "CenterCrop2D",
     "HomographyWarper",
     "affine",
     "affine3d",

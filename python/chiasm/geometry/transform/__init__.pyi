@@ -11,6 +11,7 @@ from .affine import scale as scale
 from .affine import shear as shear
 from .affine import translate as translate
 from .affine import warp_affine as warp_affine
+from .crop import CenterCrop2D as CenterCrop2D
 from .crop import center_crop as center_crop
 from .crop import crop_and_resize as crop_and_resize
 from .crop import crop_by_boxes as crop_by_boxes
@@ -771,6 +772,7 @@ __all__ = [
     "BuildLaplacianPyramid",
     "BuildPyramid",
     "CenterCrop",
+    "CenterCrop2D",
     "CenterCrop3d",
     "CropAndResize",
     "CropAndResize3d",

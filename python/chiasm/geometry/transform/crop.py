@@ -1,12 +1,13 @@
 """Cutting parts out of images."""
 
-from typing import List, Optional, Tuple
+from typing import Any, List, Optional, Tuple, Union
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from ...primitives.core.broadcasting import one_for_each
 from ...primitives.core.checks import check_choice, check_image, check_pair, check_tensor
+from ...primitives.core.window_sizes import positive_pair
 from ...primitives.numbers.rounding import to_index
 from ...primitives.resampling.taps import bounded_taps
 from ...primitives.resampling.warping import (
@@ -292,3 +293,66 @@ def _pixel(x: Tensor, size: int) -> Tensor:
     if x.is_floating_point():
         return to_index(x, size)
     return x.to(torch.int64).clamp(0, size - 1)
+
+
+class CenterCrop2D(nn.Module):
+    """Cut out the middle, at whole pixels: of two where the middle lies between, the first.
+
+    Args:
+        size: (height, width) of the crop, or a number for both.
+        align_corners, resample: as ``align_corners`` and ``mode`` in :func:`warp_affine`, for "resample".
+        cropping_mode: "slice" takes the pixels, and resizes an image that is smaller; "resample" is a warp,
+            which has zeros around such an image.
+
+    Shape:
+        (B, C, H, W), floating point, to (B, C, height, width).
+
+    Raises:
+        TypeError: if the images are not floating point.
+        ValueError: if they are not 4-D or a choice is not as above.
+
+    Example:
+        >>> CenterCrop2D(2)(torch.arange(16.0).reshape(1, 1, 4, 4))[0, 0]
+        tensor([[ 5.,  6.],
+                [ 9., 10.]])
+    """
+
+    def __init__(
+        self,
+        size: Union[int, Tuple[int, int]],
+        align_corners: bool = True,
+        resample: Any = "bilinear",
+        cropping_mode: str = "slice",
+    ) -> None:
+        super().__init__()
+        self.size = positive_pair(size, "size")
+        self.align_corners, self.resample = (
+            bool(align_corners),
+            str(getattr(resample, "name", resample)).lower(),
+        )
+        check_choice(self.resample, ["bilinear", "nearest", "bicubic"], "resample")
+        check_choice(cropping_mode, ["slice", "resample"], "cropping_mode")
+        self.cropping_mode = cropping_mode
+
+    def forward(self, input: Tensor) -> Tensor:
+        check_image(input, "input")
+        height, width = self.size
+        left, top = _first(input.size(3), width), _first(input.size(2), height)
+        if self.cropping_mode == "slice":
+            corners = torch.tensor([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]])
+            box = corners.to(input.device) + torch.tensor([left, top], device=input.device)
+            return crop_by_indices(input, box[None].expand(input.size(0), 4, 2), (height, width))
+        matrix = torch.eye(3, dtype=torch.float64, device=input.device)
+        matrix[0, 2], matrix[1, 2] = -left, -top
+        every = matrix[None].expand(input.size(0), 3, 3)
+        return crop_by_transform_mat(
+            input, every, (height, width), self.resample, "zeros", self.align_corners
+        )
+
+    def extra_repr(self) -> str:
+        return f"size={self.size}, cropping_mode={self.cropping_mode!r}"
+
+
+def _first(inside: int, size: int) -> int:
+    """Where the middle ``size`` of an axis begins, rounded towards 0."""
+    return (inside - size) // 2 if inside >= size else -((size - inside) // 2)

@@ -8,12 +8,14 @@ from torch import Tensor
 from ..core.checks import check_reduction
 
 
-def reduced(loss: Tensor, reduction: str) -> Tensor:
-    """The mean of a loss, its sum, or the loss itself.
+def reduced(loss: Tensor, reduction: Optional[str]) -> Tensor:
+    """The mean of a loss, its sum, or the loss itself, which None stands for too.
 
     >>> reduced(torch.tensor([1.0, 3.0]), "mean")
     tensor(2.)
     """
+    if reduction is None:
+        return loss
     check_reduction(reduction)
     if reduction == "mean":
         return loss.mean()

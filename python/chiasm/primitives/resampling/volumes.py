@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..core.checks import check_choice, check_floating, check_rank
+from ..core.checks import check_choice, check_floating, check_rank, check_values
 from ..numbers.rounding import known_or
 from .taps import gather_taps, reflect_positions
 
@@ -14,6 +14,12 @@ def check_volume(value: Tensor, name: str) -> None:
     """Raise unless ``value`` is a floating-point (B, C, D, H, W) tensor."""
     check_rank(value, 5, "(B, C, D, H, W)", name)
     check_floating(value, name)
+
+
+def check_voxels(value: Tensor, name: str) -> None:
+    """Raise unless ``value`` is a (B, C, D, H, W) tensor, floating point or uint8."""
+    check_rank(value, 5, "(B, C, D, H, W)", name)
+    check_values(value, name)
 
 
 def check_volume_sampling(

@@ -1,0 +1,416 @@
+"""Random affine maps, rotations and homographies of volumes. Matrices are in voxels."""
+
+import math
+from typing import Any, Dict, List, Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ..geometry.transform.matrices import homogeneous
+from ..geometry.transform.matrices3d import (
+    get_affine_matrix3d,
+    get_perspective_transform3d,
+    get_projective_transform,
+)
+from ..geometry.transform.volume import warp_perspective3d
+from ..primitives.linalg.matrices import inverse
+from ..primitives.random.draws import between, check_seed, uniform
+from ..primitives.resampling.volumes import check_volume
+from .base import AugmentationBase3D, as_mode, identity
+from .settings import fixed, ranges
+
+Range = Tuple[float, float]
+
+
+def random_affine3d(
+    input: Tensor,
+    seed: Tensor,
+    degrees: List[Tuple[float, float]],
+    translate: Tuple[float, float, float] = (0.0, 0.0, 0.0),
+    scale: Optional[List[Tuple[float, float]]] = None,
+    shears: Optional[List[Tuple[float, float]]] = None,
+    resample: str = "bilinear",
+    align_corners: bool = False,
+    p: float = 0.5,
+) -> Tensor:
+    """Shear, scale and rotate some volumes about their middles, and move them: ``get_affine_matrix3d``.
+
+    Args:
+        input: (B, C, D, H, W), floating point.
+        seed: (B,), int64.
+        degrees: the ranges of the rotation vector's components along x, y and z.
+        translate: up to which part of the width, the height and the depth volumes move, to either side.
+        scale: the range of factors, along all axes, or three, along x, y and z; 1 by default.
+        shears: the six ranges of shearing angles in degrees, sxy, sxz, syx, syz, szx and szy; none by
+            default.
+        resample: "bilinear" (of eight voxels) or "nearest".
+        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        p: the probability of each volume.
+
+    Returns:
+        (B, C, D, H, W). Differentiable in input.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> x, still = torch.arange(5.0).expand(1, 1, 3, 3, 5), [(0.0, 0.0)] * 3
+        >>> random_affine3d(x, torch.tensor([0]), still, scale=[(2.0, 2.0)], p=1.0)[0, 0, 1, 1]
+        tensor([1.0000, 1.5000, 2.0000, 2.5000, 3.0000])
+    """
+    _check(input, seed)
+    params = _draw_affine(seed, list(input.shape), degrees, translate, scale, shears, p)
+    return _warped(input, _affine_matrix(params), resample)
+
+
+def random_rotation3d(
+    input: Tensor,
+    seed: Tensor,
+    degrees: List[Tuple[float, float]],
+    resample: str = "bilinear",
+    align_corners: bool = False,
+    p: float = 0.5,
+) -> Tensor:
+    """Rotate some volumes about their middles by rotation vectors: ``rotate3d``.
+
+    Args:
+        input: (B, C, D, H, W), floating point.
+        seed: (B,), int64.
+        degrees: the ranges of the rotation vector's components along x, y and z (yaw, pitch, roll).
+        resample: "bilinear" (of eight voxels) or "nearest".
+        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        p: the probability of each volume.
+
+    Returns:
+        (B, C, D, H, W). Differentiable in input.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> x, about_z = torch.arange(4.0).reshape(1, 1, 1, 2, 2), [(0.0, 0.0), (0.0, 0.0), (180.0, 180.0)]
+        >>> random_rotation3d(x, torch.tensor([0]), about_z, p=1.0)[0, 0, 0].round()
+        tensor([[3., 2.],
+                [1., 0.]])
+    """
+    _check(input, seed)
+    params = _draw_rotation(seed, degrees, p)
+    return _warped(input, _rotation_matrix(params, list(input.shape)), resample)
+
+
+def random_perspective3d(
+    input: Tensor,
+    seed: Tensor,
+    distortion_scale: float = 0.5,
+    resample: str = "bilinear",
+    align_corners: bool = False,
+    p: float = 0.5,
+) -> Tensor:
+    """Bend some volumes by homographies of space: each corner moves towards the middle on its own, as far as
+    ``get_perspective_transform3d`` reads it.
+
+    Args:
+        input: (B, C, D, H, W), floating point.
+        seed: (B,), int64.
+        distortion_scale: up to which part of half a side corners move along it, 0 to 1.
+        resample: "bilinear" (of eight voxels) or "nearest".
+        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        p: the probability of each volume.
+
+    Returns:
+        (B, C, D, H, W). Differentiable in input.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> x = torch.arange(27.0).reshape(1, 1, 3, 3, 3)
+        >>> random_perspective3d(x, torch.tensor([0]), 0.0, p=1.0).round().equal(x)
+        True
+    """
+    _check(input, seed)
+    params = _draw_perspective(seed, list(input.shape), distortion_scale, p)
+    return _warped(input, _perspective_matrix(params), resample)
+
+
+def _check(input: Tensor, seed: Tensor) -> None:
+    check_volume(input, "input")
+    check_seed(seed, input.size(0))
+
+
+def _warped(input: Tensor, matrix: Tensor, resample: str) -> Tensor:
+    return warp_perspective3d(input, matrix, (input.size(2), input.size(3), input.size(4)), resample)
+
+
+def _chosen(matrix: Tensor, params: Dict[str, Tensor]) -> Tensor:
+    """(B, 4, 4) of samples that "batch_prob" chooses, the identity of others: it leaves a volume as it is."""
+    eye = identity(params["batch_prob"], 4)
+    return torch.where(params["batch_prob"][:, None, None], matrix.to(torch.float64), eye)
+
+
+def _middle(like: Tensor, shape: List[int]) -> Tensor:
+    """(B, 3) in float64: the middles of volumes, (x, y, z)."""
+    one = torch.ones_like(like, dtype=torch.float64)
+    sides = [one * ((shape[4 - axis] - 1) * 0.5) for axis in range(3)]
+    return torch.stack(sides, -1)
+
+
+def _each_between(u: Tensor, bounds: List[Tuple[float, float]]) -> Tensor:
+    """(B, N) of uniform numbers (B, N), each column within its bounds."""
+    columns = [between(u[:, i], bounds[i][0], bounds[i][1]) for i in range(len(bounds))]
+    return torch.stack(columns, -1)
+
+
+def _draw_affine(
+    seed: Tensor,
+    shape: List[int],
+    degrees: List[Tuple[float, float]],
+    translate: Tuple[float, float, float],
+    scale: Optional[List[Tuple[float, float]]],
+    shears: Optional[List[Tuple[float, float]]],
+    p: float,
+) -> Dict[str, Tensor]:
+    u = uniform(seed, 16)
+    _check_count(len(degrees), [3], "degrees")
+    sides = [
+        between(u[:, 4], -translate[0], translate[0]) * shape[4],
+        between(u[:, 5], -translate[1], translate[1]) * shape[3],
+        between(u[:, 6], -translate[2], translate[2]) * shape[2],
+    ]
+    factors = torch.ones_like(u[:, 7:10])
+    if scale is not None:
+        _check_count(len(scale), [1, 3], "scale")
+        factors = _each_between(u[:, 7 : 7 + len(scale)], scale).expand(-1, 3)
+    angles = torch.zeros_like(u[:, 10:16])
+    if shears is not None:
+        _check_count(len(shears), [6], "shears")
+        angles = _each_between(u[:, 10:16], shears)
+    return {
+        "batch_prob": u[:, 0] < p,
+        "angles": _each_between(u[:, 1:4], degrees),
+        "translations": torch.stack(sides, -1),
+        "scale": factors,
+        "shears": angles,
+        "center": _middle(u[:, 0], shape),
+    }
+
+
+def _affine_matrix(params: Dict[str, Tensor]) -> Tensor:
+    shears = params["shears"].to(torch.float64) * (math.pi / 180.0)
+    matrix = get_affine_matrix3d(
+        params["translations"].to(torch.float64),
+        params["center"].to(torch.float64),
+        params["scale"].to(torch.float64),
+        params["angles"].to(torch.float64),
+        shears[:, 0],
+        shears[:, 1],
+        shears[:, 2],
+        shears[:, 3],
+        shears[:, 4],
+        shears[:, 5],
+    )
+    return _chosen(matrix, params)
+
+
+def _draw_rotation(seed: Tensor, degrees: List[Tuple[float, float]], p: float) -> Dict[str, Tensor]:
+    u = uniform(seed, 4)
+    _check_count(len(degrees), [3], "degrees")
+    return {"batch_prob": u[:, 0] < p, "angles": _each_between(u[:, 1:], degrees)}
+
+
+def _rotation_matrix(params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+    angles = params["angles"].to(torch.float64)
+    rotation = get_projective_transform(_middle(angles[:, 0], shape), angles, torch.ones_like(angles))
+    return _chosen(homogeneous(rotation), params)
+
+
+def _draw_perspective(seed: Tensor, shape: List[int], scale: float, p: float) -> Dict[str, Tensor]:
+    u = uniform(seed, 25)
+    front = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+    back = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]]
+    unit = torch.tensor(front + back, dtype=torch.float64, device=seed.device)
+    last = 2.0 * _middle(u[:, 0], shape)[:, None]  # of each axis the last voxel
+    start = unit * last
+    moved = u[:, 1:].to(torch.float64).reshape(-1, 8, 3) * (1.0 - 2.0 * unit)
+    return {
+        "batch_prob": u[:, 0] < p,
+        "start_points": start,
+        "end_points": start + moved * ((last + 1.0) * (0.5 * scale)),
+    }
+
+
+def _perspective_matrix(params: Dict[str, Tensor]) -> Tensor:
+    start, end = params["start_points"].to(torch.float64), params["end_points"].to(torch.float64)
+    return _chosen(get_perspective_transform3d(start, end), params)
+
+
+def _check_count(count: int, known: List[int], name: str) -> None:
+    if count not in known:
+        raise ValueError(f"{name}: expected {known} ranges (least, greatest), got {count}")
+
+
+class Warp3D(AugmentationBase3D):
+    """An augmentation that samples volumes by the matrices of ``compute_transformation``.
+
+    Args:
+        resample: "bilinear" or "nearest".
+        align_corners: for Kornia's callers; it makes no difference.
+        p, same_on_batch, keepdim: as in ``AugmentationBase``.
+    """
+
+    def __init__(
+        self, resample: Any, align_corners: bool, p: float, same_on_batch: bool, keepdim: bool
+    ) -> None:
+        super().__init__(p, 1.0, same_on_batch, keepdim)
+        self.resample, self.align_corners = as_mode(resample), align_corners
+        if self.resample == "bicubic":
+            raise ValueError("resample: expected 'bilinear' or 'nearest' for volumes, got 'bicubic'")
+
+    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return _warped(input, self.compute_transformation(params, list(input.shape)), self.resample)
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return _warped(input, self.compute_transformation(params, list(input.shape)), "nearest")
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return _warped(input, inverse(self.compute_transformation(params, shape)), self.resample)
+
+
+class RandomAffine3D(Warp3D):
+    """``random_affine3d`` as a module.
+
+    Args:
+        degrees: the ranges of the rotation vector's components along x, y and z: a number, for all to both
+            sides of 0, (least, greatest) of all, three numbers, each to both sides of 0, or three ranges.
+        translate: up to which part of the width, the height and the depth volumes move; not at all by
+            default.
+        scale: the range of factors, or three, along x, y and z; 1 by default.
+        shears: the ranges of the six shearing angles in degrees, as ``degrees``; none by default.
+        resample, align_corners: as in ``random_affine3d``.
+        same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomAffine3D((15.0, 20.0, 20.0), scale=(0.8, 1.2), p=1.0)
+        >>> augment(torch.rand(2, 3, 4, 5, 6)).shape
+        torch.Size([2, 3, 4, 5, 6])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 4, 4])
+    """
+
+    degrees: List[Tuple[float, float]]
+    scale: Optional[List[Tuple[float, float]]]
+    shears: Optional[List[Tuple[float, float]]]
+
+    def __init__(
+        self,
+        degrees: Any,
+        translate: Optional[Any] = None,
+        scale: Optional[Any] = None,
+        shears: Optional[Any] = None,
+        resample: Any = "bilinear",
+        same_on_batch: bool = False,
+        align_corners: bool = False,
+        p: float = 0.5,
+        keepdim: bool = False,
+    ) -> None:
+        super().__init__(resample, align_corners, p, same_on_batch, keepdim)
+        self.degrees = ranges("degrees", degrees, 3)
+        moved = [0.0, 0.0, 0.0] if translate is None else [float(v) for v in translate]
+        if len(moved) != 3 or min(moved) < 0.0 or max(moved) > 1.0:
+            raise ValueError(f"translate: expected three numbers of 0 to 1, got {translate}")
+        self.translate = (moved[0], moved[1], moved[2])
+        self.scale = None if scale is None else _factors(scale)
+        self.shears = None if shears is None else ranges("shears", shears, 6)
+
+    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        return _draw_affine(seed, shape, self.degrees, self.translate, self.scale, self.shears, self.p)
+
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return _affine_matrix(params)
+
+
+def _factors(scale: Any) -> List[Range]:
+    """One range of factors, or one for each axis."""
+    rows = scale.tolist() if isinstance(scale, Tensor) else list(scale)
+    found = [fixed("scale", row) for row in (rows if isinstance(rows[0], (list, tuple)) else [rows])]
+    if len(found) not in (1, 3) or min(low for low, _ in found) <= 0.0:
+        raise ValueError(f"scale: expected a range of positive factors, or three, got {scale}")
+    return found
+
+
+class RandomRotation3D(Warp3D):
+    """``random_rotation3d`` as a module.
+
+    Args:
+        degrees: as in ``RandomAffine3D``.
+        resample, align_corners: as in ``random_rotation3d``.
+        same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomRotation3D((15.0, 20.0, 20.0), p=1.0)
+        >>> augment(torch.rand(2, 3, 4, 5, 6)).shape
+        torch.Size([2, 3, 4, 5, 6])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 4, 4])
+    """
+
+    degrees: List[Tuple[float, float]]
+
+    def __init__(
+        self,
+        degrees: Any,
+        resample: Any = "bilinear",
+        same_on_batch: bool = False,
+        align_corners: bool = False,
+        p: float = 0.5,
+        keepdim: bool = False,
+    ) -> None:
+        super().__init__(resample, align_corners, p, same_on_batch, keepdim)
+        self.degrees = ranges("degrees", degrees, 3)
+
+    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        return _draw_rotation(seed, self.degrees, self.p)
+
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return _rotation_matrix(params, shape)
+
+
+class RandomPerspective3D(Warp3D):
+    """``random_perspective3d`` as a module.
+
+    Args:
+        distortion_scale, resample, align_corners: as in ``random_perspective3d``.
+        same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomPerspective3D(0.5, p=1.0)
+        >>> augment(torch.rand(2, 3, 4, 5, 6)).shape
+        torch.Size([2, 3, 4, 5, 6])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 4, 4])
+    """
+
+    def __init__(
+        self,
+        distortion_scale: Any = 0.5,
+        resample: Any = "bilinear",
+        same_on_batch: bool = False,
+        align_corners: bool = False,
+        p: float = 0.5,
+        keepdim: bool = False,
+    ) -> None:
+        super().__init__(resample, align_corners, p, same_on_batch, keepdim)
+        self.distortion_scale = float(distortion_scale)
+        if not 0.0 <= self.distortion_scale <= 1.0:
+            raise ValueError(f"distortion_scale: expected 0 to 1, got {distortion_scale}")
+
+    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        return _draw_perspective(seed, shape, self.distortion_scale, self.p)
+
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return _perspective_matrix(params)

@@ -1,0 +1,47 @@
+"""`Map.collate`: what a loader of PyTorch gives to a map, and takes from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .errors import DataError
+
+if TYPE_CHECKING:
+    from .mapping import Map
+
+
+def collate(mapping: Map, samples: Sequence[Mapping[str, Any]], read: Sequence[str]) -> dict[str, Any]:
+    """The samples as a batch of tensors, in which the columns `read` are replaced by the op's outputs."""
+    import torch
+    from torch.utils.data import default_collate
+
+    columns: dict[str, list[Any]] = {}
+    for i, sample in enumerate(samples):
+        if not isinstance(sample, Mapping):
+            raise DataError(f"sample {i}: expected a dict of columns, got {type(sample).__name__}")
+        if sample.keys() != samples[0].keys():
+            raise DataError(f"sample {i}: expected the columns {list(samples[0])}, got {list(sample)}")
+        for name, value in sample.items():
+            columns.setdefault(name, []).append(value)
+    kept = {name: default_collate(values) for name, values in columns.items() if name not in read}
+    made = mapping({name: _column(values) if name in read else values for name, values in columns.items()})
+    return kept | {name: _tensors(values, torch) for name, values in made.items() if name not in kept}
+
+
+def _column(values: list[Any]) -> Any:
+    """Rows of one shape as one array, so that they run as one batch; others, and files, as they are."""
+    if any(isinstance(value, (bytes, bytearray, memoryview)) or value is None for value in values):
+        return values
+    rows = [np.asarray(value) for value in values]
+    alike = all(row.shape == rows[0].shape and row.dtype == rows[0].dtype for row in rows)
+    return np.stack(rows) if alike else rows
+
+
+def _tensors(values: np.ndarray, torch: Any) -> Any:
+    """An output as a tensor; a list where rows have no shape in common, or there is none."""
+    if values.dtype != object:
+        return torch.from_numpy(values)
+    return [torch.from_numpy(row) if isinstance(row, np.ndarray) else row for row in values]
