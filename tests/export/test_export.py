@@ -426,3 +426,13 @@ def test_onnx_keeps_a_term_that_is_zero_in_float32(tmp_path: Path) -> None:
     session = onnxruntime.InferenceSession(bundle / "forward.onnx", providers=["CPUExecutionProvider"])
     assert session.run(None, {"input": np.zeros(3)})[0].tolist() == [0.0, 0.0, 0.0]
     assert session.run(None, {"input": np.array([1e-300, 0.0])})[0].tolist() == [0.5, 0.0]
+
+
+def test_sizes_of_a_trace_are_none_of_the_settings() -> None:
+    """The gradient of 7 x 7 bins was specialised to a batch of 7, the size that it was traced at."""
+    spec = catalog()["ops.roi_align"].spec
+    assert samples.EXAMPLE["B"] in spec.config["output_size"]
+    sizes = samples.example(spec)
+    assert not set(sizes.values()) & set(spec.config["output_size"])
+    assert len(set(sizes.values())) == len(sizes)
+    assert samples.example(SPEC) == samples.fit(SPEC, samples.EXAMPLE)

@@ -101,7 +101,8 @@ class Method:
         if key not in self._programs:
             if gradients:
                 self.job.progress(f"{self.title} trace")
-            arguments = (self.module, self.job.spec, self.inputs, self.tensors(samples.EXAMPLE))
+            sizes = samples.EXAMPLE | samples.example(self.job.spec)
+            arguments = (self.module, self.job.spec, self.inputs, self.tensors(sizes))
             try:
                 self._programs[key] = trace_vjp(*arguments) if gradients else trace(*arguments, target)
             except ExportError as error:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import torch
 
 from .spec import Spec, TensorSpec
@@ -19,6 +21,28 @@ TESTS = (
 )
 #: The sizes of the golden vectors: small, since they ship.
 GOLDEN = {"B": 1, "C": 3, "H": 17, "W": 22, "N": 8, "OH": 11, "OW": 13}
+
+
+def example(spec: Spec) -> dict[str, int]:
+    """The sizes that an op is exported at: EXAMPLE's, but for those that the op's settings contain too, such
+    as an `output_size` of (7, 7), which a trace would take for the same."""
+    sizes = fit(spec, EXAMPLE)
+    taken = {2, 3, 4, 9} | _whole_numbers(spec.config)
+    taken |= {d for t in spec.inputs for d in t.shape if isinstance(d, int)}
+    for symbol, (low, high) in spec.used_symbols().items():
+        others = taken | {size for name, size in sizes.items() if name != symbol}
+        if sizes[symbol] in taken:
+            free = (size for size in range(max(low, sizes[symbol]), high + 1) if size not in others)
+            sizes[symbol] = next(free, sizes[symbol])
+    return sizes
+
+
+def _whole_numbers(value: object) -> set[int]:
+    if isinstance(value, Mapping):
+        return _whole_numbers(list(value.values()))
+    if isinstance(value, (list, tuple)):
+        return {number for part in value for number in _whole_numbers(part)}
+    return {value} if isinstance(value, int) else set()
 
 
 def fit(spec: Spec, sizes: dict[str, int]) -> dict[str, int]:

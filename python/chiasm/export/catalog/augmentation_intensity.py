@@ -74,7 +74,7 @@ _add(
     "random_sharpness",
     {"sharpness": (0.0, 2.0), "p": 0.7},
     "torchvision's adjust_sharpness",
-    symbols={"H": (3, 32768), "W": (3, 32768)},
+    symbols={"H": (4, 32768), "W": (4, 32768)},  # a graph of 3 x 3 is another one: one pixel is smoothed
     frames=Frames(reference="Pillow's enhancement, a level"),
 )
 _add(
@@ -161,7 +161,14 @@ _add("random_denormalize", {"p": 0.7}, "the definition in NumPy", _MEAN, _STD, g
 
 # --- smoothing ----------------------------------------------------------------------------------------------
 
-_add("random_box_blur", {"kernel_size": (3, 5), "p": 0.7}, "OpenCV's blur", symbols=STENCIL, frames=_BYTES)
+_add(
+    "random_box_blur",
+    {"kernel_size": (3, 5), "p": 0.7},
+    "OpenCV's blur",
+    symbols=STENCIL,
+    special_values="infinities in running sums",
+    frames=_BYTES,
+)
 _add(
     "random_gaussian_blur",
     {"kernel_size": (3, 5), "sigma": (0.3, 2.0), "p": 0.7},
