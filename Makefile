@@ -21,7 +21,7 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
   -o \( -name '*.c' -o -name '*.h' -o -name '*.cpp' -o -name '*.hpp' \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
-  test test-all test-quick test-ops test-export test-runtime build-aarch64 test-aarch64 test-parity test-serving test-data \
+  test test-all test-quick test-ops test-export test-runtime build-aarch64 test-aarch64 test-parity test-browser test-serving test-data \
   test-studies test-sanitizers test-fuzz fuzz test-install wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
@@ -120,6 +120,10 @@ other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime 
 	tools/other_runtimes.sh
 	$(PY) tests/parity/other_runtimes.py
 
+test-browser: build test-bundles ## the ONNX artifacts in ONNX Runtime for the web, in headless Chromium, on the golden vectors
+	tools/browser.sh
+	$(PY) tests/browser/replay.py
+
 test-serving: build test-bundles ## bundles in Triton Inference Server, asked by its client (where cargo was there for its headers)
 	@if [ ! -e build/release/lib/triton/chiasm/libtriton_chiasm.so ]; then
 	  echo "test-serving: left out, because the Triton backend was not built: tools/triton.sh headers says why"
@@ -198,7 +202,7 @@ stubs: build ## what editors know of the module classes -> python/chiasm/*/__ini
 	$(PY) tools/stubs.py
 
 lock: setup ## every *.in -> *.txt, pinned with hashes
-	@for name in requirements tools/uv tools/data tools/kornia tools/wheels tools/site/site tools/triton/environment tools/triton/server \
+	@for name in requirements tools/uv tools/data tools/kornia tools/wheels tools/site/site tools/browser/browser tools/triton/environment tools/triton/server \
 	    tools/other_runtimes/ort-1.17 tools/other_runtimes/openvino; do
 	  options=(--python-version 3.11)
 	  case $$name in
@@ -207,6 +211,7 @@ lock: setup ## every *.in -> *.txt, pinned with hashes
 	  esac
 	  .venv/bin/uv pip compile -q --upgrade --generate-hashes --no-emit-index-url --no-header "$${options[@]}" $$name.in -o $$name.txt
 	done
+	tools/browser.sh lock
 
 clean: ## remove what was built (not .venv)
 	rm -rf build python/chiasm/*.so python/chiasm/artifact

@@ -38,6 +38,7 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "test-parity": (),
     "test-special-values": (),
     "other-runtimes": (),
+    "test-browser": ("python/chiasm/export/formats/onnx", "tests/browser/", "tools/browser"),
     "test-serving": (*RUNTIME, "python/chiasm/triton/", "tests/serving/", "tools/triton"),
     "test-data": (
         *RUNTIME,

@@ -54,7 +54,7 @@ DIFFERS = {"metrics.psnr": "a sum is made of as many parts as a vector has numbe
 
 def main(patterns: list[str]) -> int:
     console = Console(width=None if sys.stdout.isatty() else 140)
-    names = [n for n in catalog() if any(fnmatch(n, p) for p in patterns)] if patterns else list(OPS)
+    names = [n for n in catalog() if any(fnmatch(n, p) for p in patterns or OPS)]
     if not names:
         console.print(f"no op of the catalog is like {' '.join(patterns)}")
         return 1

@@ -1,8 +1,9 @@
 """docs/coverage.md from the catalog and docs/coverage.json, the record of what the parity matrix has found.
 
-    python tests/parity/coverage.py            # after tests/parity/matrix.py, which leaves build/parity.json
+    python tests/parity/coverage.py    # after tests/parity/matrix.py, which leaves build/parity.json, or
+                                       # tests/browser/replay.py, which leaves build/browser.json
 
-What the matrix has found since is added to the record first. The whole catalog takes hours to compile, so
+What they have found since is added to the record first. The whole catalog takes hours to compile, so
 the record is filled in pieces: `chiasm export 'color.*'` and `matrix.py 'color.*'` give one. An op is taken
 into it if it was run in every way, and its gradient, where it has one, by ONNX Runtime and natively.
 """
@@ -23,7 +24,7 @@ from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, Entry, catalog
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, RECORD = ROOT / "docs" / "coverage.md", ROOT / "docs" / "coverage.json"
-FOUND = ROOT / "build" / "parity.json"
+FOUND, FOUND_IN_BROWSER = ROOT / "build" / "parity.json", ROOT / "build" / "browser.json"
 #: Families that are complete: each of their public functions is in the catalog, or is listed with the reason
 #: why it cannot be.
 COMPLETE = (
@@ -107,16 +108,23 @@ def add(record: dict[str, Any], checks: list[dict], entries: dict[str, Entry]) -
         }
         gradient = {"ONNX (C++)", "native (C++)"} if entries[name].spec.differentiated() else set()
         if WAYS.keys() <= row["forward"].keys() and gradient <= row["vjp"].keys():
-            record[name] = row
+            record[name] = record.get(name, {}) | row
             added += 1
     return added
 
 
-def shown(row: dict[str, Any], method: str, way: str) -> str:
+def add_browser(record: dict[str, Any], checks: list[dict]) -> None:
+    """Take into the record what a browser has found: the largest error on the golden vectors, or None."""
+    for name in {check["op"] for check in checks} & record.keys():
+        mine = [c for c in checks if c["op"] == name]
+        record[name]["browser"] = None if any(c["message"] for c in mine) else max(c["error"] for c in mine)
+
+
+def shown(errors: dict[str, float | None], way: str) -> str:
     """A cell of the page."""
-    if way not in row[method]:
+    if way not in errors:
         return ""
-    error = row[method][way]
+    error = errors[way]
     return "**failed**" if error is None else f"{error:.0e}".replace("0e+00", "0")
 
 
@@ -132,7 +140,8 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
         "Written by `make coverage`; do not edit. Each number is the largest difference from eager",
         "Python over the parity matrix's shapes (none of them the exported ones; batches of 1 and more;",
         "1, 3 and 5 channels) and the op's dtypes; every one is within the op's tolerance",
-        "`atol + rtol |expected|`, given for its first dtype. An empty cell: there is no such artifact.",
+        "`atol + rtol |expected|`, given for its first dtype. An empty cell: there is no such artifact. In a",
+        "browser, by ONNX Runtime for the web, golden vectors alone are compared.",
         "",
         f"Of {len(public)} public functions {sum(public.values())} are deployed in every format,",
         f"{len(public) - sum(public.values())} are not, for the reasons at the end. The catalog has",
@@ -148,12 +157,13 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
         if waiting
         else "None is left out.",
         "",
-        "| family | specs | " + " | ".join(WAYS) + " | with vjp |",
-        "|---|---|" + "---|" * (len(WAYS) + 1),
+        "| family | specs | " + " | ".join(WAYS) + " | browser | with vjp |",
+        "|---|---|" + "---|" * (len(WAYS) + 2),
     ]
     for family, names in groupby(entries, key=lambda n: n.partition(".")[0]):
         group = list(names)
         counts = [sum(way in rows[n]["forward"] for n in group) for way in WAYS]
+        counts.append(sum(rows[n].get("browser") is not None for n in group))
         gradients = sum(bool(entries[n].spec.differentiated()) for n in group)
         lines.append(
             f"| {family} | {len(group)} | "
@@ -161,13 +171,24 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
             + f" | {gradients} |"
         )
     for family, names in groupby(entries, key=lambda n: n.partition(".")[0]):
-        columns = ["op", "dtypes", "vjp by", "tolerance", "reference", *WAYS, "vjp ONNX", "vjp native"]
+        columns = [
+            "op",
+            "dtypes",
+            "vjp by",
+            "tolerance",
+            "reference",
+            *WAYS,
+            "browser",
+            "vjp ONNX",
+            "vjp native",
+        ]
         lines += ["", f"## {family}", "", "| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
         for name in names:
             cells = declared(entries[name])
             cells[0] += "\\*" * (name in changed)
-            cells += [shown(rows[name], "forward", way) for way in WAYS]
-            cells += [shown(rows[name], "vjp", way) for way in ("ONNX (C++)", "native (C++)")]
+            cells += [shown(rows[name]["forward"], way) for way in WAYS]
+            cells.append(shown(rows[name], "browser"))
+            cells += [shown(rows[name]["vjp"], way) for way in ("ONNX (C++)", "native (C++)")]
             lines.append("| " + " | ".join(cells) + " |")
     lines += ["", "## Not deployed", ""]
     lines += [f"* `{name}`: {reason}" for name, reason in sorted(NOT_DEPLOYED.items())]
@@ -186,6 +207,8 @@ def main() -> None:
     entries = catalog()
     record = json.loads(RECORD.read_text())
     added = add(record, json.loads(FOUND.read_text()), entries) if FOUND.exists() else 0
+    if FOUND_IN_BROWSER.exists():
+        add_browser(record, json.loads(FOUND_IN_BROWSER.read_text()))
     rows = [f"{json.dumps(name)}: {json.dumps(record[name])}" for name in entries if name in record]
     RECORD.write_text("{\n" + ",\n".join(rows) + "\n}\n")
     PAGE.write_text(page(entries, record))
