@@ -21,6 +21,7 @@ from ..patches.onnx import fast_onnx
 from ..spec import Spec, TensorSpec
 from ..tracing.graph import dynamic_shapes
 from .onnx_function import domain_version, function_name, fuse
+from .onnx_scatter import add_in_order
 
 OPSET = 18
 IR_VERSION = 8  # what ONNX Runtime 1.14 and later read
@@ -78,6 +79,7 @@ def to_onnx(
             )
             assert made is not None
             _simplify(made.model)
+            add_in_order(made.model)
             _keep_tiny_terms(made.model)
     except Exception as error:
         raise explain(spec.name, "ONNX", error) from error

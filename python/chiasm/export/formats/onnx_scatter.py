@@ -1,0 +1,69 @@
+"""Sums by index, in one order.
+
+ONNX Runtime's ScatterND adds what falls on one place from several threads without a lock, so that sums lack
+some of their terms, now and then (its issues 18048 and 23396); its ScatterElements adds one after the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import onnx_ir
+from onnx_ir import convenience
+
+
+def add_in_order(model: onnx_ir.Model) -> None:
+    """Each ScatterND that adds as a ScatterElements over the dimensions that it indexes, taken for one."""
+    for node in list(model.graph.all_nodes()):
+        reduction = node.attributes.get("reduction")
+        if node.op_type != "ScatterND" or reduction is None or reduction.as_string() != "add":
+            continue
+        data, indices, updates = node.inputs
+        assert node.graph is not None and data is not None and indices is not None and updates is not None
+        count = indices.shape[-1] if indices.shape is not None else None
+        if not isinstance(count, int):
+            raise ValueError(f"ScatterND of {indices.name}: how many dimensions it indexes is not known")
+        steps = _Steps(node.outputs[0].name or "scattered")
+        result = _scattered(steps, data, indices, updates, count)
+        result.type, result.shape = node.outputs[0].type, node.outputs[0].shape
+        node.graph.insert_before(node, steps.nodes)
+        convenience.replace_all_uses_with(node.outputs[0], result, replace_graph_outputs=True)
+        node.graph.remove(node, safe=True)
+
+
+class _Steps:
+    """Nodes in the making, whose values have names of their own."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.nodes = name, list[onnx_ir.Node]()
+
+    def __call__(
+        self, op: str, *inputs: onnx_ir.Value, **attributes: int | str | onnx_ir.Tensor
+    ) -> onnx_ir.Value:
+        node = onnx_ir.node(op, inputs, attributes=attributes)
+        node.outputs[0].name = f"{self.name}_{len(self.nodes)}"
+        self.nodes.append(node)
+        return node.outputs[0]
+
+    def numbers(self, *values: int) -> onnx_ir.Value:
+        return self("Constant", value=onnx_ir.Tensor(np.array(values, np.int64)))
+
+
+def _scattered(
+    step: _Steps, data: onnx_ir.Value, indices: onnx_ir.Value, updates: onnx_ir.Value, count: int
+) -> onnx_ir.Value:
+    """As ONNX defines ScatterND: `updates` belong to the first `count` dimensions of `data`."""
+    zero, rest = step.numbers(0), step.numbers(-1)
+    shape = step("Shape", data)
+    place: onnx_ir.Value | None = None
+    for k in range(count):
+        size = step("Slice", shape, step.numbers(k), step.numbers(k + 1))
+        index = step("Gather", indices, step.numbers(k), axis=-1)
+        index = step("Where", step("Less", index, zero), step("Add", index, size), index)
+        place = index if place is None else step("Add", step("Mul", place, size), index)
+    assert place is not None
+    indexed = step("ReduceProd", step("Slice", shape, zero, step.numbers(count)), keepdims=1)
+    rows = step("Reshape", data, step("Concat", indexed, rest, axis=0))
+    width = step("Slice", step("Shape", rows), step.numbers(1), step.numbers(2))
+    added = step("Reshape", updates, step("Concat", rest, width, axis=0))
+    place = step("Expand", step("Reshape", place, step.numbers(-1, 1)), step("Shape", added))
+    return step("Reshape", step("ScatterElements", rows, place, added, axis=0, reduction="add"), shape)
