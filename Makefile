@@ -110,7 +110,7 @@ coverage: ## docs/coverage.md, and its record, from the catalog and what the las
 docs: ## docs/kernels.md from the kernels' declarations
 	@python3 -B runtime/artifact/generate.py docs docs/kernels.md
 
-site: setup ## the pages and a reference of every op as HTML -> build/site/html; warnings and links to nowhere are errors
+site: build ## the pages and a reference of every op as HTML -> build/site/html; warnings and links to nowhere are errors
 	tools/site.sh
 
 linalg-accuracy: setup ## measure the linear algebra against NumPy -> docs/linalg.md
@@ -120,9 +120,11 @@ other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime 
 	tools/other_runtimes.sh
 	$(PY) tests/parity/other_runtimes.py
 
-test-browser: build test-bundles ## the ONNX artifacts in ONNX Runtime for the web, in headless Chromium, on the golden vectors
+test-browser: build test-bundles ## in headless Chromium: the ONNX artifacts on the golden vectors, and the site's live page
 	tools/browser.sh
 	$(PY) tests/browser/replay.py
+	PYTHONPATH=. $(PY) tools/site/live.py build/live
+	$(PY) tests/browser/live.py
 
 test-serving: build test-bundles ## bundles in Triton Inference Server, asked by its client (where cargo was there for its headers)
 	@if [ ! -e build/release/lib/triton/chiasm/libtriton_chiasm.so ]; then

@@ -38,7 +38,12 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "test-parity": (),
     "test-special-values": (),
     "other-runtimes": (),
-    "test-browser": ("python/chiasm/export/formats/onnx", "tests/browser/", "tools/browser"),
+    "test-browser": (
+        "python/chiasm/export/formats/onnx",
+        "tests/browser/",
+        "tools/browser",
+        "tools/site/live",
+    ),
     "test-serving": (*RUNTIME, "python/chiasm/triton/", "tests/serving/", "tools/triton"),
     "test-data": (
         *RUNTIME,

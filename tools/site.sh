@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Make the site, build/site/html, of the Markdown pages that are there and of a page for each op of the catalog. A link that leads nowhere is
-# an error.
+# Make the site, build/site/html, of the Markdown pages that are there, of a page for each op of the catalog, and of one where ops run live in
+# the browser. A link that leads nowhere is an error.
 # usage: tools/site.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -15,4 +15,6 @@ tar c --exclude=python/chiasm/artifact --exclude='*.so' --exclude=__pycache__ --
   examples gallery include packaging python runtime studies tests tools | tar x -C $source
 PYTHONPATH=python .venv/bin/python tools/site/reference.py $source/reference
 .deps/site/bin/python -m sphinx -q -W --keep-going -c tools/site $source build/site/html
+tools/browser.sh runtime
+PYTHONPATH=python:. .venv/bin/python tools/site/live.py build/site/html/live
 echo "build/site/html/index.html"
