@@ -4,12 +4,19 @@
 # usage: tools/site.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
+as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
 tools/environment.sh site tools/site/site.txt
+if ! command -v doxygen >/dev/null; then
+  echo "installing the Debian package doxygen"
+  as_root apt-get -qq update
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends doxygen >/dev/null
+fi
 
 source=build/site/source
 rm -rf build/site
 mkdir -p $source
-cp tools/site/index.md $source
+cp tools/site/index.md tools/site/interface.md $source
+doxygen tools/site/Doxyfile
 # What pages are, and what they lead to
 tar c --exclude=python/chiasm/artifact --exclude='*.so' --exclude=__pycache__ --exclude=corpus --exclude=frozen ./*.md LICENSE Makefile bench cmake docs \
   examples gallery include packaging python runtime studies tests tools | tar x -C $source

@@ -1,4 +1,5 @@
-/** chiasm: the C interface of the runtime. Compiles as C11 and as C++17.
+/** \file
+ *  chiasm: the C interface of the runtime. Compiles as C11 and as C++17.
  *
  *  A *bundle* is a folder `NAME.chiasm/` that holds one op or pipeline: a manifest, the artifacts that the
  *  backends load, and golden vectors. A *method* (`forward`, `vjp`) is an entry point of a bundle. A

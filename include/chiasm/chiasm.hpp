@@ -1,4 +1,5 @@
-/** chiasm: the C++17 interface of the runtime, header-only over the C interface of chiasm.h.
+/** \file
+ *  chiasm: the C++17 interface of the runtime, header-only over the C interface of chiasm.h.
  *
  *      auto sobel = chiasm::Bundle::open("filters.sobel.chiasm").method("forward");
  *      std::vector<float> image(1 * 3 * 256 * 256, 0.5f);

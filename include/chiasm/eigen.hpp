@@ -1,4 +1,5 @@
-/** chiasm and Eigen: views of dense matrices, vectors, arrays and maps, and copies of small objects.
+/** \file
+ *  chiasm and Eigen: views of dense matrices, vectors, arrays and maps, and copies of small objects.
  *  Optional: needs Eigen 3.3 or later.
  *
  *      Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> axis_angle(100, 3);

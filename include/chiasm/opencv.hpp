@@ -1,4 +1,5 @@
-/** chiasm and OpenCV. Optional: needs OpenCV's core module, 3.3 or later.
+/** \file
+ *  chiasm and OpenCV. Optional: needs OpenCV's core module, 3.3 or later.
  *
  *  Views in both directions, without a copy, for ops on frames of bytes, (H, W, C): pipelines, and the
  *  catalog's bundles NAME.frames:

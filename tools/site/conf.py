@@ -1,10 +1,15 @@
 """How Sphinx makes the site; tools/site.sh lays out its sources."""
 
+from pathlib import Path
+
 project = "chiasm"
 author = copyright = "the authors of chiasm"
-extensions = ["myst_parser"]
+extensions = ["myst_parser", "breathe"]
+breathe_projects = {"chiasm": str(Path(__file__).parents[2] / "build" / "site" / "doxygen" / "xml")}
+breathe_default_project = "chiasm"
+breathe_domain_by_file_pattern = {"*/chiasm.h": "c"}
 root_doc = "index"
-include_patterns = ["index.md", "*.md", "docs/**.md", "examples/**.md", "reference/**.md"]
+include_patterns = ["index.md", "interface.md", "*.md", "docs/**.md", "examples/**.md", "reference/**.md"]
 # Notes are parts of the benchmarks' pages, which their generators put in
 exclude_patterns = ["docs/*_notes.md"]
 html_theme = "furo"
@@ -15,4 +20,5 @@ html_show_sourcelink = False
 html_copy_source = False
 myst_heading_anchors = 4
 # Diagrams stand as their text; Pygments does not know their language, nor how Triton writes protobuf
-suppress_warnings = ["misc.highlighting_failure"]
+# (first); every header of the namespace declares it again (second)
+suppress_warnings = ["misc.highlighting_failure", "duplicate_declaration.cpp"]
