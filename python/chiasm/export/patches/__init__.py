@@ -72,6 +72,12 @@ PATCHES: Mapping[str, Patch] = {
     "torch._inductor.codegen.cpp:CppVecKernel._get_vec_load_line": Patch(
         "takes eight bytes to a vector by way of the stack", "874c8487f4c1"
     ),
+    "torch._inductor.lowering:fallback_handler": Patch(
+        "leaves `cat` of bytes to libtorch, which native code is to do without", "b1ba13a8d1aa"
+    ),
+    "torch._inductor.lowering:require_channels_last": Patch(
+        "turns planes of bytes into interleaved ones before `cat`", "ad860042e0f2"
+    ),
     "torch._inductor.codegen.cpp:CppVecOverrides.minimum": Patch(
         "passes NaN on, in three instructions; ops that are defined without NaN take one", "afbde6927b51"
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import reduce
 from typing import Any
 
 import sympy
@@ -54,11 +55,13 @@ _LANES = 8
 
 @contextmanager
 def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]:
-    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, and whose compiler is
-    `compile_command(command, folder)`."""
+    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, puts tensors of bytes side
+    by side itself, and whose compiler is `compile_command(command, folder)`."""
+    from torch._inductor import ir, lowering
     from torch._inductor.codegen.cpp import CppVecKernel
 
-    load_line = CppVecKernel._get_vec_load_line
+    load_line, fallback = CppVecKernel._get_vec_load_line, lowering.fallback_handler
+    channels_last = lowering.require_channels_last
 
     def load_bytes(kernel: Any, var: str, index: Any, dtype: torch.dtype, load_mask: Any = None) -> str:
         line, count = load_line(kernel, var, index, dtype, load_mask), f", static_cast<int64_t>({_LANES}))"
@@ -66,9 +69,24 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
             line = line.replace("::loadu(", "::loadu_one_fourth(").removesuffix(count) + ")"
         return line
 
+    def side_by_side(tensors: Any, dim: int) -> ir.TensorBox:
+        dtype = reduce(torch.promote_types, (t.get_dtype() for t in tensors))
+        made = [lowering.to_dtype(t, dtype) for t in tensors]
+        return ir.TensorBox(ir.ConcatKernel.create(made, dim % len(made[0].get_size())))
+
+    def handler(kernel: Any, *arguments: Any, **options: Any) -> Any:
+        if kernel is torch.ops.aten.cat.default:
+            return side_by_side
+        return fallback(kernel, *arguments, **options)
+
+    def as_laid_out(kernel: Any, *tensors: Any, **options: Any) -> Any:
+        return (tensors, options) if kernel is torch.ops.aten.cat else channels_last(kernel, *tensors, **options)
+
     with replaced(
         {
             "torch._inductor.codegen.cpp:CppVecKernel._get_vec_load_line": load_bytes,
+            "torch._inductor.lowering:fallback_handler": handler,
+            "torch._inductor.lowering:require_channels_last": as_laid_out,
             "torch._inductor.sizevars:sympy": _Sympy(),
             "torch._inductor.cpp_builder:run_compile_cmd": compile_command,
         }
