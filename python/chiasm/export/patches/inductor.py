@@ -80,7 +80,9 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
         return fallback(kernel, *arguments, **options)
 
     def as_laid_out(kernel: Any, *tensors: Any, **options: Any) -> Any:
-        return (tensors, options) if kernel is torch.ops.aten.cat else channels_last(kernel, *tensors, **options)
+        if kernel is torch.ops.aten.cat:
+            return tensors, options
+        return channels_last(kernel, *tensors, **options)
 
     with replaced(
         {
