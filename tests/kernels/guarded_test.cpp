@@ -387,6 +387,8 @@ TYPED_TEST(GuardedKernels, ShapesStayInside) {
       const Tensor numbers = this->run(aoti_torch_cpu_connected_components, x);
       for (int64_t i = 0; i < numbers->numel(); ++i)
         EXPECT_LE(reinterpret_cast<const uint64_t*>(numbers->data())[i], uint64_t(s.height * s.width));
+      const Tensor mask = this->template wholes<uint8_t>({2, s.height, s.width}, 0, 1);
+      for (const int64_t points : {3, 40}) this->run(aoti_torch_cpu_outlines, mask, int64_t{5}, points);
       for (int32_t zhang = 0; zhang < 2; ++zhang) this->run(aoti_torch_cpu_thinned, x, int64_t{99}, zhang);
       for (const int64_t taps : {1, 3, 5})
         this->run(aoti_torch_cpu_grown_distances, x, this->numbers({taps, taps}), 0.35, int64_t{20});

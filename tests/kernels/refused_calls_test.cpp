@@ -193,6 +193,9 @@ TEST(RefusedCalls, ShapesThatDoNotFitTheirWindows) {
                element = kernel_calls::make({3, 3}, kBool), empty = kernel_calls::make({3, 0}, kBool);
   REFUSES("euclidean_distances: x", euclidean_distances, none.get());
   REFUSES("connected_components: x", connected_components, none.get());
+  const Tensor mask = kernel_calls::make({2, 9, 11}, kUint8);
+  REFUSES("outlines: polygons", outlines, mask.get(), 0, 9);
+  REFUSES("outlines: numbers", outlines, mask.get(), 1, 2);
   REFUSES("thinned: x", thinned, none.get(), 9, 1);
   REFUSES("thinned: limit", thinned, x.get(), -1, 1);
   REFUSES("grown_distances: taps", grown_distances, x.get(), floats({3, 5}).get(), 0.35, 9);

@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <random>
+#include <set>
 #include <vector>
 
 #include "benchmarks.h"
@@ -306,6 +308,75 @@ KERNEL_CALL_BENCHMARK(connected_components_noise, [] {
   return [x = kernel_benchmarks::random(3 * 1080 * 1920, -0.6f, 0.4f),
           out = std::vector<int64_t>(3 * 1080 * 1920)]() mutable {
     connected_components(x.data(), {3, 1080, 1920}, out.data());
+  };
+});
+
+// Points of a polygon, from the least on.
+std::vector<int64_t> from_the_least(std::vector<int64_t> points) {
+  if (!points.empty()) {
+    std::vector<int64_t> least = points;
+    for (size_t i = 0; i < points.size(); ++i) {
+      std::rotate(points.begin(), points.begin() + 1, points.end());
+      least = std::min(least, points);
+    }
+    points = least;
+  }
+  return points;
+}
+
+TEST(Outlines, AreOpenCvs) {
+  std::mt19937 random(0);
+  for (const Planes& p : {Planes{1, 1, 1}, Planes{2, 1, 9}, Planes{2, 9, 1}, Planes{2, 3, 5},
+                          Planes{1, 2, 64}, Planes{3, 19, 37}})
+    for (const double share : {0.0, 0.2, 0.5, 0.8, 1.0}) {
+      const int64_t size = p.height * p.width, numbers = 2 * size + 2;
+      std::vector<uint8_t> mask(size_t(p.count * size));
+      for (uint8_t& m : mask) m = std::bernoulli_distribution(share)(random) ? 7 : 0;
+      std::vector<int64_t> found(size_t(p.count * size * numbers));
+      outlines(mask.data(), p, size, numbers, found.data());
+      for (int64_t i = 0; i < p.count; ++i) {
+        std::vector<std::vector<cv::Point>> paths;
+        std::vector<cv::Vec4i> hierarchy;
+        cv::findContours(cv::Mat(int(p.height), int(p.width), CV_8U, mask.data() + i * size), paths,
+                         hierarchy, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
+        std::multiset<std::pair<bool, std::vector<int64_t>>> expected, actual;
+        for (size_t k = 0; k < paths.size(); ++k) {
+          std::vector<int64_t> points;
+          for (const cv::Point& q : paths[k]) points.push_back(q.y * p.width + q.x);
+          expected.emplace(hierarchy[k][3] >= 0, from_the_least(points));
+        }
+        for (int64_t k = 0; k < size; ++k) {
+          const int64_t* const slot = found.data() + (i * size + k) * numbers;
+          for (int64_t j = 2 + slot[0]; j < numbers; ++j) ASSERT_EQ(slot[j], -1);
+          if (slot[0] > 0) actual.emplace(slot[1] != 0, from_the_least({slot + 2, slot + 2 + slot[0]}));
+        }
+        ASSERT_EQ(actual, expected);
+      }
+    }
+}
+
+TEST(Outlines, TheLargestComeFirstAndLosePointsEvenly) {
+  // Two squares, the larger with a hole.
+  const int64_t width = 16;
+  std::vector<uint8_t> mask(12 * 16, 0);
+  for (int64_t y = 1; y < 4; ++y)
+    for (int64_t x = 1; x < 4; ++x) mask[size_t(y * width + x)] = 1;
+  for (int64_t y = 4; y < 11; ++y)
+    for (int64_t x = 6; x < 14; ++x) mask[size_t(y * width + x)] = y != 7 || x < 8 || x > 10;
+  std::vector<int64_t> out(4 * 4);
+  outlines(mask.data(), {1, 12, width}, 4, 4, out.data());
+  // Around the hole (8, 8), in x and y, is the first below; then (7, 7), (8, 6), (10, 6), (11, 7), (10, 8).
+  EXPECT_EQ(out, (std::vector<int64_t>{2, 0, 4 * width + 6, 10 * width + 13,  //
+                                       2, 0, width + 1, 3 * width + 3,        //
+                                       2, 1, 8 * width + 8, 6 * width + 10,   //
+                                       0, 0, -1, -1}));
+}
+
+KERNEL_CALL_BENCHMARK(outlines, [] {
+  const std::vector<float> discs = many_discs();
+  return [mask = std::vector<uint8_t>(discs.begin(), discs.end()),
+          out = std::vector<int64_t>(3 * 64 * 258)]() mutable {
+    outlines(mask.data(), {3, 1080, 1920}, 64, 258, out.data());
   };
 });
 

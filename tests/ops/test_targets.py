@@ -198,6 +198,10 @@ HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 #: Arguments of every primitive, for a dtype.
 EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "angles.angle_of": lambda t: [(numbers(t, 40) - 0.5, numbers(t, 41)[:40] - 0.5)],
+    "borders.outlines": lambda t: [
+        (numbers(t, 2, 12, 17) > 0.5, 5, 30),
+        (numbers(t, 1, 5, 4) > 0.3, 2, 1),
+    ],
     "connected_components.numbered_components": lambda t: [
         (numbers(t, 2, 3, 12, 17) - 0.5, 100),
         (numbers(t, 1, 1, 5, 4) - 0.3, 3),

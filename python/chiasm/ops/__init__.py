@@ -20,6 +20,7 @@ from .kalman import kalman_predict, kalman_update
 from .keypoints import decode_heatmaps, decode_simcc
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
 from .masks import masks_from_prototypes, masks_to_boxes, paste_masks
+from .polygons import masks_to_polygons
 from .roi_align import ps_roi_align, roi_align
 from .roi_pool import ps_roi_pool, roi_pool
 from .rotated import rotated_iou, rotated_nms_fixed
@@ -59,6 +60,7 @@ __all__ = [
     "linear_assignment",
     "masks_from_prototypes",
     "masks_to_boxes",
+    "masks_to_polygons",
     "merge",
     "merge_detections",
     "nms",

@@ -29,6 +29,7 @@ from .losses import generalized_box_iou_loss as generalized_box_iou_loss
 from .masks import masks_from_prototypes as masks_from_prototypes
 from .masks import masks_to_boxes as masks_to_boxes
 from .masks import paste_masks as paste_masks
+from .polygons import masks_to_polygons as masks_to_polygons
 from .roi_align import ps_roi_align as ps_roi_align
 from .roi_align import roi_align as roi_align
 from .roi_pool import ps_roi_pool as ps_roi_pool
@@ -405,6 +406,16 @@ class MasksToBoxes(nn.Module):
     def forward(self, masks: Tensor) -> Tensor: ...
     def __call__(self, masks: Tensor) -> Tensor: ...
 
+class MasksToPolygons(nn.Module):
+    """`masks_to_polygons` as a module: The outlines of the 8-connected shapes in masks, and of the holes
+    in them, the largest first."""
+
+    max_polygons: int
+    max_points: int
+    def __init__(self, max_polygons: int = 16, max_points: int = 256) -> None: ...
+    def forward(self, masks: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, masks: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+
 class Merge(nn.Module):
     """`merge` as a module: Put an image together from its tiles, as ``tile`` cuts them, seams
     blended."""
@@ -609,6 +620,7 @@ __all__ = [
     "LinearAssignment",
     "MasksFromPrototypes",
     "MasksToBoxes",
+    "MasksToPolygons",
     "Merge",
     "MergeDetections",
     "Nms",
@@ -651,6 +663,7 @@ __all__ = [
     "linear_assignment",
     "masks_from_prototypes",
     "masks_to_boxes",
+    "masks_to_polygons",
     "merge",
     "merge_detections",
     "nms",

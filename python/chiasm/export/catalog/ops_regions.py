@@ -88,6 +88,15 @@ def _filled_masks(generator, sizes, dtype):
     return {"masks": masks}
 
 
+def _shapes(generator, sizes, dtype):
+    """Shapes of some pixels, with holes, and noise in the last mask."""
+    size = (sizes["N"], 1, sizes["H"], sizes["W"])
+    noise = torch.rand(size, generator=generator, dtype=torch.float64)
+    smooth = torch.nn.functional.avg_pool2d(noise, 3, 1, 1, count_include_pad=False)
+    smooth[-1:] = noise[-1:]
+    return {"masks": smooth[:, 0] > 0.5}
+
+
 def _prototypes(generator, sizes, dtype):
     batch, count = sizes["B"], sizes["N"]
 
@@ -122,6 +131,24 @@ add(
         sample=_filled_masks,
         peer=torchvision("masks_to_boxes"),
         reference="torchvision.ops.masks_to_boxes",
+        picture="tensors",
+    )
+)
+add(
+    Spec(
+        "ops.masks_to_polygons",
+        [TensorSpec("masks", ("N", "H", "W"), "bool", description="of instances")],
+        [
+            TensorSpec("points", description="x, y"),
+            TensorSpec("counts", description="of points in each polygon"),
+            TensorSpec("holes", description="which polygons are around holes"),
+        ],
+        config={"max_polygons": 8, "max_points": 64},
+        also=({"max_polygons": 3, "max_points": 7},),
+        symbols={"N": (1, 1 << 12)},
+        gradients=(),
+        sample=_shapes,
+        reference="cv2.findContours",
         picture="tensors",
     )
 )

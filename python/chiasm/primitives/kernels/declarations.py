@@ -197,6 +197,15 @@ _declare(
     ["H * W <= INT32_MAX"],
 )
 
+_declare(
+    "outlines(uint8[..., H, W] mask, int polygons, int numbers) -> int64[..., polygons, numbers]",
+    "outlines.cpp",
+    """The borders of the 8-connected sets of values that are not 0, and of the holes in them, those with the
+    most pixels inside first: the number of points, whether it is around a hole, and the pixels where an
+    8-connected path along the border changes its direction, -1 in places left over.""",
+    ["polygons >= 1", "numbers >= 3", "H * W <= INT32_MAX"],
+)
+
 # Shapes
 
 _declare(
