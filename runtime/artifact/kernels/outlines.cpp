@@ -41,7 +41,9 @@ class Mask {
     std::fill_n(seen_, height_ * width_, uint8_t{0});
     for (int64_t y = 0; y < height_; ++y)
       for (int64_t x = 0; x < width_; ++x)
-        if (has(y, x) && !has(y - 1, x) && seen_[y * width_ + x] == 0) add(border({y, x, 0}));
+        if (const int64_t i = y * width_ + x;
+            mask_[i] != 0 && (y == 0 || mask_[i - width_] == 0) && seen_[i] == 0)
+          add(border({y, x, 0}));
   }
 
   // Calls add(pixel) for the corners of a border.
