@@ -44,7 +44,7 @@ extern "C" {
 #endif
 
 /** The version of the function table that this header describes. */
-#define CHIASM_API_VERSION 3u
+#define CHIASM_API_VERSION 4u
 
 /** Upper limit on the number of dimensions of a tensor. */
 #define CHIASM_MAX_DIMS 8
@@ -306,6 +306,20 @@ typedef struct chiasm_api {
   /** The policy and the trusted keys, each of 56 characters; they live as long as the process. `keys` and
    *  `key_count` may be NULL. */
   chiasm_status* (*get_trust)(int32_t* policy, const char* const** keys, size_t* key_count);
+
+  /* since 4: several runs in one call */
+  /** Run on several sets of inputs, which may differ in their sizes, into the caller's tensors. `inputs` holds
+   *  `runs` times `input_count` tensors, one run after the other, and `outputs` likewise. Images of different
+   *  sizes become one batch where the output of each run is its part of one tensor.
+   *
+   *  As many runs go on at once as use no more threads than the process may: methods that were loaded with
+   *  num_threads 1 gain most. On CUDA all are enqueued on the stream. All are checked before the first begins,
+   *  as method_run_into does, and the outputs of one must not overlap the tensors of another. If some fail the
+   *  others are finished; the status is that of the first that failed, and its message begins with the run's
+   *  number. */
+  chiasm_status* (*method_run_each)(chiasm_method* method, size_t runs, const chiasm_tensor* inputs,
+                                    size_t input_count, const chiasm_tensor* outputs, size_t output_count,
+                                    const chiasm_run_options* options);
 } chiasm_api;
 
 /** The function table, or NULL where the library does not have this version. The table lives as long as the

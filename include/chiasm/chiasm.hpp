@@ -503,7 +503,7 @@ struct TensorType {
   DType dtype = DType::Float32;
 };
 
-/** A loaded method. run and run_into may be called from many threads at once. */
+/** A loaded method. run, run_into and run_each may be called from many threads at once. */
 class Method final {
  public:
   explicit Method(chiasm_method* method) noexcept : handle_(method) {}
@@ -546,6 +546,46 @@ class Method final {
     const chiasm_run_options options{sizeof(chiasm_run_options), stream};
     detail::check(
         detail::api().method_run_into(handle(), in.data(), in.size(), out.data(), out.size(), &options));
+  }
+
+  /** Several runs in one call, several at once: `inputs[i]` and `outputs[i]` are those of run i. Load the
+   *  method with one thread (LoadOptions::with_num_threads), and each core takes runs of its own. Frames of
+   *  different sizes become one batch where the outputs are its parts:
+   *
+   *      std::vector<float> batch(frames.size() * 3 * 640 * 640);
+   *      for (size_t i = 0; i < frames.size(); ++i) {
+   *        inputs.push_back({chiasm::view(frames[i])});
+   *        outputs.push_back({chiasm::Tensor(&batch[i * 3 * 640 * 640], {1, 3, 640, 640})});
+   *      }
+   *      method.run_each(inputs, outputs);
+   *
+   *  See method_run_each in chiasm.h for what is checked. */
+  void run_each(const std::vector<std::vector<Tensor>>& inputs,
+                const std::vector<std::vector<Tensor>>& outputs, void* stream = nullptr) const {
+    if (inputs.size() != outputs.size())
+      throw Error(CHIASM_INVALID_ARGUMENT, "run_each: " + std::to_string(inputs.size()) +
+                                               " sets of inputs and " + std::to_string(outputs.size()) +
+                                               " sets of outputs");
+    const size_t runs = inputs.size();
+    const size_t input_count = runs == 0 ? 0 : inputs[0].size(),
+                 output_count = runs == 0 ? 0 : outputs[0].size();
+    std::vector<Tensor> in, out;
+    for (size_t i = 0; i < runs; ++i) {
+      if (inputs[i].size() != input_count || outputs[i].size() != output_count)
+        throw Error(CHIASM_INVALID_ARGUMENT,
+                    "run_each: run " + std::to_string(i) + " has other numbers of tensors than run 0");
+      in.insert(in.end(), inputs[i].begin(), inputs[i].end());
+      for (const Tensor& tensor : outputs[i]) {
+        if (tensor.read_only())
+          throw Error(CHIASM_INVALID_ARGUMENT,
+                      "run_each: an output of run " + std::to_string(i) + " is read-only");
+        out.push_back(tensor);
+      }
+    }
+    const detail::TensorList in_list(in.data(), in.size()), out_list(out.data(), out.size());
+    const chiasm_run_options options{sizeof(chiasm_run_options), stream};
+    detail::check(detail::api().method_run_each(handle(), runs, in_list.data(), input_count, out_list.data(),
+                                                output_count, &options));
   }
 
   /** What output `index` will be for these inputs, which are checked as for a run. */

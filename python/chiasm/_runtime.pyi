@@ -117,6 +117,13 @@ class Method:
             On CUDA, the stream to enqueue on: the call returns when the work is enqueued. By default torch's
             current stream for torch tensors, else the default stream.
         """
+    def run_each(self, inputs: typing.Any, outputs: typing.Any, *, stream: typing.Any = None) -> None:
+        """
+        Several runs in one call, several at once: item i of `inputs` and of `outputs` is what `run_into`
+        takes for run i. Images may differ in their sizes, and become one batch where the outputs are its
+        parts. Load the method with ``num_threads=1``, and each core takes runs of its own. If some fail, the
+        others are finished, and the first error is raised, with the run's number.
+        """
     def run_into(self, inputs: typing.Any, outputs: typing.Any, *, stream: typing.Any = None) -> None:
         """
         Run into arrays of the caller, each given as in `run`. They must be dense and writable, have the

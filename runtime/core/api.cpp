@@ -7,6 +7,7 @@
 #include "core/bundle.h"
 #include "core/method.h"
 #include "core/registry.h"
+#include "core/run_each.h"
 #include "core/self_test.h"
 #include "core/status.h"
 #include "core/struct_size.h"
@@ -196,6 +197,15 @@ chiasm_status* method_run_into(chiasm_method* method, const chiasm_tensor* input
   });
 }
 
+chiasm_status* method_run_each(chiasm_method* method, size_t runs, const chiasm_tensor* inputs,
+                               size_t input_count, const chiasm_tensor* outputs, size_t output_count,
+                               const chiasm_run_options* options) {
+  return guarded([&] {
+    need(method, "method");
+    run_each(*method->method, runs, inputs, input_count, outputs, output_count, options);
+  });
+}
+
 size_t outputs_count(const chiasm_outputs* outputs) {
   return outputs == nullptr ? 0 : reinterpret_cast<const Outputs*>(outputs)->count();
 }
@@ -212,7 +222,7 @@ constexpr chiasm_api kApi = {
     bundle_open,        bundle_close,       bundle_get_info, bundle_self_test, method_load,
     method_close,       method_get_info,    method_backend,  method_artifact,  method_output_shape,
     method_run,         method_run_into,    outputs_count,   outputs_get,      outputs_free,
-    set_trust_policy,   get_trust_policy,
+    set_trust_policy,   get_trust_policy,   method_run_each,
 };
 
 }  // namespace

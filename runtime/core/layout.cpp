@@ -10,7 +10,7 @@
 #define CHIASM_SIZE(type, size) static_assert(sizeof(type) == (size), #type " has another size")
 
 static_assert(sizeof(void*) == 8, "the layouts below are those of 64-bit machines");
-static_assert(CHIASM_API_VERSION == 3u && CHIASM_BACKEND_ABI == 5u,
+static_assert(CHIASM_API_VERSION == 4u && CHIASM_BACKEND_ABI == 5u,
               "freeze the new version's layout here too");
 
 CHIASM_AT(chiasm_tensor, struct_size, 0);
@@ -122,7 +122,8 @@ CHIASM_AT(chiasm_api, outputs_get, 184);
 CHIASM_AT(chiasm_api, outputs_free, 192);
 CHIASM_AT(chiasm_api, set_trust, 200);
 CHIASM_AT(chiasm_api, get_trust, 208);
-CHIASM_SIZE(chiasm_api, 216);
+CHIASM_AT(chiasm_api, method_run_each, 216);
+CHIASM_SIZE(chiasm_api, 224);
 
 CHIASM_AT(chiasm_error_text, text, 0);
 CHIASM_SIZE(chiasm_error_text, 2048);

@@ -7,6 +7,7 @@
 #include "base/cuda.h"
 #include "core/status.h"
 #include "core/struct_size.h"
+#include "core/threads.h"
 
 namespace chiasm::core {
 namespace {
@@ -89,6 +90,7 @@ Method::Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, con
       device_type_(request.device_type),
       device_index_(request.device_index),
       dtype_(dtype),
+      num_threads_(request.num_threads),
       signature_(spec, bundle_->manifest().symbols, dtype, request.device_type, request.device_index),
       info_(spec, bundle_->manifest().symbols, generic_dtypes(dtype)) {
   load_model(LoadCall(*bundle_, spec, artifact, backend, request, dtype));
@@ -141,11 +143,22 @@ std::unique_ptr<Outputs> Method::run(const chiasm_tensor* inputs, size_t count,
 
 void Method::run_into(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs,
                       size_t output_count, const chiasm_run_options* options) const {
-  check_run_options(options);
   Call call;
+  check(inputs, input_count, outputs, output_count, options, call);
+  execute(call, options);
+}
+
+void Method::check(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs,
+                   size_t output_count, const chiasm_run_options* options, Call& call) const {
+  check_run_options(options);
   signature_.check_inputs(inputs, input_count, call);
   signature_.check_outputs(outputs, output_count, call);
-  execute(call, options);
+}
+
+size_t Method::runs_at_once() const {
+  // On a device runs are enqueued on one stream.
+  if (device_type_ != CHIASM_CPU || num_threads_ == 0) return 1;
+  return static_cast<size_t>(std::max(use_num_threads() / num_threads_, 1));
 }
 
 void Method::warm_up() const {

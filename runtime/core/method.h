@@ -56,6 +56,11 @@ class Method final {
                                const chiasm_run_options* options) const;
   void run_into(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs,
                 size_t output_count, const chiasm_run_options* options) const;
+  /** The checks of run_into: fills `call`. */
+  void check(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs,
+             size_t output_count, const chiasm_run_options* options, Call& call) const;
+  /** How many runs at once use no more threads than the process may. */
+  size_t runs_at_once() const;
   /** Run a call that was checked and has all its data. */
   void execute(const Call& call, const chiasm_run_options* options) const;
 
@@ -67,7 +72,7 @@ class Method final {
   const MethodSpec& spec_;
   const Artifact& artifact_;
   const Backend& backend_;
-  int32_t device_type_, device_index_, dtype_;
+  int32_t device_type_, device_index_, dtype_, num_threads_;
   Signature signature_;
   MethodInfo info_;
   void* model_ = nullptr;

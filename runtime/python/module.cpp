@@ -126,6 +126,33 @@ class PythonMethod {
     check(status);
   }
 
+  void run_each(const py::sequence& inputs, const py::sequence& outputs, const py::object& stream) const {
+    const size_t runs = py::len(inputs);
+    if (runs != py::len(outputs))
+      throw py::value_error("run_each: " + std::to_string(runs) + " sets of inputs and " +
+                            std::to_string(py::len(outputs)) + " sets of outputs");
+    std::vector<std::unique_ptr<Arguments>> arguments;
+    std::vector<chiasm_tensor> in, out;
+    void* where = nullptr;
+    for (size_t run = 0; run < runs; ++run) {
+      arguments.push_back(std::make_unique<Arguments>(Arguments::Role::input, inputs_.count));
+      collect(*arguments.back(), inputs_, inputs[run]);
+      in.insert(in.end(), arguments.back()->views().begin(), arguments.back()->views().end());
+      if (run == 0) where = stream_from(stream, *arguments.back());
+      arguments.push_back(std::make_unique<Arguments>(Arguments::Role::output, outputs_.count));
+      collect(*arguments.back(), outputs_, outputs[run]);
+      out.insert(out.end(), arguments.back()->views().begin(), arguments.back()->views().end());
+    }
+    const chiasm_run_options options{sizeof(chiasm_run_options), where};
+    chiasm_status* status = nullptr;
+    {
+      const py::gil_scoped_release release;
+      status = api().method_run_each(method_.c_handle(), runs, in.data(), inputs_.count, out.data(),
+                                     outputs_.count, &options);
+    }
+    check(status);
+  }
+
   std::vector<std::pair<py::tuple, std::string>> output_shapes(const py::args& inputs,
                                                                const py::kwargs& named) const {
     Arguments arguments(Arguments::Role::input, inputs_.count);
@@ -384,6 +411,13 @@ stream : int or torch.cuda.Stream, optional
            arg("stream") = py::none(),
            R"(Run into arrays of the caller, each given as in `run`. They must be dense and writable, have the
 shapes and dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
+      .def(
+          "run_each", &PythonMethod::run_each, arg("inputs"), arg("outputs"), py::kw_only(),
+          arg("stream") = py::none(),
+          R"(Several runs in one call, several at once: item i of `inputs` and of `outputs` is what `run_into` takes
+for run i. Images may differ in their sizes, and become one batch where the outputs are its parts. Load the
+method with ``num_threads=1``, and each core takes runs of its own. If some fail, the others are finished, and
+the first error is raised, with the run's number.)")
       .def("output_shapes", &PythonMethod::output_shapes,
            "A (shape, dtype) for each output that these inputs would give.")
       .def("__repr__", &PythonMethod::repr);

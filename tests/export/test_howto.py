@@ -181,6 +181,19 @@ for opened in ("torch", "onnx"):
     results = runtime.open(bundle).method("forward", backend=opened)(frame[None])
     for actual, wanted in zip(results, expected):
         np.testing.assert_allclose(actual, wanted.numpy(), atol=1e-3)
+
+from pathlib import Path
+
+from chiasm.export.cli import export_names
+
+export_names(["pipelines.letterbox"], Path({folder!r}), ("native",), methods=("forward",))
+bundle = {folder!r} + "/pipelines.letterbox.chiasm"
+frames = [frame, frame[:200, :300].copy(), frame[5:].copy()]
+alone = runtime.open(bundle).method("forward")
+for image, back, frame in zip(*batch_of(bundle, frames), frames):
+    expected_image, expected_back = alone(frame[None])
+    np.testing.assert_array_equal(image, expected_image[0])
+    np.testing.assert_array_equal(back, expected_back[0])
 """
 
 

@@ -293,6 +293,41 @@ TEST_F(Call, RunInto) {
               HasSubstr("output 1 is read-only"));
 }
 
+TEST_F(Call, RunEach) {
+  std::vector<float> batch(3 * 120), half(3 * 4);
+  const auto output = [&](size_t i) { return Tensor(&batch[i * 120], {2, 3, 4, 5}); };
+  const auto second = [&](size_t i) { return Tensor(&half[i * 4], {2, 2}); };
+  const std::vector<Tensor> given{input_, sigma_view_};
+  method_.run_each({given, given, given},
+                   {{output(0), second(0)}, {output(1), second(1)}, {output(2), second(2)}});
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(batch[i * 120 + 7], 3.0f);
+    EXPECT_EQ(half[i * 4 + 3], 3.0f);
+  }
+  method_.run_each({}, {});
+  std::fill(batch.begin(), batch.end(), 0.0f);
+  const auto refused = [&](std::vector<std::vector<Tensor>> inputs,
+                           std::vector<std::vector<Tensor>> outputs) {
+    return refusal(CHIASM_INVALID_ARGUMENT, [&] { method_.run_each(inputs, outputs); });
+  };
+  const std::vector<Tensor> first{output(0), second(0)}, other{output(1), second(1)};
+  EXPECT_EQ(refused({given}, {}), "run_each: 1 sets of inputs and 0 sets of outputs");
+  EXPECT_EQ(refused({given, {input_}}, {first, other}),
+            "run_each: run 1 has other numbers of tensors than run 0");
+  EXPECT_EQ(refused({{input_}}, {first}), "run 0: expected 2 inputs, got 1");
+  EXPECT_THAT(refused({given, {Tensor(image_.data(), {4, 5, 3}), sigma_view_}}, {first, other}),
+              ::testing::StartsWith("run 1: input 'input': expected"));
+  EXPECT_EQ(refused({given, given}, {first, first}),
+            "run 1: the memory of an output overlaps that of an output of run 0");
+  EXPECT_EQ(refused({given, given}, {first, {output(1), Tensor(&half[3], {2, 2})}}),
+            "run 1: the memory of an output overlaps that of an output of run 0");
+  EXPECT_EQ(refused({given, {output(0), sigma_view_}}, {first, other}),
+            "run 0: the memory of an output overlaps that of an input of run 1");
+  EXPECT_THAT(refused({given}, {{output(0), Tensor(static_cast<const float*>(half.data()), {2, 2})}}),
+              HasSubstr("is read-only"));
+  EXPECT_EQ(batch, std::vector<float>(batch.size())) << "nothing was run";
+}
+
 TEST_F(Call, OutputType) {
   const TensorType type = method_.output_type({input_, sigma_view_}, 1);
   EXPECT_EQ(type.shape, (Shape{2, 2}));

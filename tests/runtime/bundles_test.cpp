@@ -71,6 +71,31 @@ TEST_P(OnBackend, RunIntoGivesWhatRunGives) {
   EXPECT_EQ(method.output_type({input}).shape, shape);
 }
 
+TEST_P(OnBackend, RunEachGivesWhatRunsGive) {
+  const Bundle bundle = open("filters.sobel");
+  for (const int32_t threads : {0, 1}) {
+    const Method method = bundle.method("forward", options().with_num_threads(threads));
+    std::vector<Shape> shapes;
+    std::vector<std::vector<float>> images, results;
+    std::vector<std::vector<Tensor>> inputs, outputs;
+    for (int64_t i = 0; i < 9; ++i) {
+      shapes.push_back({1, i % 3 + 1, 20 + 7 * i, 90 - 5 * i});
+      images.push_back(random_values(static_cast<size_t>(shapes.back().count())));
+      results.emplace_back(images.back().size(), -1.0f);
+    }
+    for (size_t i = 0; i < shapes.size(); ++i) {
+      inputs.push_back({Tensor(images[i].data(), shapes[i])});
+      outputs.push_back({Tensor(results[i].data(), shapes[i])});
+    }
+    method.run_each(inputs, outputs);
+    for (size_t i = 0; i < shapes.size(); ++i) {
+      const Outputs alone = method.run(inputs[i]);
+      const float* const expected = alone[0].data<float>();
+      EXPECT_EQ(results[i], std::vector<float>(expected, expected + results[i].size())) << i;
+    }
+  }
+}
+
 TEST_P(OnBackend, WrongInputsNeverReachTheEngine) {
   const Method method = open("filters.sobel").method("forward", options());
   std::vector<float> image(3 * 8 * 8);

@@ -2,10 +2,8 @@
 in practice under ten.
 
 After Y. Zhang, A. Azad, Z. Hu, FastSV: a distributed-memory connected component algorithm with fast
-convergence, SIAM PP
-2020. Every pixel has a parent in its component, of no higher index. In a step the root of each tree that
-  touches a tree
-of lower index is hung below it, and all trees become shallower.
+convergence, SIAM PP 2020. Every pixel has a parent in its component, of no higher index. In a step the root
+of each tree that touches a tree of lower index is hung below it, and all trees become shallower.
 """
 
 import torch
