@@ -182,7 +182,7 @@ wheels: build ## chiasm, chiasm-export and chiasm-torch -> dist; PYTHONS="python
 dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are kept)
 	tools/packs.sh $(BUNDLES)
 
-bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving or ray: measure against peers -> docs/benchmarks*.md
+bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving, ray or letterbox: measure against peers -> docs/benchmarks*.md
 	@[ "$(WHAT)" != images ] || tools/kornia.sh
 	[ "$(WHAT)" != serving ] || tools/triton.sh server
 	[ "$(WHAT)" != ray ] || tools/data.sh
