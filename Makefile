@@ -21,11 +21,11 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
   -o \( -name '*.c' -o -name '*.h' -o -name '*.cpp' -o -name '*.hpp' \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
-  test test-all test-quick test-ops test-export test-runtime build-aarch64 test-aarch64 test-parity test-browser test-serving test-data \
+  test test-all test-quick test-ops test-export test-runtime build-x86-64-v4 build-aarch64 test-aarch64 test-parity test-browser test-serving test-data \
   test-studies test-sanitizers test-fuzz fuzz test-install wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
+	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
 
 setup: ## install what is needed: Debian packages, .venv, ONNX Runtime's headers
 	@tools/setup.sh
@@ -81,6 +81,9 @@ test-export: build test-bundles ## the exporter, the command, the runtime in Pyt
 
 test-runtime: build test-bundles ## GoogleTest
 	ctest --preset release -j $(JOBS)
+
+build-x86-64-v4: build ## what `chiasm export --isa x86-64-v4` links
+	cmake --build --preset release -j $(JOBS) --target artifact_x86-64-v4
 
 build-aarch64: build ## the runtime, and what `chiasm export --isa armv8.2-a` links, for aarch64, by a cross-compiler
 	@tools/aarch64.sh
@@ -176,7 +179,7 @@ test-install: build ## wheels, a pack of bundles and Debian packages, used from 
 	tests/consumer/pip_install.sh
 	tests/consumer/deb.sh build/release build/pip/bundles/filters.sobel.chiasm
 
-wheels: build ## chiasm, chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
+wheels: build build-x86-64-v4 ## chiasm, chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
 	tools/wheels.sh
 
 dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are kept)

@@ -29,7 +29,11 @@ _ENGINES = {"torch": "torch", "onnx": "onnxruntime"}
 #: The instruction sets that artifacts are compiled for, by the machine's family, the fastest first, and what
 #: a CPU without one lacks.
 _INSTRUCTION_SETS = {
-    "x86_64": {"x86-64-v4": "AVX-512", "x86-64-v3": "AVX2, FMA and BMI2"},
+    "x86_64": {
+        "x86-64-v4": "AVX-512",
+        "x86-64-v3": "AVX2, FMA and BMI2",
+        "x86-64-v2": "SSE4.2 and POPCNT",
+    },
     "aarch64": {"armv8.2-a": "atomics and rounding products (FEAT_LSE, FEAT_RDM)"},
 }
 
@@ -74,7 +78,10 @@ def _cpu() -> Iterator[str]:
     for name, features in _INSTRUCTION_SETS.get(platform.machine(), {}).items():
         if name in found:
             return
-        rest = "" if name == "x86-64-v4" else ": native artifacts do not run here, the onnx backend does"
+        rest = (
+            f": native artifacts for {found[0]} alone run here" if found else ": no native artifacts run here"
+        )
+        rest = "" if name == "x86-64-v4" else f"{rest}; the onnx backend does"
         yield f"CPU        not {name}: it has not all of {features}{rest}"
 
 

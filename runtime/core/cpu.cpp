@@ -11,8 +11,11 @@ bool cpu_supports(Isa isa) {
   switch (isa) {
     case Isa::none: return true;
 #if defined(__x86_64__)
-    // __builtin_cpu_supports knows no name for MOVBE, LZCNT and F16C in older compilers; every CPU that has
-    // AVX2, BMI2 and FMA has them.
+    // Older compilers have no name for CMPXCHG16B and LAHF; every CPU that has SSE4.2 and POPCNT has them.
+    case Isa::x86_64_v2:
+      __builtin_cpu_init();
+      return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt");
+    // Nor for MOVBE, LZCNT and F16C, which every CPU that has AVX2, BMI2 and FMA has.
     case Isa::x86_64_v3:
       __builtin_cpu_init();
       return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
@@ -33,7 +36,7 @@ bool cpu_supports(Isa isa) {
 }
 
 bool has(Isa cpu, Isa code) {
-  const auto is_x86 = [](Isa isa) { return isa >= Isa::x86_64_v3 && isa <= Isa::x86_64_v4; };
+  const auto is_x86 = [](Isa isa) { return isa >= Isa::x86_64_v2 && isa <= Isa::x86_64_v4; };
   return code == Isa::none || code == cpu || (is_x86(code) && is_x86(cpu) && code < cpu);
 }
 

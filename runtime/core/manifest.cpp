@@ -229,7 +229,7 @@ class Reader final {
       node.at("dtypes").refuse("empty, but the method has tensors of dtype T");
     artifact.device = static_cast<DevicePlacement>(read_choice(node.at("device"), kDevices));
     if (node.has("isa")) {
-      static constexpr const char* kIsas[] = {"x86-64-v3", "x86-64-v4", "armv8.2-a"};
+      static constexpr const char* kIsas[] = {"x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a"};
       artifact.isa = static_cast<Isa>(1 + read_choice(node.at("isa"), kIsas));
     }
     if (node.has("sm")) artifact.sm = node.at("sm").integer(1, 9999);

@@ -29,8 +29,8 @@ inline constexpr int32_t kGeneric = -1;
 
 enum class DevicePlacement { any, cpu, cuda };
 /** Instruction sets, of each family of CPUs from the least to the most. */
-enum class Isa { none, x86_64_v3, x86_64_v4, armv8_2_a };
-inline constexpr const char* kIsaNames[] = {"", "x86-64-v3", "x86-64-v4", "armv8.2-a"};
+enum class Isa { none, x86_64_v2, x86_64_v3, x86_64_v4, armv8_2_a };
+inline constexpr const char* kIsaNames[] = {"", "x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a"};
 
 struct TensorSpec {
   std::string name, description, layout, color;

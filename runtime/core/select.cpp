@@ -93,7 +93,7 @@ std::string LoadRequest::programs_refused() const {
 
 Machine this_machine(int32_t device_type, int32_t device_index) {
   Machine machine;
-  for (const Isa isa : {Isa::armv8_2_a, Isa::x86_64_v3, Isa::x86_64_v4}) {
+  for (const Isa isa : {Isa::armv8_2_a, Isa::x86_64_v2, Isa::x86_64_v3, Isa::x86_64_v4}) {
     if (cpu_supports(isa)) machine.isa = isa;
   }
   if (device_type == CHIASM_CUDA) machine.sm = CudaDevice(device_index).capability();

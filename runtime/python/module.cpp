@@ -303,7 +303,8 @@ std::string get_trust() { return kPolicies[static_cast<int32_t>(chiasm::trust_po
 /** What artifacts this CPU runs, the fastest first. */
 std::vector<std::string> instruction_sets() {
   std::vector<std::string> found;
-  for (const core::Isa isa : {core::Isa::x86_64_v4, core::Isa::x86_64_v3, core::Isa::armv8_2_a}) {
+  for (const core::Isa isa :
+       {core::Isa::x86_64_v4, core::Isa::x86_64_v3, core::Isa::x86_64_v2, core::Isa::armv8_2_a}) {
     if (core::cpu_supports(isa)) found.emplace_back(core::kIsaNames[static_cast<int>(isa)]);
   }
   return found;

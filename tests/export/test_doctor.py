@@ -43,7 +43,9 @@ def test_everything_is_here() -> None:
     backends = lines(text, "backend")
     for backend in chiasm.runtime.backends():
         assert any(f"{backend.name}: {backend.engine_version}" in line for line in backends), text
-    assert "torch 2." in text and "links native artifacts for x86-64-v3" in text
+    assert "torch 2." in text
+    [links] = [line for line in lines(text, "export") if "links native artifacts for " in line]
+    assert {"x86-64-v2", "x86-64-v3"} <= set(links.partition(" for ")[2].split(", "))
     assert len(lines(text, "threads")) == 1 and "policy any" in text
 
 
@@ -55,6 +57,16 @@ def test_instruction_sets_are_the_cpu_s() -> None:
     v4 = {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"} <= set(flags)
     assert ("artifacts for x86-64-v4" in runs) == v4
     assert v4 or "not x86-64-v4: it has not all of AVX-512" in text
+
+
+def test_a_cpu_without_avx2_runs_some_artifacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    for found, rest in (
+        (["x86-64-v2"], "native artifacts for x86-64-v2 alone run here; the onnx backend does"),
+        ([], "no native artifacts run here; the onnx backend does"),
+    ):
+        monkeypatch.setattr(chiasm._runtime, "instruction_sets", lambda found=found: found)
+        text = "\n".join(report())
+        assert f"not x86-64-v3: it has not all of AVX2, FMA and BMI2: {rest}" in text
 
 
 def test_without_packages() -> None:

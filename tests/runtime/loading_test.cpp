@@ -227,6 +227,9 @@ TEST(Cpu, RunsCodeForItsOwnFamilyUpToItsLevel) {
   EXPECT_TRUE(core::has(Isa::none, Isa::none));
   EXPECT_TRUE(core::has(Isa::x86_64_v4, Isa::x86_64_v3));
   EXPECT_FALSE(core::has(Isa::x86_64_v3, Isa::x86_64_v4));
+  EXPECT_TRUE(core::has(Isa::x86_64_v3, Isa::x86_64_v2));
+  EXPECT_FALSE(core::has(Isa::x86_64_v2, Isa::x86_64_v3));
+  EXPECT_FALSE(core::has(Isa::armv8_2_a, Isa::x86_64_v2));
   EXPECT_TRUE(core::has(Isa::armv8_2_a, Isa::armv8_2_a));
   EXPECT_TRUE(core::has(Isa::armv8_2_a, Isa::none));
   EXPECT_FALSE(core::has(Isa::armv8_2_a, Isa::x86_64_v3));

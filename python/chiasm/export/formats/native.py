@@ -45,7 +45,7 @@ LIBRARIES = Path(chiasm.__file__).parent / "artifact"
 @dataclass(frozen=True)
 class Isa:
     """An instruction set: whose CPUs have it (as platform.machine() says it), and the width in bits of the
-    vectors that Inductor writes for it."""
+    vectors that Inductor writes for it; 0 where it writes loops over numbers."""
 
     machine: str
     bits: int
@@ -57,7 +57,9 @@ class Isa:
 
 
 #: By what g++ calls it after -march=. x86-64-v4 too uses vectors of 256 bits, with its masks and registers.
+#: For SSE4 Inductor has no vectors: its loops are over numbers, and kernels alone have vectors.
 ISAS = {
+    "x86-64-v2": Isa("x86_64", 0),
     "x86-64-v3": Isa("x86_64", 256),
     "x86-64-v4": Isa("x86_64", 256),
     "armv8.2-a": Isa("aarch64", 128),
@@ -289,6 +291,7 @@ def _libraries_hash(isa: str) -> str:
     ]
     if missing := [str(f) for f in libraries if not f.exists()]:
         target = f"build-{ISAS[isa].machine}" if ISAS[isa].is_foreign else "build"
+        target = f"build-{isa}" if isa == "x86-64-v4" else target
         raise ExportError(
             f"the native format needs {missing[0]}, which is not there: pip install chiasm-export, or in a"
             f" source tree make {target}"
@@ -330,7 +333,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
     from torch._inductor import config, cpu_vec_isa
 
     with config.patch(_settings(spec.vectorize, isa)), known_vectors(ISAS[isa].machine):
-        if spec.vectorize and not cpu_vec_isa.pick_vec_isa():
+        if spec.vectorize and ISAS[isa].bits and not cpu_vec_isa.pick_vec_isa():
             raise ExportError(
                 f"{spec.name}: native code ({isa}) needs a CPU with AVX2 to be exported on: this one has none"
             )
@@ -444,7 +447,7 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
     return {
         "cpp.march": isa,
         "cpp.cxx": (None, compiler_command(isa)),
-        "cpp.simdlen": ISAS[isa].bits if vectorize else 1,
+        "cpp.simdlen": (vectorize and ISAS[isa].bits) or 1,
         # Else a probe is compiled with these settings, fails without libtorch, and all loops come out scalar.
         "cpp.vec_isa_ok": True,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
