@@ -94,6 +94,7 @@ test-aarch64: build-aarch64 ## the kernels, the runtime's core and bundles under
 	CHIASM_RECORD_RESULTS=build/release/kernel_results build/release/bin/guarded_kernels_test --gtest_brief=1
 	CHIASM_EXPECTED_RESULTS=$$PWD/build/release/kernel_results ctest --preset aarch64 -j $(JOBS)
 	$(PY) tests/parity/aarch64.py
+	tests/consumer/aarch64.sh
 
 test-parity: build test-bundles ## every bundle that is there x artifact x backend x shape against eager Python
 	$(PY) tests/parity/matrix.py
@@ -179,8 +180,8 @@ test-install: build ## wheels, a pack of bundles and Debian packages, used from 
 	tests/consumer/pip_install.sh
 	tests/consumer/deb.sh build/release build/pip/bundles/filters.sobel.chiasm
 
-wheels: build build-x86-64-v4 ## chiasm, chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
-	tools/wheels.sh
+wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
+	tools/wheels.sh runtime aarch64 export torch
 
 dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are kept)
 	tools/packs.sh $(BUNDLES)
@@ -208,10 +209,11 @@ stubs: build ## what editors know of the module classes -> python/chiasm/*/__ini
 
 lock: setup ## every *.in -> *.txt, pinned with hashes
 	@for name in requirements tools/uv tools/data tools/kornia tools/wheels tools/site/site tools/browser/browser tools/triton/environment tools/triton/server \
-	    tools/other_runtimes/ort-1.17 tools/other_runtimes/openvino; do
+	    tools/other_runtimes/ort-1.17 tools/other_runtimes/openvino tools/aarch64/python; do
 	  options=(--python-version 3.11)
 	  case $$name in
 	    tools/uv | tools/wheels) options=(--python-version 3.10) ;;
+	    tools/aarch64/python) options=(--python-version 3.10 --no-deps) ;;
 	    tools/kornia | tools/triton/server) options+=(--no-deps) ;;
 	  esac
 	  .venv/bin/uv pip compile -q --upgrade --generate-hashes --no-emit-index-url --no-header "$${options[@]}" $$name.in -o $$name.txt

@@ -1,20 +1,39 @@
 #!/usr/bin/env bash
-# Fetch what the runtime is linked with on aarch64: Debian's libsodium for it, unpacked to .deps/aarch64. Nothing is installed, and this
-# machine's own list of packages stays as it is.
-# usage: tools/aarch64.sh        Called by `make test-aarch64`; quick when it is there.
+# Fetch Debian's packages for aarch64 and unpack them to .deps/aarch64: libsodium, which the runtime is linked with, and dlpack's header.
+# With `python` also a Python of .venv's version, NumPy and ONNX Runtime, which the wheel for aarch64 is tried with under qemu. Nothing
+# is installed, and this machine's own list of packages stays as it is.
+# usage: tools/aarch64.sh [python]        Called by `make build-aarch64` and `make test-aarch64`; quick when it is there.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-folder=$PWD/.deps/aarch64
-[ -e "$folder/usr/lib/aarch64-linux-gnu/libsodium.a" ] && exit 0
+folder=$PWD/.deps/aarch64 python=$(.venv/bin/python -c 'import sys; print("python%d.%d" % sys.version_info[:2])')
 
-rm -rf "$folder"
-mkdir -p "$folder/lists/partial" "$folder/cache/archives/partial"
-cp /var/lib/dpkg/status "$folder/status"
-of_arm64() {
-  apt-get -qq -o APT::Architecture=arm64 -o APT::Architectures=arm64 -o APT::Sandbox::User="$(id -un)" -o Dir::State="$folder" \
-    -o Dir::State::Lists="$folder/lists" -o Dir::State::status="$folder/status" -o Dir::Cache="$folder/cache" "$@"
+# fetch MADE PACKAGE...: unless the file MADE is there
+fetch() {
+  local made=$folder/$1 work
+  shift
+  [ -e "$made" ] && return
+  work=$(mktemp -d)
+  mkdir -p "$folder" "$work/lists/partial" "$work/cache/archives/partial"
+  cp /var/lib/dpkg/status "$work/status"
+  of_arm64() {
+    apt-get -qq -o APT::Architecture=arm64 -o APT::Architectures=arm64 -o APT::Sandbox::User="$(id -un)" -o Dir::State="$work" \
+      -o Dir::State::Lists="$work/lists" -o Dir::State::status="$work/status" -o Dir::Cache="$work/cache" "$@"
+  }
+  echo "fetching for aarch64 to .deps/aarch64: $*"
+  of_arm64 update
+  (cd "$work" && of_arm64 download "$@" && for package in *.deb; do dpkg -x "$package" "$folder"; done)
+  rm -rf "$work"
+  [ -e "$made" ] || { echo "aarch64.sh: $* have no ${made#"$folder"/}" >&2 && exit 1; }
 }
-echo "fetching libsodium for aarch64 to .deps/aarch64"
-of_arm64 update
-(cd "$folder" && of_arm64 download libsodium-dev && dpkg -x libsodium-dev_*.deb .)
-rm -rf "$folder"/lists "$folder"/cache "$folder/status" "$folder"/*.deb
+
+fetch usr/lib/aarch64-linux-gnu/libsodium.a libsodium-dev
+fetch usr/include/dlpack/dlpack.h libdlpack-dev
+if [ "${1:-}" = python ]; then
+  fetch "usr/bin/$python" "$python-minimal" "lib$python-minimal" "lib$python-stdlib" zlib1g libexpat1 libffi8 libssl3 libbz2-1.0 liblzma5
+  site=$folder/site want=$(sha256sum tools/aarch64/python.txt | cut -d' ' -f1)
+  [ "$(cat "$site/.requirements" 2>/dev/null)" = "$want" ] && exit 0
+  rm -rf "$site"
+  .venv/bin/uv pip install --quiet --no-deps --only-binary :all: --require-hashes --python .venv/bin/python \
+    --python-platform aarch64-manylinux_2_28 --target "$site" -r tools/aarch64/python.txt
+  echo "$want" >"$site/.requirements"
+fi

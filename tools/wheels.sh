@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Build chiasm's wheels into dist/: chiasm for each Python that is named, chiasm-export and chiasm-torch once. auditwheel gives each
 # the oldest glibc that its code runs with. Sources that are the same give the same bytes.
-# usage: [PYTHONS="python3.10 python3.12"] [DIST=FOLDER] tools/wheels.sh [runtime] [export] [torch]        by default all three
+# usage: [PYTHONS="python3.10 python3.12"] [DIST=FOLDER] tools/wheels.sh [runtime] [aarch64] [export] [torch]
+#   aarch64: chiasm for that CPU, by a cross-compiler (tools/aarch64.sh first). By default the other three.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 PYTHONS=${PYTHONS:-.venv/bin/python}
@@ -40,6 +41,14 @@ for what in "$@"; do
         portable
       done
       ;;
+    aarch64)
+      for python in $PYTHONS; do
+        suffix=$("$python" -c 'import sys; print(".cpython-%d%d-aarch64-linux-gnu.so" % sys.version_info[:2])')
+        _PYTHON_HOST_PLATFORM=linux-aarch64 build "$python" . --config-settings=cmake.define.PYTHON_MODULE_EXTENSION="$suffix" \
+          --config-settings=cmake.define.CMAKE_TOOLCHAIN_FILE="$PWD/cmake/aarch64.cmake" --config-settings=cmake.define.CHIASM_TRITON=OFF
+        portable
+      done
+      ;;
     export) # static libraries, which auditwheel does not look into: they were compiled with this machine's glibc
       [ -e python/chiasm/artifact/symbols.map ] || { echo "wheels.sh: chiasm-export needs what make build makes" >&2 && exit 1; }
       staged=build/chiasm-export
@@ -58,7 +67,7 @@ for what in "$@"; do
       build "${PYTHONS%% *}" ./packaging/torch --config-settings=cmake.define.TorchWheel_DIR="$torch"
       portable --exclude 'libtorch*.so' --exclude 'libc10*.so'
       ;;
-    *) echo "wheels.sh: expected runtime, export or torch, got '$what'" >&2 && exit 2 ;;
+    *) echo "wheels.sh: expected runtime, aarch64, export or torch, got '$what'" >&2 && exit 2 ;;
   esac
 done
 ls -sh "$DIST"/*.whl
