@@ -1,7 +1,8 @@
 """docs/coverage.md from the catalog and docs/coverage.json, the record of what the parity matrix has found.
 
     python tests/parity/coverage.py    # after tests/parity/matrix.py, which leaves build/parity.json, or
-                                       # tests/browser/replay.py, which leaves build/browser.json
+                                       # tests/browser/replay.py, which leaves build/browser.json, or
+                                       # tests/parity/aarch64.py, which leaves build/aarch64.json
 
 What they have found since is added to the record first. The whole catalog takes hours to compile, so
 the record is filled in pieces: `chiasm export 'color.*'` and `matrix.py 'color.*'` give one. An op is taken
@@ -25,6 +26,7 @@ from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, Entry, catalog
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, RECORD = ROOT / "docs" / "coverage.md", ROOT / "docs" / "coverage.json"
 FOUND, FOUND_IN_BROWSER = ROOT / "build" / "parity.json", ROOT / "build" / "browser.json"
+FOUND_ON_AARCH64 = ROOT / "build" / "aarch64.json"
 #: Families that are complete: each of their public functions is in the catalog, or is listed with the reason
 #: why it cannot be.
 COMPLETE = (
@@ -120,6 +122,14 @@ def add_browser(record: dict[str, Any], checks: list[dict]) -> None:
         record[name]["browser"] = None if any(c["message"] for c in mine) else max(c["error"] for c in mine)
 
 
+def add_aarch64(record: dict[str, Any], found: dict[str, dict]) -> None:
+    """Take into the record what aarch64 has found: the largest error on the golden vectors, or None; and
+    whether the results have the bits that they have on x86-64."""
+    for name in found.keys() & record.keys():
+        record[name]["aarch64"] = None if found[name]["message"] else found[name]["error"]
+        record[name]["aarch64_same_bits"] = found[name]["same_bits"]
+
+
 def shown(errors: dict[str, float | None], way: str) -> str:
     """A cell of the page."""
     if way not in errors:
@@ -141,7 +151,8 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
         "Python over the parity matrix's shapes (none of them the exported ones; batches of 1 and more;",
         "1, 3 and 5 channels) and the op's dtypes; every one is within the op's tolerance",
         "`atol + rtol |expected|`, given for its first dtype. An empty cell: there is no such artifact. In a",
-        "browser, by ONNX Runtime for the web, golden vectors alone are compared.",
+        "browser, by ONNX Runtime for the web, and on aarch64, natively under an emulator, golden vectors",
+        "alone are compared; `=`: the results on aarch64 have the bits that they have on x86-64.",
         "",
         f"Of {len(public)} public functions {sum(public.values())} are deployed in every format,",
         f"{len(public) - sum(public.values())} are not, for the reasons at the end. The catalog has",
@@ -157,13 +168,13 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
         if waiting
         else "None is left out.",
         "",
-        "| family | specs | " + " | ".join(WAYS) + " | browser | with vjp |",
-        "|---|---|" + "---|" * (len(WAYS) + 2),
+        "| family | specs | " + " | ".join(WAYS) + " | browser | aarch64 | with vjp |",
+        "|---|---|" + "---|" * (len(WAYS) + 3),
     ]
     for family, names in groupby(entries, key=lambda n: n.partition(".")[0]):
         group = list(names)
         counts = [sum(way in rows[n]["forward"] for n in group) for way in WAYS]
-        counts.append(sum(rows[n].get("browser") is not None for n in group))
+        counts += [sum(rows[n].get(way) is not None for n in group) for way in ("browser", "aarch64")]
         gradients = sum(bool(entries[n].spec.differentiated()) for n in group)
         lines.append(
             f"| {family} | {len(group)} | "
@@ -179,6 +190,7 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
             "reference",
             *WAYS,
             "browser",
+            "aarch64",
             "vjp ONNX",
             "vjp native",
         ]
@@ -188,6 +200,7 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
             cells[0] += "\\*" * (name in changed)
             cells += [shown(rows[name]["forward"], way) for way in WAYS]
             cells.append(shown(rows[name], "browser"))
+            cells.append(shown(rows[name], "aarch64") + " =" * rows[name].get("aarch64_same_bits", False))
             cells += [shown(rows[name]["vjp"], way) for way in ("ONNX (C++)", "native (C++)")]
             lines.append("| " + " | ".join(cells) + " |")
     lines += ["", "## Not deployed", ""]
@@ -209,6 +222,8 @@ def main() -> None:
     added = add(record, json.loads(FOUND.read_text()), entries) if FOUND.exists() else 0
     if FOUND_IN_BROWSER.exists():
         add_browser(record, json.loads(FOUND_IN_BROWSER.read_text()))
+    if FOUND_ON_AARCH64.exists():
+        add_aarch64(record, json.loads(FOUND_ON_AARCH64.read_text()))
     rows = [f"{json.dumps(name)}: {json.dumps(record[name])}" for name in entries if name in record]
     RECORD.write_text("{\n" + ",\n".join(rows) + "\n}\n")
     PAGE.write_text(page(entries, record))

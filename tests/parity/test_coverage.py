@@ -4,7 +4,7 @@ is in it.
 The page's numbers are what matrices of many days found (`make coverage`): no test asks that they be of today.
 """
 
-from coverage import add, add_browser, declared, page, public_functions
+from coverage import add, add_aarch64, add_browser, declared, page, public_functions
 
 from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, catalog
 
@@ -50,6 +50,13 @@ def test_an_op_is_recorded_where_it_was_run_in_every_way() -> None:
     assert "natively with its gradient yet: `filters.sobel`." in text and "None failed" in text
     add_browser(record, [{"op": name, "message": "", "error": error} for error in (0.0, 2e-7)])
     assert record[name]["browser"] == 2e-7 and "| 2e-07 |" in page(entries, record)
+    assert "| 2e-07 | 0 = |" not in page(entries, record)
+    add_aarch64(record, {name: {"error": 0.0, "same_bits": True, "message": ""}, "of.another.day": {}})
+    assert "| 2e-07 | 0 = |" in page(entries, record)
+    add_aarch64(record, {name: {"error": 3e-6, "same_bits": False, "message": ""}})
+    assert "| 2e-07 | 3e-06 |" in page(entries, record)
+    add_aarch64(record, {name: {"error": None, "same_bits": False, "message": "no native code"}})
+    assert "| 2e-07 | **failed** |" in page(entries, record)
     checks[0] |= {"message": "differs"}
     add(record, checks, entries)
     assert f"Failed: `{name}`" in page(entries, record) and "**failed**" in page(entries, record)

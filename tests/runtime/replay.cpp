@@ -1,8 +1,8 @@
 // replay BUNDLE...: run the native code that this CPU takes of each bundle on the bundle's golden inputs.
 //
 // A line for each result, OP METHOD DTYPE CASE OUTPUT SHA256, tells whether another CPU has the same bits; the
-// self-test tells whether it is right. Exit status 1 where one is not, or where a bundle has no native code
-// for this CPU.
+// self-test tells whether it is right, in lines TEST OP ARTIFACT ERROR and FAIL OP: WHAT. Exit status 1 where one
+// is not, or where a bundle has no native code for this CPU.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -32,8 +32,10 @@ void self_test(const std::string& op, const chiasm::Bundle& bundle) {
   options.backend = "native";
   int passed = 0;
   for (const chiasm::SelfTestRow& row : bundle.self_test(options)) {
-    passed += row.result == chiasm::SelfTestRow::Result::Passed;
     if (row.result == chiasm::SelfTestRow::Result::Failed) report(op, row.artifact + ": " + row.message);
+    if (row.result != chiasm::SelfTestRow::Result::Passed) continue;
+    ++passed;
+    std::printf("TEST %s %s %.9g\n", op.c_str(), row.artifact.c_str(), row.max_error);
   }
   if (passed == 0) report(op, "no native code for this CPU");
 }
