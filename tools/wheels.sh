@@ -56,7 +56,7 @@ for what in "$@"; do
       mkdir -p $staged/chiasm
       cp packaging/export/pyproject.toml LICENSE $staged
       # Without the precompiled headers, 280 MB for this source tree alone
-      (cd python/chiasm && find artifact \( -name '*.a' -o -path 'artifact/include/*' -type f -o -name symbols.map \) -exec cp --parents {} "../../$staged/chiasm" \;)
+      (cd python/chiasm && find artifact \( -name '*.a' -o -path 'artifact/*include/*' -type f -o -name symbols.map \) -exec cp --parents {} "../../$staged/chiasm" \;)
       build "${PYTHONS%% *}" ./$staged
       glibc=$(ldd --version | sed -nE '1s/.* ([0-9]+)\.([0-9]+)$/\1_\2/p')
       "$tool/python" -m wheel tags --remove --platform-tag "manylinux_${glibc}_$(uname -m)" "$fresh"/*.whl >/dev/null

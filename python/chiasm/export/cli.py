@@ -31,7 +31,7 @@ from ..packs import SUFFIX, listing
 from ..triton.command import triton
 from .command import Group, jobs_option, pairs
 from .errors import ExportError
-from .manifest import FORMATS, METHODS, read_manifest
+from .manifest import FORMATS, GPUS, METHODS, read_manifest
 from .text import one_line, plain
 
 console = Console(emoji=False)
@@ -104,7 +104,7 @@ def list_ops(patterns: tuple[str, ...], installed: bool) -> None:
     "--isa",
     "isas",
     multiple=True,
-    type=click.Choice(["x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a"]),
+    type=click.Choice(["x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a", *GPUS]),
     default=("x86-64-v3",),
     show_default=True,
     help="CPU level of the native code (may be given again: the runtime takes the best that its CPU has;"

@@ -15,6 +15,8 @@ import jsonschema
 from ..packs import SUFFIX as SUFFIX
 
 SCHEMA_VERSION = 3
+#: GPUs that native code is compiled for, by their compute capability.
+GPUS = ("sm_80", "sm_86", "sm_89", "sm_90", "sm_100", "sm_120")
 FORMATS = ("torchscript", "onnx", "native")
 METHODS = ("forward", "vjp")
 

@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "base/dtype.h"
+#include "memory.h"
 #include "tensor.h"
 
 namespace __gnu_cxx {
@@ -37,8 +38,9 @@ __attribute__((destructor)) void give_back_reserve() { __gnu_cxx::__freeres(); }
 thread_local char last_error[1024];
 thread_local bool out_of_memory;
 
-// How many runs of one model may be in flight before the next waits; a runner holds no memory between runs.
-constexpr size_t kRunners = 16;
+// How many threads may be inside a model before the next waits; a runner holds no memory between runs. On CUDA each
+// would load the op's code into the device, and a run only enqueues.
+const size_t kRunners = memory::host_can_read ? 16 : 1;
 
 struct CompiledModel {
   explicit CompiledModel(const std::string& device) : container(kRunners, device) {}
@@ -82,7 +84,10 @@ int32_t create(int32_t device_type, int32_t device_index, void** result, char* e
       error, error_size);
 }
 
-void destroy(void* handle) { delete static_cast<CompiledModel*>(handle); }
+void destroy(void* handle) {
+  memory::wait_for_all();
+  delete static_cast<CompiledModel*>(handle);
+}
 
 AtenTensorOpaque* borrow(const chiasm_tensor& view, const chiasm_native_host& host) {
   auto tensor = std::make_unique<AtenTensorOpaque>();
@@ -215,13 +220,12 @@ AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {
 void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target) {
   const int64_t size = element_size(source.dtype), n = source.numel();
   if (n == 0) return;
-  if (source.device_type != 0)
-    throw std::runtime_error(
-        "the compiled op returns a view of an input, which the native backend does not copy on CUDA");
   if (source.is_dense() && target.is_dense()) {
-    std::memcpy(target.data(), source.data(), n * size);
+    memory::copy(target.data(), source.data(), n * size);
     return;
   }
+  if (!memory::host_can_read)  // the exporter makes results dense (python/chiasm/export/formats/cuda.py)
+    throw std::runtime_error("the compiled op copies a strided tensor, which is not done on CUDA");
   Dims index(source.sizes.size(), 0);
   for (int64_t i = 0; i < n; ++i) {
     int64_t from = 0, to = 0;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "memory.h"
 #include "tensor.h"
 
 using namespace chiasm::artifact;
@@ -16,7 +17,7 @@ AOTITorchError item(AtenTensorHandle tensor, T* value) {
   return guarded([&] {
     if (tensor->numel() != 1 || element_size(tensor->dtype) != sizeof(T))
       throw std::runtime_error("the compiled op reads a number from a tensor of another size");
-    std::memcpy(value, tensor->data(), sizeof(T));
+    memory::read(value, tensor->data(), sizeof(T));
   });
 }
 
@@ -199,7 +200,7 @@ AOTITorchError aoti_torch_item_float64(AtenTensorHandle tensor, double* result) 
 AOTITorchError aoti_torch_zero_(AtenTensorHandle self) {
   return guarded([&] {
     if (!self->is_dense()) throw std::runtime_error("the compiled op zeroes a strided tensor");
-    std::memset(self->data(), 0, self->numel() * element_size(self->dtype));
+    memory::zero(self->data(), self->numel() * element_size(self->dtype));
   });
 }
 

@@ -80,6 +80,7 @@ class Session {
                     : Ort::MemoryInfo::CreateCpu(OrtDeviceAllocator, OrtMemTypeDefault)) {
     chiasm::onnx::check_onnx(static_cast<const unsigned char*>(request.data), request.size, "the model");
     translated([&] {
+      const Ort::Env& env = environment(request.process_threads);  // the CUDA provider logs to it
       Ort::SessionOptions options;
       const bool shares_threads = request.num_threads == request.process_threads;
       if (shares_threads)
@@ -93,7 +94,6 @@ class Session {
       if (std::strcmp(request.format, kFused) == 0)
         append_native_code(options, request.bundle, request.manifest_sha256);
       if (request.device_type == CHIASM_CUDA) append_cuda(options, request.device_index);
-      const Ort::Env& env = environment(request.process_threads);
       // Where an allocation fails, it may end the process.
       chiasm::plugin::require_memory((size_t{48} << 20) + 8 * request.size + chiasm::plugin::kArenaBytes,
                                      "making a session of ONNX Runtime");

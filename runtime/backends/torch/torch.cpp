@@ -5,7 +5,6 @@
 #include <ATen/Context.h>
 #include <ATen/Parallel.h>
 #include <ATen/TensorIterator.h>
-#include <ATen/Version.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/from_blob.h>
 #include <c10/core/impl/DeviceGuardImplInterface.h>
@@ -88,7 +87,8 @@ class Cuda {
   // Without opening it.
   static bool present() {
     Dl_info cpu{};
-    if (!chiasm::base::cuda_device_present() || dladdr(reinterpret_cast<void*>(&at::show_config), &cpu) == 0)
+    if (!chiasm::base::cuda_device_present() ||
+        dladdr(reinterpret_cast<void*>(&at::get_num_threads), &cpu) == 0)
       return false;
     const std::string path = cpu.dli_fname;
     return access((path.substr(0, path.rfind('/') + 1) + "libtorch_cuda.so").c_str(), R_OK) == 0;
@@ -408,18 +408,24 @@ class LoadedProgram {
   std::vector<size_t> differentiated_;  // autograd: for each output, the input whose gradient it is
 };
 
+void* libtorch_cpu() {
+  static void* const library = dlopen("libtorch_cpu.so", RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD);
+  return library;
+}
+
 // Built against one version of libtorch's C++ interface, which changes from one to the next, the plug-in
 // would crash with another in ways that nobody can read.
 void check_version() {
-  const std::string config = at::show_config();
-  const size_t start = config.find("TORCH_VERSION=");
-  if (start == std::string::npos) return;
-  const std::string found = config.substr(start + 14, config.find_first_of(", \n", start) - start - 14);
-  const std::string built = TORCH_VERSION;
-  const std::string built_minor = built.substr(0, built.rfind('.'));
-  if (found.compare(0, built_minor.size() + 1, built_minor + ".") != 0)
-    throw Error(CHIASM_UNAVAILABLE, "the torch backend was built for libtorch " + built + " and found " +
-                                        found + "; install torch " + built_minor +
+  // Not by at::show_config: it asks for CUDA's version, and where libtorch_cuda is not open yet, libtorch takes it
+  // from then on that there is none.
+  const auto version = reinterpret_cast<uint64_t (*)()>(dlsym(libtorch_cpu(), "aoti_torch_abi_version"));
+  const uint64_t found = version != nullptr ? version() : 0;
+  const auto byte = [](uint64_t number, int place) { return std::to_string(number >> 8 * place & 255); };
+  const auto text = [&byte](uint64_t number) { return byte(number, 7) + "." + byte(number, 6); };
+  if (found == 0 || text(found) != text(TORCH_ABI_VERSION))
+    throw Error(CHIASM_UNAVAILABLE, "the torch backend was built for libtorch " TORCH_VERSION " and found " +
+                                        (found == 0 ? "an older one" : text(found) + "." + byte(found, 5)) +
+                                        "; install torch " + text(TORCH_ABI_VERSION) +
                                         ", or build chiasm against this one");
 }
 
@@ -452,15 +458,10 @@ class Call {
   // at::set_num_threads would change every thread's.
   static void set_threads_of_this_thread(int32_t count) {
     using Set = void (*)(int);
-    static const auto openmp = reinterpret_cast<Set>(dlsym(libtorch(), "omp_set_num_threads"));
-    static const auto mkl = reinterpret_cast<Set>(dlsym(libtorch(), "MKL_Set_Num_Threads_Local"));
+    static const auto openmp = reinterpret_cast<Set>(dlsym(libtorch_cpu(), "omp_set_num_threads"));
+    static const auto mkl = reinterpret_cast<Set>(dlsym(libtorch_cpu(), "MKL_Set_Num_Threads_Local"));
     if (openmp != nullptr) openmp(count);
     if (mkl != nullptr) mkl(count);
-  }
-
-  static void* libtorch() {
-    static void* const library = dlopen("libtorch_cpu.so", RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD);
-    return library;
   }
 
   const ForkGate::Passage passage_;

@@ -30,6 +30,7 @@ class Build:
         objects: are linked too.
         after: its compilers end before others start, so that the number of them does not grow with the number
             of methods.
+        dropped: words that are left out of the linker's command.
         at_once: Inductor gets its library when it links it; else it gets an empty file, and goes on.
     """
 
@@ -39,15 +40,11 @@ class Build:
         precompiled: Path | None = None,
         objects: Sequence[Path] = (),
         after: Build | None = None,
+        dropped: Sequence[str] = (),
         at_once: bool = False,
     ) -> None:
-        self.include, self.precompiled, self.objects, self.after, self.at_once = (
-            include,
-            precompiled,
-            list(map(str, objects)),
-            after,
-            at_once,
-        )
+        self.include, self.precompiled, self.objects = include, precompiled, list(map(str, objects))
+        self.after, self.dropped, self.at_once = after, dropped, at_once
         self._scratch = tempfile.TemporaryDirectory()
         self.folder = Path(self._scratch.name)
         self._running: list[tuple[list[str], subprocess.Popen]] = []
@@ -60,7 +57,8 @@ class Build:
         target = Path(words[words.index("-o") + 1])
         sources = [word for word in words if word.endswith(".cpp")]
         if "-shared" in words:
-            self._link = [*(self._made.get(word) or self._kept(word) for word in words), *self.objects]
+            kept = [word for word in words if word not in self.dropped]
+            self._link = [*(self._made.get(word) or self._kept(word) for word in kept), *self.objects]
             self._link[self._link.index(str(target))] = "library.so"
             target.write_bytes(self.library() if self.at_once else b"")
         elif sources:

@@ -30,6 +30,8 @@ import chiasm
 
 from ..errors import ExportError, explain
 from ..job import Artifact, ExportJob, Method
+from ..manifest import GPUS
+from ..patches.cuda import gpu_compiler, on_gpu
 from ..patches.index_checks import checked_native_code
 from ..patches.inductor import fast_gradients, fast_inductor, known_vectors, plain_minima
 from ..patches.tracing import fast_tracing
@@ -45,10 +47,12 @@ LIBRARIES = Path(chiasm.__file__).parent / "artifact"
 @dataclass(frozen=True)
 class Isa:
     """An instruction set: whose CPUs have it (as platform.machine() says it), and the width in bits of the
-    vectors that Inductor writes for it; 0 where it writes loops over numbers."""
+    vectors that Inductor writes for it; 0 where it writes loops over numbers. Code for a GPU has its compute
+    capability (90 for 9.0) in `sm`, and runs on any CPU of that family."""
 
     machine: str
     bits: int
+    sm: int = 0
 
     @property
     def is_foreign(self) -> bool:
@@ -63,12 +67,18 @@ ISAS = {
     "x86-64-v3": Isa("x86_64", 256),
     "x86-64-v4": Isa("x86_64", 256),
     "armv8.2-a": Isa("aarch64", 128),
+    **{name: Isa("x86_64", 0, int(name.removeprefix("sm_"))) for name in GPUS},
 }
 _ENTRY = "chiasm_native_entry"
 #: What follows the libraries on the linker's command line, but for the version script. glibc has vector
 #: functions for x86 (and, from 2.38 on, for aarch64, where those of one number are taken).
 _LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -static-libstdc++ -static-libgcc -Wl,--as-needed"
 _LINK_OF = {"x86_64": f"{_LINK} -lmvec", "aarch64": _LINK}
+
+
+def _folder(isa: str) -> Path:
+    """Where the libraries for an instruction set are."""
+    return LIBRARIES / ("cuda" if ISAS[isa].sm else isa)
 
 
 @dataclass(frozen=True)
@@ -129,8 +139,8 @@ def signature_text(
 
 
 def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
-    """Native code of a method for each CPU level. Compilers are at work when this returns; the artifact waits
-    for them."""
+    """Native code of a method for each CPU level and GPU. Compilers are at work when this returns; the
+    artifact waits for them."""
     batch = job.methods[method.name].get("samples")
     signature = signature_text(job.spec, method.inputs, method.outputs, method.variant, batch)
     for isa in job.isas:
@@ -153,8 +163,7 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
             return artifact.data, needs | {
                 "format": "aotinductor",
                 "dtypes": method.dtypes,
-                "device": "cpu",
-                "isa": isa,
+                **({"device": "cuda", "sm": ISAS[isa].sm} if ISAS[isa].sm else {"device": "cpu", "isa": isa}),
                 "glibc": artifact.glibc(),
             }
 
@@ -169,8 +178,8 @@ def to_native(
     after: NativeCode | None = None,
     gradient: bool = False,
 ) -> NativeCode:
-    """Begin to compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code
-    carries `signature`.
+    """Begin to compile for `isa`, a level of CPUs or a GPU, or fetch the same compilation from the cache. The
+    code carries `signature`.
 
     `program` gives the program for a target ("native"), which may be changed; where an op turns out to need
     libtorch it is asked for one without kernels of our own ("vjp"), which nothing has there. `after` is other
@@ -179,7 +188,7 @@ def to_native(
     """
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
-    source = program("native")
+    source = program("cuda" if ISAS[isa].sm else "native")
     entry = cache_folder() / "native" / f"{_key(source, spec, isa, signature, gradient)}.pt2"
     if entry.exists():
         return NativeCode(spec, isa, entry, None, program)
@@ -225,6 +234,10 @@ class NativeCode:
         if not missing:
             return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
         why = f"libtorch's {', '.join(missing)}"
+        if ISAS[self.isa].sm:
+            raise ExportError(
+                f"{self.spec.name}: native code ({self.isa}) needs {why}: export it without --isa {self.isa}"
+            )
         if ISAS[self.isa].is_foreign:
             raise ExportError(
                 f"{self.spec.name}: native code ({self.isa}) needs {why}, which is here for"
@@ -283,10 +296,11 @@ def _libraries_hash(isa: str) -> str:
     sources = [
         *(formats / f"{name}.py" for name in ("native", "index_ranges", "compiler")),
         *(patches / f"{name}.py" for name in ("inductor", "index_checks", "tracing")),
+        *([patches / "cuda.py"] if ISAS[isa].sm else []),
     ]
     libraries = [
-        LIBRARIES / isa / "libchiasm_aoti.a",
-        LIBRARIES / isa / "libgomp.a",
+        _folder(isa) / "libchiasm_aoti.a",
+        *([] if ISAS[isa].sm else [_folder(isa) / "libgomp.a"]),
         LIBRARIES / "symbols.map",
     ]
     if missing := [str(f) for f in libraries if not f.exists()]:
@@ -296,7 +310,10 @@ def _libraries_hash(isa: str) -> str:
             f"the native format needs {missing[0]}, which is not there: pip install chiasm-export, or in a"
             f" source tree make {target}"
         )
-    return _hash(sources + libraries + [f for f in (LIBRARIES / "include").rglob("*") if f.is_file()])
+    headers = [
+        f for name in ("include", "cuda/include") for f in (LIBRARIES / name).rglob("*") if f.is_file()
+    ]
+    return _hash(sources + libraries + headers)
 
 
 def _hash(files: Iterable[Path]) -> str:
@@ -342,13 +359,17 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 def _begin(
     program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None, gradient: bool
 ) -> Build:
-    _check_vector_isa(spec, isa)
     _select_by_tensors(program)
+    sm = ISAS[isa].sm
+    if sm:
+        on_gpu(program)
+    else:
+        _check_vector_isa(spec, isa)
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as
     # they are.
     link = (
-        f"chiasm_kernels -lchiasm_aoti -L{LIBRARIES / isa} -Wl,--version-script={LIBRARIES / 'symbols.map'}"
-        f" {_LINK_OF[ISAS[isa].machine]}"
+        f"{'' if sm else 'chiasm_kernels -l'}chiasm_aoti -L{_folder(isa)}"
+        f" -Wl,--version-script={LIBRARIES / 'symbols.map'} {_LINK_OF[ISAS[isa].machine]}"
     )
     options = {
         "aot_inductor.link_libtorch": False,
@@ -357,7 +378,9 @@ def _begin(
             operator: [_declaration(operator)] for operator in _operators(program)
         },
     }
-    build = Build(LIBRARIES / "include", LIBRARIES / isa, after=after)
+    build = Build(
+        LIBRARIES / "include", None if sm else LIBRARIES / isa, after=after, dropped=["-lcuda"] if sm else []
+    )
     try:
         build.objects.append(str(_compile_signature(signature, isa, build.folder)))
         _inductor(program, spec, isa, options, build, gradient)
@@ -444,6 +467,18 @@ def _declaration(operator: torch._ops.OpOverload) -> str:
 
 
 def _settings(vectorize: bool, isa: str) -> dict[str, object]:
+    if ISAS[isa].sm:
+        return {
+            "cpp.march": "x86-64",
+            "cpp.cxx": (None, compiler_command(isa)),
+            "aot_inductor.enable_line_tables": False,
+            "aot_inductor.precompile_headers": False,
+            "aot_inductor.embed_kernel_binary": True,
+            "triton.autotune_at_compile_time": True,
+            "compile_threads": 1,
+            "joint_graph_constant_folding": False,  # computes on the GPU, which is not here
+            "assert_indirect_indexing": False,  # `gpu_compiler` checks without ending the process
+        }
     return {
         "cpp.march": isa,
         "cpp.cxx": (None, compiler_command(isa)),
@@ -475,6 +510,8 @@ def _inductor(
         minima = plain_minima() if spec.without_nan and build.include else nullcontext()
         # libtorch has no place to note a wrong index in
         checks = checked_native_code() if build.include else nullcontext()
+        if ISAS[isa].sm:
+            minima, checks = nullcontext(), gpu_compiler(ISAS[isa].sm, LIBRARIES / "cuda")
         with (
             tempfile.TemporaryDirectory() as scratch,
             fast_tracing(),

@@ -10,6 +10,7 @@ source and adapts the replacement before recording its digest.
 | `tracing.py` | parts of torch.export: speed, and what its errors need |
 | `inductor.py` | parts of AOTInductor: speed, the compiler, minima without NaN |
 | `index_checks.py` | AOTInductor's indices and divisors that come from data: checked |
+| `cuda.py` | what AOTInductor asks a GPU, while it compiles for one |
 | `onnx.py` | parts of torch.onnx: speed, exact constants |
 """
 
@@ -98,6 +99,65 @@ PATCHES: Mapping[str, Patch] = {
     "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": Patch(
         "what is needed of that header is compiled with the package", "74a66899070f"
     ),
+    "torch.cuda:is_available": Patch("a GPU is compiled for that is not here", "b91a896857c1"),
+    "torch.cuda:device_count": Patch("as is_available", "efd183354fc3"),
+    "torch.cuda:current_device": Patch("as is_available", "6e9804168a5c"),
+    "torch.cuda:get_device_properties": Patch("known from the compute capability", "cb006011f5d1"),
+    "torch.cuda:get_device_capability": Patch("as get_device_properties", "6809539b0a67"),
+    "torch.cuda:synchronize": Patch("there is nothing to wait for", "7055e6143ffe"),
+    "torch.cuda:get_rng_state": Patch("the GPU's is kept where there is one", "1190f97901d7"),
+    "torch.cuda:set_rng_state": Patch("as get_rng_state", "2aaed350f20b"),
+    "torch.cuda:_exchange_device": Patch("makes a device current", "0dd55462968d"),
+    "torch.cuda:_maybe_exchange_device": Patch("as _exchange_device", "0dd55462968d"),
+    "torch._dynamo.device_interface:CudaInterface.get_device_properties": Patch(
+        "Inductor's way to the same", "cb006011f5d1"
+    ),
+    "torch._dynamo.device_interface:CudaInterface.current_device": Patch(
+        "as get_device_properties", "6e9804168a5c"
+    ),
+    "torch._dynamo.device_interface:CudaInterface.device_count": Patch(
+        "as get_device_properties", "efd183354fc3"
+    ),
+    "torch._dynamo.device_interface:CudaInterface.synchronize": Patch(
+        "as get_device_properties", "7055e6143ffe"
+    ),
+    "torch._dynamo.device_interface:CudaInterface.exchange_device": Patch(
+        "as get_device_properties", "a92a5c4945fb"
+    ),
+    "torch._dynamo.device_interface:CudaInterface.maybe_exchange_device": Patch(
+        "as get_device_properties", "a92a5c4945fb"
+    ),
+    "torch._dynamo.device_interface:CudaInterface.get_raw_stream": Patch(
+        "as get_device_properties", "a92a5c4945fb"
+    ),
+    "torch._dynamo.device_interface:CudaInterface.Worker.get_device_properties": Patch(
+        "as get_device_properties", "9dc0592acd9d"
+    ),
+    "torch._dynamo.device_interface:CudaInterface.Worker.current_device": Patch(
+        "as get_device_properties", "436367a8b55f"
+    ),
+    "torch._subclasses.fake_tensor:init_gpu_context": Patch("starts the GPU", "e6e85bdf6631"),
+    "torch._subclasses.fake_tensor:FakeTensorMode.avoid_device_init": Patch(
+        "is asked of the GPU; where it is not true, copies of constants are made there at once",
+        "1b79326f4bb6",
+    ),
+    "torch._inductor.ir:ConstantBuffer.constant_to_device": Patch(
+        "copies a constant to the GPU", "5daba211fdd3"
+    ),
+    "torch._inductor.fx_passes.joint_graph:lazy_init": Patch(
+        "makes its patterns of tensors on the GPU; they are the same on the CPU", "0d2451027503"
+    ),
+    "torch._inductor.runtime.triton_helpers:set_driver_to_gpu": Patch("opens the driver", "ebdce95fb1da"),
+    "triton.compiler.compiler:CompiledKernel._init_handles": Patch(
+        "loads what was compiled into the GPU", "4ba7e2f0375f"
+    ),
+    "triton.compiler.compiler:CompiledKernel.run": Patch("as _init_handles", "51d8e4a32625"),
+    "torch._inductor.codegen.wrapper:PythonWrapperCodegen.generate_and_run_autotune_block": Patch(
+        "times the forms of a loop on the GPU", "02e49876799d"
+    ),
+    "torch.utils.cpp_extension:CUDA_HOME": Patch(
+        "the toolkit, of which only headers are used: chiasm has its own", "1494e212b205"
+    ),
     "torch.onnx._internal.exporter._registration:ONNXRegistry.from_torchlib": Patch(
         "reads 1500 definitions of operators at each export; here once a process", "ae3ff9e7e5d3"
     ),
@@ -135,7 +195,10 @@ def source_digest(name: str) -> str:
         found = found.fget
     elif isinstance(found, (staticmethod, classmethod)):
         found = found.__func__
-    if found is None or inspect.ismodule(found):  # a builtin, or another package: what counts is who calls it
+    # A builtin, a value or another package: what counts is who calls it
+    if not (
+        inspect.isclass(found) or inspect.isfunction(inspect.unwrap(found) if callable(found) else found)
+    ):
         found = owner
     return hashlib.sha256(inspect.getsource(inspect.unwrap(found)).encode()).hexdigest()[:12]
 

@@ -10,7 +10,7 @@ range costs nothing.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -33,49 +33,9 @@ _DIVISION_POINTER = re.compile(r"^\s*inductor_cpu_integer_div_error_flag = .*\n"
 @contextmanager
 def checked_native_code() -> Iterator[None]:
     """While this lasts, AOTInductor writes loops that check what comes from data."""
-    from torch._inductor.codegen import common, cpp
-    from torch._inductor.index_propagation import IndexPropagation
+    from torch._inductor.codegen import cpp
 
-    ranges = IndexRanges()
-    trusted = common.CSEProxy.indirect_indexing
-    propagated = IndexPropagation.indirect_indexing
     group = cpp.KernelGroup.codegen_group
-
-    def indirect_indexing(
-        self: Any, var: Any, size: Any, check: bool = True, wrap_neg: bool = True
-    ) -> sympy.Symbol:
-        from torch._inductor.virtualized import V
-
-        wrap_neg = wrap_neg and not _refuses_negative(self.kernel)
-        wrapped = wrap_neg and bool(var.bounds.lower < 0)
-        current = V.interpreter.current_node
-        assert current is not None
-        node = current.args[0]
-        proved = ranges.proves(node, size, wrapped) or not (check or depends_on_data(node))
-        symbol = trusted(self, var, size, False, wrap_neg)
-        if proved:
-            return symbol
-        index = self.kernel.cse.varname_map[symbol.name]
-        safe = self.kernel.cse.generate(
-            self.kernel.compute,
-            _checked(self.kernel, index, size, wrapped),
-            bounds=index.bounds,
-            dtype=index.dtype,
-            shape=index.shape,
-        )
-        safe.update_on_args("checked_index", (index,), {})
-        return self.parent_handler.indirect_indexing(safe, size, False)
-
-    def propagate(self: Any, index: Any, size: Any, check: bool = True, wrap_neg: bool = True) -> Any:
-        """An index that is an expression of sizes is checked as one from data, unless it is proved."""
-        if check and getattr(index, "is_symbolic", False):
-            expression = sympy.sympify(index.value.expr)
-            low = self.statically_true(expression >= 0) or (
-                wrap_neg and self.statically_true(-size <= expression)
-            )
-            if not (low and self.statically_true(expression < size)):
-                return self.fallback("indirect_indexing", (index, size, check, wrap_neg), {}).value
-        return propagated(self, index, size, check, wrap_neg)
 
     def codegen_group(self: Any, name: str | None = None) -> str:
         code = group(self, name)
@@ -96,8 +56,10 @@ def checked_native_code() -> Iterator[None]:
 
     with replaced(
         {
-            "torch._inductor.codegen.common:CSEProxy.indirect_indexing": indirect_indexing,
-            "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": propagate,
+            "torch._inductor.codegen.common:CSEProxy.indirect_indexing": indirect_indexing_with(
+                IndexRanges(), _checked
+            ),
+            "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": checked_propagation(),
             "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
             "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(quotient),
             "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(quotient),
@@ -108,6 +70,63 @@ def checked_native_code() -> Iterator[None]:
         }
     ):
         yield
+
+
+def indirect_indexing_with(
+    ranges: IndexRanges, checked: Callable[[Any, Any, Any, bool], str]
+) -> Callable[..., Any]:
+    """For `CSEProxy.indirect_indexing`: an index that `ranges` does not prove becomes `checked(kernel, index,
+    size, wrapped)`, an expression of the language that the kernel is written in."""
+    from torch._inductor.codegen import common
+
+    trusted = common.CSEProxy.indirect_indexing
+
+    def indirect_indexing(
+        self: Any, var: Any, size: Any, check: bool = True, wrap_neg: bool = True
+    ) -> sympy.Symbol:
+        from torch._inductor.virtualized import V
+
+        wrap_neg = wrap_neg and not _refuses_negative(self.kernel)
+        wrapped = wrap_neg and bool(var.bounds.lower < 0)
+        current = V.interpreter.current_node
+        assert current is not None
+        node = current.args[0]
+        proved = ranges.proves(node, size, wrapped) or not (check or depends_on_data(node))
+        symbol = trusted(self, var, size, False, wrap_neg)
+        if proved:
+            return symbol
+        index = self.kernel.cse.varname_map[symbol.name]
+        safe = self.kernel.cse.generate(
+            self.kernel.compute,
+            checked(self.kernel, index, size, wrapped),
+            bounds=index.bounds,
+            dtype=index.dtype,
+            shape=index.shape,
+        )
+        safe.update_on_args("checked_index", (index,), {})
+        return self.parent_handler.indirect_indexing(safe, size, False)
+
+    return indirect_indexing
+
+
+def checked_propagation() -> Callable[..., Any]:
+    """For `IndexPropagation.indirect_indexing`: an index that is an expression of sizes is checked as one
+    from data, unless it is proved."""
+    from torch._inductor.index_propagation import IndexPropagation
+
+    propagated = IndexPropagation.indirect_indexing
+
+    def propagate(self: Any, index: Any, size: Any, check: bool = True, wrap_neg: bool = True) -> Any:
+        if check and getattr(index, "is_symbolic", False):
+            expression = sympy.sympify(index.value.expr)
+            low = self.statically_true(expression >= 0) or (
+                wrap_neg and self.statically_true(-size <= expression)
+            )
+            if not (low and self.statically_true(expression < size)):
+                return self.fallback("indirect_indexing", (index, size, check, wrap_neg), {}).value
+        return propagated(self, index, size, check, wrap_neg)
+
+    return propagate
 
 
 def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:

@@ -65,6 +65,8 @@ def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
     * ``"onnx"`` and ``"native"`` are forward passes: their lowerings need no gradient that could be exported.
       ``"vjp"`` is a backward pass, of which one trace serves all engines: its lowerings are made of what has
       a gradient in ONNX. Without a lowering for a target the definition is traced.
+    * ``"cuda"`` is native code for a GPU. Where it has no lowering of its own it takes that for ``"native"``,
+      unless that is a kernel, which runs on the CPU.
     * ``when``, given the arguments, says whether the lowering can be taken: of a dtype, of sizes, of a kernel
       of our own (``kernels.has_kernel``). It asks neither data nor sizes that are symbolic. Of several
       lowerings for a target the first that can be is taken.
@@ -88,9 +90,10 @@ def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
 
     def lowered(*arguments: Any) -> Any:
         target = current_target()
-        for rule in lowerings:
-            if target in rule.targets and (rule.when is None or rule.when(*arguments)):
-                return rule.form(*arguments)
+        for name in (target, "native") if target == "cuda" else (target,):
+            for rule in lowerings:
+                if name in rule.targets and (rule.when is None or rule.when(*arguments)):
+                    return rule.form(*arguments)
         return definition(*arguments)  # pyright: ignore[reportCallIssue]
 
     def lowering(

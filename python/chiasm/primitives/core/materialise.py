@@ -22,6 +22,11 @@ def _concatenated(x: Tensor, dim: int) -> Tensor:
     return torch.cat([x, x.narrow(dim, 0, 1)], dim).narrow(dim, 0, x.size(dim))
 
 
+@materialised.lowering("cuda")
+def _as_inductor_decides(x: Tensor, dim: int) -> Tensor:
+    return x
+
+
 @primitive
 def stored_index(index: Tensor) -> Tensor:
     """A one-dimensional table of int64 indices, stored; in native code of 32 bits, for twice the vector

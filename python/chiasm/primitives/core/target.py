@@ -1,12 +1,12 @@
-"""What is being traced: nothing (eager use), a forward pass for ONNX or for native code (AOTInductor), or a
-backward pass."""
+"""What is being traced: nothing (eager use), a forward pass for ONNX or for native code (AOTInductor) on the
+CPU or on a GPU, or a backward pass."""
 
 from contextlib import contextmanager
 from typing import Iterator
 
 #: "vjp" is a backward pass with the forward pass inside it. One graph serves every engine, so it is a target
 #: of its own.
-TARGETS = ("eager", "onnx", "native", "vjp")
+TARGETS = ("eager", "onnx", "native", "cuda", "vjp")
 _target = "eager"
 
 

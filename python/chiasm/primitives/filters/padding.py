@@ -4,10 +4,11 @@ A stencil is written for an image that is padded already, and gives an output fo
 inside. ``stencil`` makes of it the filter of a whole image. ``padded`` is for stencils whose arithmetic
 outweighs a copy: the image is padded in memory.
 
-Eager code and ONNX pad the image and apply the stencil once. Native code does not store a padded image: it
-applies the stencil to two parts, the ends of the rows and their middle. Rows are padded by an index (constant
-along the inner loop), and columns in two small strips, because any index or condition that varies along the
-inner loop keeps AOTInductor from vectorising it. Backward passes are traced through slices and ``cat``, whose
+Eager code and ONNX pad the image and apply the stencil once. Native code does not store a padded image. On
+the CPU it applies the stencil to two parts, the ends of the rows and their middle. Rows are padded by an
+index (constant along the inner loop), and columns in two small strips, because any index or condition that
+varies along the inner loop keeps AOTInductor from vectorising it. On a GPU rows and columns are padded by an
+index, in the loop that applies the stencil. Backward passes are traced through slices and ``cat``, whose
 gradients have an ONNX form where those of ``F.pad`` have none.
 """
 
@@ -56,12 +57,28 @@ def _padded_by_cat(
     return _by_cat(x, margin_y, margin_x, border_type, value)
 
 
+@padded.lowering("cuda")
+def _padded_by_index(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> Tensor:
+    check_border(border_type)
+    rows = _pad_by_index(x, 2, margin_y[0], margin_y[1], border_type, value)
+    return _pad_by_index(rows, 3, margin_x[0], margin_x[1], border_type, value)
+
+
 @primitive
 def padded_parts(
     x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
 ) -> List[Tensor]:
     """``padded`` in parts, of which a valid stencil's outputs, put together by ``join_columns``, are the
     filtered image."""
+    return [padded(x, margin_y, margin_x, border_type, value)]
+
+
+@padded_parts.lowering("cuda")
+def _one_part(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> List[Tensor]:
     return [padded(x, margin_y, margin_x, border_type, value)]
 
 
@@ -163,21 +180,27 @@ def _by_cat(
 
 
 def _pad_rows(x: Tensor, top: int, bottom: int, border_type: str, value: float) -> Tensor:
-    if top == 0 and bottom == 0:
+    return _pad_by_index(x, 2, top, bottom, border_type, value)
+
+
+def _pad_by_index(x: Tensor, dim: int, before: int, after: int, border_type: str, value: float) -> Tensor:
+    if before == 0 and after == 0:
         return x
-    size = x.size(2)
-    row = torch.arange(-top, size + bottom, device=x.device)
+    size = x.size(dim)
+    place = torch.arange(-before, size + after, device=x.device)
     if border_type == "reflect":
-        index = (size - 1) - ((size - 1) - row.abs()).abs()
+        index = (size - 1) - ((size - 1) - place.abs()).abs()
     elif border_type == "circular":
-        index = torch.where(row < 0, row + size, torch.where(row >= size, row - size, row))
+        index = torch.where(place < 0, place + size, torch.where(place >= size, place - size, place))
     else:
-        index = row.clamp(0, size - 1)
-    rows = x.index_select(2, index)
+        index = place.clamp(0, size - 1)
+    padded = x.index_select(dim, index)
     if border_type == "constant":
-        inside = (row >= 0) & (row < size)
-        rows = torch.where(inside[:, None], rows, torch.full_like(rows, value))
-    return rows
+        inside = (place >= 0) & (place < size)
+        if dim == 2:
+            inside = inside[:, None]
+        padded = torch.where(inside, padded, torch.full_like(padded, value))
+    return padded
 
 
 def _pad_by_cat(x: Tensor, dim: int, before: int, after: int, border_type: str, value: float) -> Tensor:

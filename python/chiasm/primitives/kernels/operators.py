@@ -12,6 +12,7 @@ from typing import Any, Callable, Dict
 import torch
 from torch import Tensor
 
+from ..core.target import current_target
 from .declarations import CONSTANTS, ENUMERATIONS, KERNELS
 from .schema import INT32_MAX, VARIABLES, Argument, Kernel
 
@@ -28,7 +29,7 @@ MOST_ROWS, MOST_TERMS = CONSTANTS["MOST_ROWS"], CONSTANTS["MOST_TERMS"]
 def available(x: Tensor, *_: object) -> bool:
     """Whether what is computed of x is being exported for the CPU: the operators have no computation of their
     own."""
-    return torch.compiler.is_exporting() and x.device.type == "cpu"
+    return torch.compiler.is_exporting() and x.device.type == "cpu" and current_target() != "cuda"
 
 
 def has_kernel(x: Tensor, *_: object) -> bool:

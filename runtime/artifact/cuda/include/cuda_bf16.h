@@ -1,0 +1,1 @@
+// AOTInductor's headers include this, and its code for the host uses nothing of it.
