@@ -1,4 +1,4 @@
-"""make bench [WHAT=speed|images|geometry|peers|matching|serving|ray|letterbox]: measure, and write
+"""make bench [WHAT=speed|images|geometry|peers|matching|serving|ray|letterbox|cuda]: measure, and write
 docs/benchmarks*.md. Each exports what it measures and nothing else."""
 
 from __future__ import annotations
@@ -6,7 +6,7 @@ from __future__ import annotations
 import runpy
 import sys
 
-WHAT = ("speed", "images", "geometry", "peers", "matching", "serving", "ray", "letterbox")
+WHAT = ("speed", "images", "geometry", "peers", "matching", "serving", "ray", "letterbox", "cuda")
 
 if __name__ == "__main__":
     what, *sys.argv[1:] = sys.argv[1:] or ["speed"]

@@ -113,17 +113,8 @@ class PythonMethod {
 
   void run_into(const py::object& inputs, const py::object& outputs, const py::object& stream) const {
     Arguments in(Arguments::Role::input, inputs_.count);
-    Arguments out(Arguments::Role::output, outputs_.count);
     collect(in, inputs_, inputs);
-    collect(out, outputs_, outputs);
-    const chiasm_run_options options{sizeof(chiasm_run_options), stream_from(stream, in)};
-    chiasm_status* status = nullptr;
-    {
-      const py::gil_scoped_release release;
-      status = api().method_run_into(method_.c_handle(), in.views().data(), in.views().size(),
-                                     out.views().data(), out.views().size(), &options);
-    }
-    check(status);
+    run_into_collected(in, outputs, stream);
   }
 
   void run_each(const py::sequence& inputs, const py::sequence& outputs, const py::object& stream) const {
@@ -157,18 +148,7 @@ class PythonMethod {
                                                                const py::kwargs& named) const {
     Arguments arguments(Arguments::Role::input, inputs_.count);
     collect(arguments, inputs_, inputs, named);
-    std::vector<std::pair<py::tuple, std::string>> result;
-    for (size_t k = 0; k < outputs_.count; ++k) {
-      int64_t shape[CHIASM_MAX_DIMS];
-      int32_t ndim = 0;
-      int32_t dtype = 0;
-      check(api().method_output_shape(method_.c_handle(), arguments.views().data(), arguments.views().size(),
-                                      k, shape, &ndim, &dtype));
-      py::tuple dims(ndim);
-      for (int32_t i = 0; i < ndim; ++i) dims[static_cast<size_t>(i)] = py::int_(shape[i]);
-      result.emplace_back(std::move(dims), dtype_name(dtype));
-    }
-    return result;
+    return shapes_for(arguments);
   }
 
   std::string repr() const {
@@ -216,10 +196,59 @@ class PythonMethod {
     }
   }
 
+  std::vector<std::pair<py::tuple, std::string>> shapes_for(const Arguments& arguments) const {
+    std::vector<std::pair<py::tuple, std::string>> result;
+    for (size_t k = 0; k < outputs_.count; ++k) {
+      int64_t shape[CHIASM_MAX_DIMS];
+      int32_t ndim = 0;
+      int32_t dtype = 0;
+      check(api().method_output_shape(method_.c_handle(), arguments.views().data(), arguments.views().size(),
+                                      k, shape, &ndim, &dtype));
+      py::tuple dims(ndim);
+      for (int32_t i = 0; i < ndim; ++i) dims[static_cast<size_t>(i)] = py::int_(shape[i]);
+      result.emplace_back(std::move(dims), dtype_name(dtype));
+    }
+    return result;
+  }
+
+  void run_into_collected(const Arguments& in, const py::object& outputs, const py::object& stream) const {
+    Arguments out(Arguments::Role::output, outputs_.count);
+    collect(out, outputs_, outputs);
+    const chiasm_run_options options{sizeof(chiasm_run_options), stream_from(stream, in)};
+    chiasm_status* status = nullptr;
+    {
+      const py::gil_scoped_release release;
+      status = api().method_run_into(method_.c_handle(), in.views().data(), in.views().size(),
+                                     out.views().data(), out.views().size(), &options);
+    }
+    check(status);
+  }
+
+  // torch allocates on the device, for the stream that is current; of another it is told.
+  py::object run_on_cuda(const Arguments& arguments, const py::object& stream) const {
+    using py::literals::operator""_a;
+    const py::module_ torch = py::module_::import("torch");
+    const py::object device = torch.attr("device")("cuda", arguments.cuda_device());
+    py::tuple outputs(outputs_.count);
+    size_t k = 0;
+    for (const auto& [shape, dtype] : shapes_for(arguments)) {
+      outputs[k] = torch.attr("empty")(shape, "dtype"_a = torch.attr(dtype.c_str()), "device"_a = device);
+      if (!stream.is_none()) {
+        const bool is_number = py::isinstance<py::int_>(stream);
+        outputs[k].attr("record_stream")(is_number ? torch.attr("cuda").attr("ExternalStream")(stream)
+                                                   : stream);
+      }
+      ++k;
+    }
+    run_into_collected(arguments, outputs, stream);
+    return outputs_.count == 1 ? py::object(outputs[0]) : py::object(outputs);
+  }
+
   py::object run_collected(const Arguments& arguments, const py::object& returns,
                            const py::object& stream) const {
     Library library = arguments.has_torch() ? Library::torch : Library::numpy;
     if (!returns.is_none()) library = library_from_name(returns.cast<std::string>());
+    if (library == Library::torch && arguments.cuda_device() >= 0) return run_on_cuda(arguments, stream);
     const chiasm_run_options options{sizeof(chiasm_run_options), stream_from(stream, arguments)};
     chiasm_outputs* raw = nullptr;
     chiasm_status* status = nullptr;
@@ -404,7 +433,8 @@ while the method runs, and one method may run in many threads at once.)")
 Parameters
 ----------
 returns : {"numpy", "torch", "dlpack"}, optional
-    What the outputs are; by default as the inputs. "dlpack" gives objects with ``__dlpack__``.
+    What the outputs are; by default as the inputs. "dlpack" gives objects with ``__dlpack__``. On CUDA they
+    are torch tensors; for others, allocate them and call `run_into`.
 stream : int or torch.cuda.Stream, optional
     On CUDA, the stream to enqueue on: the call returns when the work is enqueued. By default torch's current
     stream for torch tensors, else the default stream.)")

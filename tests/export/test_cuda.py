@@ -13,9 +13,10 @@ import pytest
 import torch
 from torch import Tensor
 
-import chiasm.runtime as runtime
+from chiasm import runtime
 from chiasm.export import ExportError, Spec, TensorSpec, export, image
 from chiasm.export.manifest import read_manifest
+from chiasm.runtime import ChiasmError
 
 GPUS = ("sm_80", "sm_90")
 EM_CUDA = 190  # e_machine of the ELF files that GPUs run
@@ -94,7 +95,7 @@ def test_the_cpu_is_served_by_the_same_bundle(bundle: Path) -> None:
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
 def test_without_a_driver_the_error_says_so(bundle: Path) -> None:
-    with pytest.raises(runtime.ChiasmError, match="there is no CUDA driver on this machine"):
+    with pytest.raises(ChiasmError, match="there is no CUDA driver on this machine"):
         runtime.open(bundle).method(backend="native", device="cuda")
 
 

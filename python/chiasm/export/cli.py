@@ -107,8 +107,8 @@ def list_ops(patterns: tuple[str, ...], installed: bool) -> None:
     type=click.Choice(["x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a", *GPUS]),
     default=("x86-64-v3",),
     show_default=True,
-    help="CPU level of the native code (may be given again: the runtime takes the best that its CPU has;"
-    " armv8.2-a needs a cross-compiler here).",
+    help="CPU level of the native code, or compute capability of a GPU (may be given again: the runtime takes"
+    " the best that its machine has; armv8.2-a needs a cross-compiler here).",
 )
 @click.option(
     "--method",

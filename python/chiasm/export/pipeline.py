@@ -53,7 +53,7 @@ def export(
         spec: its inputs, outputs, configuration and tolerances.
         path: the folder that gets the bundle; made where it does not exist.
         formats: which of "torchscript", "onnx", "native" to make.
-        isas: CPU levels to compile native code for.
+        isas: CPU levels, and GPUs ("sm_90"), to compile native code for.
         methods: ("forward",) leaves the gradient out, which takes most of an export's time; ("forward",
             "vjp") demands it. Without either the gradient is exported in the formats that have one, and a
             warning names the others.

@@ -53,6 +53,7 @@ bool in_parallel_region() { return false; }
 namespace memory {
 
 const bool host_can_read = false;
+const int64_t most_elements = INT32_MAX;  // indices of 64 bits cost several times as much
 
 void copy(void* to, const void* from, size_t bytes) {
   static const auto call = CHIASM_DRIVER(cuMemcpyAsync);

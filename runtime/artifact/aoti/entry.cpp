@@ -99,6 +99,10 @@ AtenTensorOpaque* borrow(const chiasm_tensor& view, const chiasm_native_host& ho
   tensor->storage = std::make_shared<Storage>();
   tensor->storage->data = static_cast<char*>(view.data);
   tensor->storage->bytes = tensor->numel() * element_size(tensor->dtype);
+  if (tensor->numel() > memory::most_elements)
+    throw std::runtime_error("a tensor of " + std::to_string(tensor->numel()) +
+                             " elements is larger than the compiled op takes, " +
+                             std::to_string(memory::most_elements) + ": split the batch");
   return tensor.release();
 }
 

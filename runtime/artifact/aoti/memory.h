@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace chiasm::artifact::memory {
 
@@ -15,5 +16,7 @@ void wait_for_all();
 
 // Whether the host can read the memory of tensors.
 extern const bool host_can_read;
+// The most elements that a tensor may have: those which the op's code can count.
+extern const int64_t most_elements;
 
 }  // namespace chiasm::artifact::memory

@@ -11,6 +11,7 @@
 
 #include "../abi.h"
 #include "base/dtype.h"
+#include "memory.h"
 
 namespace chiasm::artifact {
 
@@ -70,8 +71,6 @@ enum ScalarType : int32_t {
   kUint16 = 27
 };
 
-inline constexpr int64_t kMostElements = int64_t{1} << 56;
-
 inline int64_t element_size(int32_t dtype) {
   for (const base::DTypeEntry& known : base::kDTypes)
     if (known.torch == dtype) return static_cast<int64_t>(known.size);
@@ -122,8 +121,9 @@ inline int64_t span(const Dims& sizes, const Dims& strides) {
     if (sizes[i] == 0) return 0;
     int64_t reach = 0;
     if (__builtin_mul_overflow(sizes[i] - 1, strides[i], &reach) ||
-        __builtin_add_overflow(elements, reach, &elements) || elements > kMostElements)
-      throw std::runtime_error("the compiled op makes a tensor of more elements than memory can hold");
+        __builtin_add_overflow(elements, reach, &elements) || elements > memory::most_elements)
+      throw std::runtime_error("the compiled op makes a tensor of more elements than it can count: " +
+                               std::to_string(memory::most_elements));
   }
   return elements;
 }

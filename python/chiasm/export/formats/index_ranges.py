@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any
 
 import sympy
@@ -180,11 +181,21 @@ class _Ranges:
         return _Range((sympy.Integer(int(value)),), (sympy.Integer(int(value)),), True, dtype)
 
     def _index_expr(self, node: Any) -> _Range:
-        expression = self._get_index(node.args[1].args[0])
-        low, high = self._extreme(expression, greatest=False), self._extreme(expression, greatest=True)
-        return self._fitting(
-            _Range(() if low is None else (low,), () if high is None else (high,), True, node.args[2])
-        )
+        lows, highs = self._bounds(self._get_index(node.args[1].args[0]))
+        return self._fitting(_Range(lows, highs, True, node.args[2]))
+
+    def _bounds(self, expression: sympy.Expr) -> tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]:
+        """The bounds of an index that is an expression of the loop's variables; of a clamp, those of its
+        parts."""
+        from torch.utils._sympy.functions import Max, Min
+
+        if not isinstance(expression, (Max, Min, sympy.Max, sympy.Min)):
+            low, high = self._extreme(expression, greatest=False), self._extreme(expression, greatest=True)
+            return () if low is None else (low,), () if high is None else (high,)
+        lows, highs = zip(*map(self._bounds, expression.args), strict=True)
+        if isinstance(expression, (Max, sympy.Max)):
+            return sum(lows, ()), reduce(self._greater_of, highs)
+        return reduce(self._less_of, lows), sum(highs, ())
 
     def _load(self, node: Any) -> _Range:
         from torch._inductor.virtualized import V

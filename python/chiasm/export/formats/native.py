@@ -476,6 +476,8 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
             "aot_inductor.embed_kernel_binary": True,
             "triton.autotune_at_compile_time": True,
             "compile_threads": 1,
+            "assume_32bit_indexing": True,  # runtime/artifact/aoti/entry.cpp refuses larger tensors
+            "triton.prefer_nd_tiling": True,  # a row and a column, without a division for each pixel
             "joint_graph_constant_folding": False,  # computes on the GPU, which is not here
             "assert_indirect_indexing": False,  # `gpu_compiler` checks without ending the process
         }

@@ -141,6 +141,20 @@ PATCHES: Mapping[str, Patch] = {
         "is asked of the GPU; where it is not true, copies of constants are made there at once",
         "1b79326f4bb6",
     ),
+    "torch._inductor.codegen.triton:signature_to_meta": Patch(
+        "gives sizes 64 bits in case that a product of them needs more than 32: tensors here do not",
+        "4802bfc8500c",
+    ),
+    "torch._inductor.sizevars:_optimization_hint_base": Patch(
+        "sizes blocks for the example that was traced", "071b55dfe398"
+    ),
+    "torch._inductor.runtime.triton_heuristics:CachingAutotuner.precompile": Patch(
+        "compiles every form of a loop, to time them", "f6d602556638"
+    ),
+    "torch._inductor.codegen.block_analysis:BlockPatternMatcher.match_mod_div_block_expr": Patch(
+        "matches an index by patterns each time that it looks whether loops can be one: minutes",
+        "02f6b98fc59c",
+    ),
     "torch._inductor.ir:ConstantBuffer.constant_to_device": Patch(
         "copies a constant to the GPU", "5daba211fdd3"
     ),
@@ -196,11 +210,10 @@ def source_digest(name: str) -> str:
     elif isinstance(found, (staticmethod, classmethod)):
         found = found.__func__
     # A builtin, a value or another package: what counts is who calls it
-    if not (
-        inspect.isclass(found) or inspect.isfunction(inspect.unwrap(found) if callable(found) else found)
-    ):
-        found = owner
-    return hashlib.sha256(inspect.getsource(inspect.unwrap(found)).encode()).hexdigest()[:12]
+    source: Any = inspect.unwrap(found) if callable(found) else found
+    if not inspect.isclass(source) and not inspect.isfunction(source):
+        source = inspect.unwrap(owner)
+    return hashlib.sha256(inspect.getsource(source).encode()).hexdigest()[:12]
 
 
 def _owner(name: str) -> tuple[Any, str]:

@@ -1,3 +1,5 @@
+# PyTorch declares what it takes as narrower than what it uses of it.
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false
 """AOTInductor for a GPU that is not here: Triton's compiler needs none, and what PyTorch would ask a GPU is
 known from its compute capability. So code for CUDA is compiled where code for CPUs is.
 
@@ -8,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -33,6 +36,8 @@ _LIMITS = {
     120: (99, 1536, 170),
 }
 _DEVICE = torch.device("cuda", 0)
+#: Sizes of the example from this on stand for larger ones, by this factor: of images, or of as many points.
+_FEW, _ENLARGED = 10, 32
 
 
 class _Driver:
@@ -85,17 +90,58 @@ def _constant_on_device(constant: Any, device: torch.device | None) -> Any:
     return ir.ConstantBuffer(name=moved, layout=ir.FixedLayout(device, layout.dtype, layout.size))
 
 
+class _LargeSizes:
+    """A trace's symbols, for whoever sizes blocks by the example, which is small."""
+
+    def __init__(self, environment: Any) -> None:
+        self._environment = environment
+        self.backed_var_to_val = {
+            symbol: size
+            if size < _FEW
+            else sympy.Integer(min(size * _ENLARGED, environment.var_to_range[symbol].upper))
+            for symbol, size in environment.backed_var_to_val.items()
+        }
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._environment, name)
+
+
 @contextmanager
 def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
     """AOTInductor which compiles for GPUs of compute capability `sm`, with CUDA's headers from
     `toolkit`/include."""
+    from torch._inductor import sizevars
+    from torch._inductor.codegen.block_analysis import BlockPatternMatcher
     from torch._inductor.fx_passes import joint_graph
+    from torch._inductor.runtime.triton_heuristics import CachingAutotuner
     from triton.runtime import driver
 
     properties = _properties(sm)
-    joint_patterns = joint_graph.lazy_init
+    joint_patterns, hint = joint_graph.lazy_init, sizevars._optimization_hint_base
+    compile_all = CachingAutotuner.precompile
+    match_blocks = BlockPatternMatcher.match_mod_div_block_expr.__func__
     before = driver.active if driver._active is not None else None
     ranges = IndexRanges()
+
+    large: dict[int, _LargeSizes] = {}
+
+    def hint_at_images(environment: Any, *args: Any, **kwargs: Any) -> int:
+        known = large.get(id(environment))
+        if known is None or len(known.backed_var_to_val) != len(environment.backed_var_to_val):
+            known = large[id(environment)] = _LargeSizes(environment)
+        return hint(known, *args, **kwargs)
+
+    @cache
+    def blocks_of(matcher: Any, *of: Any) -> tuple[list[sympy.Expr], ...] | None:
+        return match_blocks(matcher, *of)
+
+    def match_once(matcher: Any, *of: Any) -> tuple[list[sympy.Expr], ...] | None:
+        found = blocks_of(matcher, *of)
+        return None if found is None else tuple(map(list, found))
+
+    def compile_first(loop: Any, *args: Any, **kwargs: Any) -> None:
+        loop.configs = loop.configs[:1]
+        compile_all(loop, *args, **kwargs)
 
     def nothing(*_: Any) -> None: ...
 
@@ -107,6 +153,7 @@ def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
 
     cuda = "torch._dynamo.device_interface:CudaInterface"
     wrapper = "torch._inductor.codegen.wrapper:PythonWrapperCodegen"
+    blocks = "torch._inductor.codegen.block_analysis:BlockPatternMatcher"
     with replaced(
         {
             "torch.cuda:is_available": lambda: True,
@@ -135,7 +182,11 @@ def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
             "torch._inductor.runtime.triton_helpers:set_driver_to_gpu": nothing,
             "triton.compiler.compiler:CompiledKernel._init_handles": nothing,
             "triton.compiler.compiler:CompiledKernel.run": property(nothing),
-            f"{wrapper}.generate_and_run_autotune_block": _keep_first,
+            f"{wrapper}.generate_and_run_autotune_block": _compile,
+            "torch._inductor.runtime.triton_heuristics:CachingAutotuner.precompile": compile_first,
+            "torch._inductor.codegen.triton:signature_to_meta": _with_short_sizes,
+            f"{blocks}.match_mod_div_block_expr": classmethod(match_once),
+            "torch._inductor.sizevars:_optimization_hint_base": hint_at_images,
             "torch.utils.cpp_extension:CUDA_HOME": str(toolkit),
             "torch._inductor.codegen.common:CSEProxy.indirect_indexing": indirect_indexing_with(
                 ranges, _clamped
@@ -190,8 +241,8 @@ def _properties(sm: int) -> SimpleNamespace:
     )
 
 
-def _keep_first(wrapper: Any) -> None:
-    """Compile the loops, and keep of each the first form: where Inductor would time them."""
+def _compile(wrapper: Any) -> None:
+    """Compile the loops, where Inductor would time their forms."""
     from torch._inductor.runtime.triton_heuristics import CachingAutotuner
 
     wrapper.kernel_autotune_defs.splice("async_compile.wait(globals())\ndel async_compile\n")
@@ -200,6 +251,16 @@ def _keep_first(wrapper: Any) -> None:
     for loop in scope.values():
         if isinstance(loop, CachingAutotuner):
             loop.save_gpu_kernel("stream", loop.launchers[0])
+
+
+def _with_short_sizes(*args: Any, **kwargs: Any) -> dict[str, str]:
+    """The types of a program's arguments: where positions have 32 bits, sizes too."""
+    from torch._inductor.codegen.triton_utils import signature_to_meta
+
+    found = signature_to_meta(*args, **kwargs)
+    if kwargs.get("size_dtype") == "tl.int32":
+        found = {name: "i32" if name.startswith("ks") and of == "i64" else of for name, of in found.items()}
+    return found
 
 
 def _clamped(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
@@ -229,12 +290,14 @@ def on_gpu(program: ExportedProgram) -> None:
                     node.meta["val"] = pytree.tree_map_only(torch.Tensor, _moved, node.meta.get("val"))
     graph = program.graph
     inputs = [n for n in graph.nodes if n.op == "placeholder"]
-    values = program.state_dict | program.constants
+    values = {
+        k: v for k, v in (program.state_dict | program.constants).items() if isinstance(v, torch.Tensor)
+    }
     for spec in signature.input_specs:
         node = next(n for n in inputs if n.name == spec.arg.name)
         if node.name not in constants or not isinstance(node.meta.get("val"), torch.Tensor):
             continue
-        value = values[spec.target]
+        value: Any = values[str(spec.target)]
         if value.numel() == 1:  # a copy of it PyTorch would make at once, on the GPU
             options = {"dtype": value.dtype, "device": _DEVICE}
             _replaced(graph, node, inputs[-1], aten.full.default, (list(value.shape), value.item()), options)
