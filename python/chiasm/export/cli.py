@@ -302,7 +302,8 @@ def info(bundle: Path, as_json: bool) -> None:
                 )
         console.print(table)
         for a in method["artifacts"]:
-            extra = " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a) + (
+            gpu = f"sm_{a['sm']} " if "sm" in a else ""
+            extra = gpu + " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a) + (
                 f" needs {a.get('why') or ', '.join(a['needs'])}" if a.get("needs") else ""
             )
             console.print(

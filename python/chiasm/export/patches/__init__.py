@@ -155,6 +155,9 @@ PATCHES: Mapping[str, Patch] = {
         "matches an index by patterns each time that it looks whether loops can be one: minutes",
         "02f6b98fc59c",
     ),
+    "torch._inductor.codegen.triton:TritonPrinter._print_min_max_helper": Patch(
+        "multiplies by comparisons, in case that both are constants of the compiler", "f2f5150a1998"
+    ),
     "torch._inductor.ir:ConstantBuffer.constant_to_device": Patch(
         "copies a constant to the GPU", "5daba211fdd3"
     ),

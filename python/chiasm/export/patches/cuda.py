@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, reduce
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -186,6 +186,7 @@ def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
             "torch._inductor.runtime.triton_heuristics:CachingAutotuner.precompile": compile_first,
             "torch._inductor.codegen.triton:signature_to_meta": _with_short_sizes,
             f"{blocks}.match_mod_div_block_expr": classmethod(match_once),
+            "torch._inductor.codegen.triton:TritonPrinter._print_min_max_helper": _extreme,
             "torch._inductor.sizevars:_optimization_hint_base": hint_at_images,
             "torch.utils.cpp_extension:CUDA_HOME": str(toolkit),
             "torch._inductor.codegen.common:CSEProxy.indirect_indexing": indirect_indexing_with(
@@ -261,6 +262,12 @@ def _with_short_sizes(*args: Any, **kwargs: Any) -> dict[str, str]:
     if kwargs.get("size_dtype") == "tl.int32":
         found = {name: "i32" if name.startswith("ks") and of == "i64" else of for name, of in found.items()}
     return found
+
+
+def _extreme(printer: Any, expression: sympy.Expr, comparison: str) -> str:
+    """The least or greatest of expressions, by one instruction."""
+    function = "tl.minimum" if comparison == "<" else "tl.maximum"
+    return reduce(lambda a, b: f"{function}({a}, {b})", map(printer._print, expression.args))
 
 
 def _clamped(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
