@@ -25,6 +25,8 @@ import chiasm.runtime
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "benchmarks_cuda.md"
 BATCH, HEIGHT, WIDTH = 8, 1080, 1920
+#: Their loops ask the GPU when to end, which cannot be captured.
+WAITING = ("filters.canny",)
 Call = Callable[[], object]
 
 
@@ -168,13 +170,11 @@ def measured(bundle: Path, given: tuple[torch.Tensor, ...], peers: dict[str, Cal
     outputs = found if isinstance(found, tuple) else (found,)
     calls: dict[str, Call] = {"chiasm": lambda: method.run_into(list(given), outputs)}
     failed = {}
-    graph = torch.cuda.CUDAGraph()
-    try:
+    if bundle.stem not in WAITING:
+        graph = torch.cuda.CUDAGraph()
         with torch.cuda.graph(graph):
             method.run_into(list(given), outputs)
         calls["graph"] = graph.replay
-    except RuntimeError as error:  # an op whose loop asks the GPU when to end
-        failed["graph"] = str(error).splitlines()[0]
     functions = dict(peers)
     if "kornia" in peers:
         functions["compiled"] = torch.compile(peers["kornia"])
@@ -246,7 +246,7 @@ def page(result: dict) -> str:
             f"{row['first_ms']:.1f}",
             f"{us['chiasm']:.0f}",
             f"{row['bytes'] / us['chiasm'] * 1e6 / result['bandwidth']:.0%}",
-            f"{us['graph']:.0f}" if "graph" in us else "fails",
+            f"{us['graph']:.0f}" if "graph" in us else "",
         ]
         for peer in peers:
             if peer in us:
