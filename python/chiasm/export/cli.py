@@ -303,8 +303,10 @@ def info(bundle: Path, as_json: bool) -> None:
         console.print(table)
         for a in method["artifacts"]:
             gpu = f"sm_{a['sm']} " if "sm" in a else ""
-            extra = gpu + " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a) + (
-                f" needs {a.get('why') or ', '.join(a['needs'])}" if a.get("needs") else ""
+            extra = (
+                gpu
+                + " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a)
+                + (f" needs {a.get('why') or ', '.join(a['needs'])}" if a.get("needs") else "")
             )
             console.print(
                 f"  {a['backend']:7} {a['file']:36} {a['size'] / 1024:8.1f} KiB  {_shown(extra)}",
