@@ -33,7 +33,7 @@ def test_an_instruction_set_is_known_in_every_place_that_its_page_names():
         assert found is not None, file
         return re.findall(r"x86-64-v\d|armv[\d.]+-a", found[0])
 
-    wanted = list(ISAS)
+    wanted = [name for name, isa in ISAS.items() if not isa.sm]
     assert len(wanted) >= 2
     built = [
         name
