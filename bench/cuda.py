@@ -223,7 +223,7 @@ def page(result: dict) -> str:
     lines = [
         "# Native code on a GPU, against Kornia and torchvision",
         "",
-        f"Made by `make bench WHAT=cuda` on {result['date']}: {result['device']}, CUDA"
+        f"Made by `python -m bench.cuda` on {result['date']}: {result['device']}, CUDA"
         f" {result['cuda']}, "
         + ", ".join(f"{name} {version}" for name, version in result["versions"].items())
         + f". A copy on the device moves {result['bandwidth'] / 1e12:.2f} TB/s, read and written.",

@@ -310,9 +310,8 @@ def _libraries_hash(isa: str) -> str:
             f"the native format needs {missing[0]}, which is not there: pip install chiasm-export, or in a"
             f" source tree make {target}"
         )
-    headers = [
-        f for name in ("include", "cuda/include") for f in (LIBRARIES / name).rglob("*") if f.is_file()
-    ]
+    folders = ["include", "cuda/include"] if ISAS[isa].sm else ["include"]
+    headers = [f for name in folders for f in (LIBRARIES / name).rglob("*") if f.is_file()]
     return _hash(sources + libraries + headers)
 
 

@@ -75,11 +75,7 @@ def padded_parts(
     return [padded(x, margin_y, margin_x, border_type, value)]
 
 
-@padded_parts.lowering("cuda")
-def _one_part(
-    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
-) -> List[Tensor]:
-    return [padded(x, margin_y, margin_x, border_type, value)]
+padded_parts.lowering("cuda")(padded_parts.definition)
 
 
 @padded_parts.lowering("native")
