@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <filesystem>
 #include <thread>
 
@@ -366,25 +365,6 @@ TEST_F(Call, ThreadsLoadAndCloseMethods) {
     });
   }
   for (std::thread& thread : threads) thread.join();
-}
-
-TEST_F(Call, CostsFewMicroseconds) {
-  std::vector<float> output(120), half(4);
-  const Tensor inputs[] = {input_, sigma_view_};
-  const Tensor outputs[] = {Tensor(output.data(), {2, 3, 4, 5}), Tensor(half.data(), {2, 2})};
-  double best = 1e9;
-  for (int round = 0; round < 20; ++round) {
-    const auto start = std::chrono::steady_clock::now();
-    for (int i = 0; i < 1000; ++i) method_.run_into(inputs, 2, outputs, 2);
-    best = std::min(
-        best,
-        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count() / 1000);
-  }
-  RecordProperty("microseconds", std::to_string(best));
-  std::printf("run_into: %.3f microseconds\n", best);
-#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  EXPECT_LT(best, 5);
-#endif
 }
 
 TEST(Lifetime, HandlesCloseInAnyOrder) {
