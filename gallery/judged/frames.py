@@ -85,7 +85,7 @@ def frames(s: Setting) -> Inputs:
         "angles_degrees": torch.linspace(-60, 150, count).view(1, -1, 1),
         "scale_coef": torch.linspace(0.5, 1.4, count).view(1, -1, 1, 1),
         "trans_01": torch.tensor([[[0.85, -0.15, 40.0], [0.1, 0.8, 10.0], [1.2e-3, -4e-4, 1.0]]]),
-        "sigmas": torch.ones(1),
+        "sigmas": s.repeated(torch.ones(())),
     }
     return {name: value.float().contiguous() for name, value in made.items()} | scale_space(s, gray)
 
