@@ -21,7 +21,7 @@ build() {
   local version environment
   version=$("$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
   environment=wheels-$version
-  PYTHON=$1 tools/environment.sh "$environment" tools/wheels.txt
+  PYTHON=$1 env -u _PYTHON_HOST_PLATFORM tools/environment.sh "$environment" tools/wheels.txt # the tools are for this machine
   rm -f "$fresh"/*.whl
   PATH="$PWD/.deps/$environment/bin:$PATH" ".deps/$environment/bin/python" -m pip wheel --quiet --disable-pip-version-check \
     --no-deps --no-build-isolation --wheel-dir "$fresh" "${@:2}"
