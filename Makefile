@@ -186,7 +186,7 @@ wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-ex
 dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are kept)
 	tools/packs.sh $(BUNDLES)
 
-bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving, ray, letterbox or cuda: measure against peers -> docs/benchmarks*.md
+bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving, ray, letterbox, networks or cuda: measure against peers -> docs/benchmarks*.md
 	@[ "$(WHAT)" != images ] || tools/kornia.sh
 	[ "$(WHAT)" != serving ] || tools/triton.sh server
 	[ "$(WHAT)" != ray ] || tools/data.sh

@@ -177,7 +177,7 @@ assert [round(score * 255) for _, score, _ in found] == [255, 224], found
 for (box, score, label), (left, top, red) in zip(found, squares[::-1]):
     np.testing.assert_allclose(box, [left, top, left + 48, top + 48], atol=1e-3)
 np.testing.assert_allclose([b for b, _, _ in found], expected[0][0, :2].numpy(), atol=1e-3)
-for opened in ("torch", "onnx"):
+for opened in ("torch", "onnx", "native"):
     results = runtime.open(bundle).method("forward", backend=opened)(frame[None])
     for actual, wanted in zip(results, expected):
         np.testing.assert_allclose(actual, wanted.numpy(), atol=1e-3)

@@ -18,6 +18,10 @@ using Call = int32_t;
 
 extern "C" {
 Call aoti_torch_cpu_cumsum(Handle, int64_t, int32_t*, Handle*);
+Call aoti_torch_cpu_addmm_out(Handle, Handle, Handle, Handle, double, double);
+Call aoti_torch_cpu_baddbmm_out(Handle, Handle, Handle, Handle, double, double);
+Call aoti_torch_cpu_bmm_out(Handle, Handle, Handle);
+Call aoti_torch_cpu_mm_out(Handle, Handle, Handle);
 Call aoti_torch_cpu_topk(Handle, int64_t, int64_t, int32_t, int32_t, Handle*, Handle*);
 }
 

@@ -3,6 +3,7 @@
 // tests' matter; here it must stay in its memory, be the same wherever that lies, and end.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -178,7 +179,8 @@ class GuardedKernels : public ::testing::Test {
     return is(aoti_torch_cpu_bilateral) || is(aoti_torch_cpu_orientation_histograms) ||
            is(aoti_torch_cpu_resize) || is(aoti_torch_cpu_resampled) || is(aoti_torch_cpu_resize_blurred) ||
            is(aoti_torch_cpu_integral) || is(aoti_torch_cpu_cdist_squared) ||
-           is(aoti_torch_cpu_two_smallest) || is(aoti_torch_cpu_grown_distances);
+           is(aoti_torch_cpu_two_smallest) || is(aoti_torch_cpu_grown_distances) ||
+           is(aoti_torch_cpu_packed_convolution) || is(aoti_torch_cpu_depthwise_convolution);
   }
 
   static Handle bare(const Tensor& tensor) { return tensor.get(); }
@@ -321,6 +323,32 @@ TYPED_TEST(GuardedKernels, ResizingStaysInside) {
             this->run(aoti_torch_cpu_resize_blurred, x, this->numbers({5}), to.height, to.width, int32_t{0},
                       border, before);
       }
+  });
+}
+
+TYPED_TEST(GuardedKernels, ConvolutionsStayInside) {
+  constexpr double kLarge = std::numeric_limits<double>::infinity();
+  this->watch([&] {
+    for (const Size& s : kSizes)
+      for (const int64_t side : {1, 3})
+        for (const int64_t stride : {1, 2}) {
+          const auto call = [&](auto* function, const Tensor& x, const Tensor& weight, const Tensor& bias,
+                                int64_t begin, int64_t apart, int64_t height, int64_t width, double low) {
+            this->run(function, x, weight, bias, stride, int64_t{1}, begin, begin + 1, apart, int64_t{1},
+                      height, width, low, kLarge);
+          };
+          // Channels, groups, outputs, panels
+          for (const auto& [channels, groups, outputs, panels] :
+               {std::array<int64_t, 4>{1, 1, 1, 1}, {3, 1, 17, 2}, {6, 2, 34, 4}})
+            for (const int64_t begin : {0, 3})
+              call(aoti_torch_cpu_packed_convolution, this->numbers({2, s.height, s.width, channels}),
+                   this->numbers({panels, side, side, channels / groups, 16}, -1, 1),
+                   this->numbers({outputs}, -1, 1), begin, begin + 1, s.height + 2, s.width, -kLarge);
+          for (const int64_t channels : {1, 5, 37})
+            call(aoti_torch_cpu_depthwise_convolution, this->numbers({1, s.height, s.width, channels}),
+                 this->numbers({side, side, channels}, -1, 1), this->numbers({channels}, -1, 1), 1, 2,
+                 (s.height + 1) / stride, s.width + 2, 0);
+        }
   });
 }
 

@@ -38,6 +38,7 @@ from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
 from . import compiler
 from .compiler import HEADERS, Build
+from .networks import use_kernels
 
 #: What the package was built with for the code of ops: headers, and static libraries for each instruction set
 #: (runtime/artifact/CMakeLists.txt).
@@ -189,6 +190,8 @@ def to_native(
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
     source = program("cuda" if ISAS[isa].sm else "native")
+    if not ISAS[isa].sm and not gradient:
+        use_kernels(source)
     entry = cache_folder() / "native" / f"{_key(source, spec, isa, signature, gradient)}.pt2"
     if entry.exists():
         return NativeCode(spec, isa, entry, None, program)
@@ -267,8 +270,8 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
         # sizes and dtypes of the inputs, which the listing leaves out
         str([(n.name, str(n.meta.get("val"))) for n in program.graph.nodes if n.op == "placeholder"]),
         str(sorted((str(k), str(v)) for k, v in program.range_constraints.items())),
-        str({k: v.tolist() for k, v in sorted(program.constants.items()) if isinstance(v, torch.Tensor)}),
-        str({k: v.tolist() for k, v in sorted(program.state_dict.items())}),
+        str({k: _content(v) for k, v in sorted(program.constants.items()) if isinstance(v, torch.Tensor)}),
+        str({k: _content(v) for k, v in sorted(program.state_dict.items())}),
         isa,
         signature,
         torch.__version__,
@@ -284,6 +287,12 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
     return digest.hexdigest()
 
 
+def _content(tensor: torch.Tensor) -> tuple[str, list[int], str]:
+    """Type, shape and a hash of the values."""
+    data = tensor.detach().contiguous().reshape(-1).view(torch.uint8).numpy()
+    return str(tensor.dtype), list(tensor.shape), hashlib.sha256(data.tobytes()).hexdigest()
+
+
 def compiler_command(isa: str) -> str:
     """$CXX, where the code is for CPUs of this machine's family; else the cross-compiler."""
     return f"{ISAS[isa].machine}-linux-gnu-g++" if ISAS[isa].is_foreign else os.environ.get("CXX", "g++")
@@ -294,7 +303,7 @@ def _libraries_hash(isa: str) -> str:
     """Of how code is compiled and what it is linked with; the kernels are apart."""
     formats, patches = Path(__file__).parent, Path(__file__).parents[1] / "patches"
     sources = [
-        *(formats / f"{name}.py" for name in ("native", "index_ranges", "compiler")),
+        *(formats / f"{name}.py" for name in ("native", "networks", "index_ranges", "compiler")),
         *(patches / f"{name}.py" for name in ("inductor", "index_checks", "tracing")),
         *([patches / "cuda.py"] if ISAS[isa].sm else []),
     ]

@@ -740,6 +740,42 @@ _declare(
     ["N <= INT32_MAX"],
 )
 
+# Networks
+
+#: Of convolutions: a window's steps over the image and where it begins, the steps between its taps, the
+#: result's size.
+_WINDOWS = (
+    *(f"1 <= {name} <= INT32_MAX" for name in ("stride_y", "stride_x", "dilation_y", "dilation_x")),
+    *(f"0 <= {name} <= INT32_MAX" for name in ("top", "left", "height", "width")),
+    "1 <= KH <= INT32_MAX",
+    "1 <= KW <= INT32_MAX",
+)
+_declare(
+    """packed_convolution(T[B, H, W, C] x, T[P, KH, KW, G, 16] weight, T[N] bias, int stride_y, int stride_x,
+    int top, int left, int dilation_y, int dilation_x, int height, int width, float low, float high)
+    -> T[B, height, width, N]""",
+    "convolution.cpp",
+    """Convolution in C / G groups of channels, zero beyond the image, limited to low and high. The weights of
+    a group's outputs stand in panels of 16, of which the last is filled up with zeros.""",
+    [
+        "1 <= C",
+        "1 <= G",
+        "C % G == 0",
+        "1 <= N",
+        "N % (C // G) == 0",
+        "P == C // G * ((N // (C // G) + 15) // 16)",
+        *_WINDOWS,
+    ],
+)
+_declare(
+    """depthwise_convolution(T[B, H, W, C] x, T[KH, KW, C] weight, T[C] bias, int stride_y, int stride_x,
+    int top, int left, int dilation_y, int dilation_x, int height, int width, float low, float high)
+    -> T[B, height, width, C]""",
+    "convolution.cpp",
+    "Convolution of each channel with a window of its own, zero beyond the image, limited to low and high.",
+    [*_WINDOWS],
+)
+
 # Matrices and polynomials
 
 for _name, _doc in (

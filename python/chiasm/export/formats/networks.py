@@ -1,0 +1,393 @@
+"""A network's convolutions and linear layers as calls of kernels, for native code.
+
+Their weights are parameters of the network: they are laid out here as the kernels read them, batch
+normalisation is multiplied into them, and a clamp behind them is done where the sums are made. A kernel's
+images are (B, H, W, C); Inductor gives what is computed between two kernels that layout too.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch._subclasses.fake_tensor import FakeTensor
+from torch.export import ExportedProgram
+from torch.export.graph_signature import InputKind, InputSpec, TensorArgument
+from torch.fx import Node, map_arg
+
+aten = torch.ops.aten
+#: How many outputs of a convolution stand side by side (kPanel in runtime/artifact/kernels/products.h).
+PANEL = 16
+_INFINITY = float("inf")
+
+
+def use_kernels(program: ExportedProgram) -> None:
+    """Rewrite the layers in place that kernels compute; others, and those whose weights are computed, are
+    left as they are."""
+    network = _Network(program)
+    _attend_by_products(program)
+    for node in list(program.graph.nodes):
+        layer = network.layer(node)
+        if layer is not None:
+            network.replace(node, layer)
+    program.graph.eliminate_dead_code()
+    network.drop_unused()
+    program.graph_module.recompile()
+
+
+def _attend_by_products(program: ExportedProgram) -> None:
+    """Attention as the products and the softmax that it is, instead of a function of libtorch."""
+    for node in list(program.graph.nodes):
+        if node.target is not aten.scaled_dot_product_attention.default:
+            continue
+        a = _arguments(node)
+        arguments = (a["query"], a["key"], a["value"], a["attn_mask"], a["dropout_p"], a["is_causal"], None)
+        with program.graph.inserting_before(node):
+            both = program.graph.call_function(
+                aten._scaled_dot_product_attention_math.default,
+                arguments,
+                {"scale": a["scale"], "enable_gqa": a["enable_gqa"]},
+            )
+            first = program.graph.call_function(operator.getitem, (both, 0))
+        first.meta["val"] = node.meta["val"]
+        node.replace_all_uses_with(first)
+        program.graph.erase_node(node)
+
+
+@dataclass
+class _Layer:
+    """A convolution; a linear layer is one of single pixels. Pairs are (rows, columns).
+
+    begin: how far the first window begins before the image. reach: the result's size is (the image's +
+    reach) // stride + 1. spread: the image is taken with its pixels so far apart, and zeros between them.
+    """
+
+    image: Node
+    weight: Tensor  # (N, G, KH, KW)
+    bias: Tensor
+    stride: Sequence[int] = (1, 1)
+    begin: Sequence[int] = (0, 0)
+    reach: Sequence[int] = (-1, -1)
+    dilation: Sequence[int] = (1, 1)
+    groups: int = 1
+    spread: Sequence[int] = (1, 1)
+    low: float = -_INFINITY
+    high: float = _INFINITY
+
+    def normalised(self, scale: Tensor, shift: Tensor) -> None:
+        """Multiplied by a number for each output, and added to."""
+        self.weight = (self.weight.double() * scale.view(-1, 1, 1, 1)).to(self.weight.dtype)
+        self.bias = (self.bias.double() * scale + shift).to(self.bias.dtype)
+
+    def packed(self) -> Tensor:
+        """The weights in panels of PANEL outputs (P, KH, KW, G, PANEL); of a window for each channel
+        (KH, KW, C)."""
+        if self.is_depthwise:
+            return self.weight[:, 0].permute(1, 2, 0).contiguous()
+        outputs, depth, *window = self.weight.shape
+        groups = self.weight.view(self.groups, outputs // self.groups, depth, *window)
+        panels = -(-groups.shape[1] // PANEL)
+        filled = groups.new_zeros(self.groups, panels * PANEL, depth, *window)
+        filled[:, : groups.shape[1]] = groups
+        return filled.view(self.groups * panels, PANEL, depth, *window).permute(0, 3, 4, 2, 1).contiguous()
+
+    def gathered(self) -> tuple[_Layer, list[int]]:
+        """The same of the image as it is, where it should be spread; and how many rows and columns of the
+        result are too many.
+
+        Its outputs are those of as many pixels as lie between two of the image, which stand side by side:
+        output n of pixel (y, x) is output (n, y % rows, x % columns) of pixel (y // rows, x // columns) (W.
+        Shi et al., Is the deconvolution layer the same as a convolutional layer?, arXiv:1609.07009, 2016).
+        """
+        weight, begin, more = self.weight, [], []
+        for axis, apart in enumerate(self.spread):
+            size, step = self.weight.shape[2 + axis], self.dilation[axis]
+            # Tap k of a pixel that is `rest` beyond one of the image meets a pixel of the image that is
+            # `place` further, or a zero.
+            meets = [
+                (rest, k, place)
+                for rest in range(apart)
+                for k in range(size)
+                for place, between in [divmod(rest - self.begin[axis] + k * step, apart)]
+                if between == 0
+            ]
+            places = [0, *(place for *_, place in meets)]
+            first, last = min(places), max(places)
+            taps = weight.movedim(2 + axis, -1)
+            moved = taps.new_zeros(apart, *taps.shape[:-1], last - first + 1)
+            for rest, k, place in meets:
+                moved[rest, ..., place - first] = taps[..., k]
+            # (outputs, pixels before, pixels of this axis, ...)
+            weight = moved.movedim(-1, 3 + axis).movedim(0, 1).flatten(0, 1)
+            begin.append(-first)
+            more.append(-(self.reach[axis] + 1) % apart)
+        reach = [(r + m + 1) // s - 1 for r, m, s in zip(self.reach, more, self.spread, strict=True)]
+        bias = self.bias.repeat_interleave(self.spread[0] * self.spread[1])
+        return replace(
+            self, weight=weight, bias=bias, begin=begin, reach=reach, dilation=(1, 1), spread=(1, 1)
+        ), more
+
+    @property
+    def is_depthwise(self) -> bool:
+        return self.weight.shape[1] == 1 and self.weight.shape[0] == self.groups > 1
+
+
+class _Network:
+    """The program, and what has been found in it."""
+
+    def __init__(self, program: ExportedProgram) -> None:
+        self.program, self.graph = program, program.graph
+        specs = program.graph_signature.input_specs
+        self.values = {
+            spec.arg.name: tensor
+            for spec in specs
+            if spec.target is not None
+            and isinstance(tensor := {**program.constants, **program.state_dict}.get(spec.target), Tensor)
+        }
+        self.added = 0
+
+    # --- what there is ---
+
+    def value(self, node: Any) -> Tensor | None:
+        """The parameter that a node is, where it is one of a type that the kernels have."""
+        found = self.values.get(node.name) if isinstance(node, Node) and node.op == "placeholder" else None
+        return found.detach() if found is not None and found.dtype in (torch.float32, torch.float64) else None
+
+    def layer(self, node: Node) -> _Layer | None:
+        """What a node computes, where a kernel can."""
+        read = _LAYERS.get(node.target) if node.op == "call_function" else None
+        if read is None or not all(isinstance(a, Node) for a in node.args[:2]):
+            return None
+        arguments = _arguments(node)
+        weight = self.value(arguments["weight"])
+        image = arguments["input"].meta["val"]
+        if weight is None or image.dtype != weight.dtype or image.dim() not in _VIEWS[node.target]:
+            return None
+        bias = weight.new_zeros(weight.shape[0])
+        if arguments["bias"] is not None:
+            given = self.value(arguments["bias"])
+            if given is None:
+                return None
+            bias = given
+        return read(arguments, weight, bias)
+
+    # --- what it becomes ---
+
+    def replace(self, node: Node, layer: _Layer) -> None:
+        """Put a kernel in the place of a layer, and of what follows that the kernel does too."""
+        last = node
+        for take in (self._take_normalisation, self._take_clamp):
+            following = next(iter(last.users)) if len(last.users) == 1 else None
+            if following is not None and following.args[0] is last and take(layer, last, following):
+                last = following
+        with self.graph.inserting_before(node):
+            made = self._emit(layer, node)
+        last.replace_all_uses_with(made)
+        for done in (last, *([node] if node is not last else [])):
+            if not done.users:
+                self.graph.erase_node(done)
+
+    def _take_normalisation(self, layer: _Layer, last: Node, node: Node) -> bool:
+        channels_are_last = layer.image.meta["val"].dim() > 2 and last.target is aten.linear.default
+        if node.target is not aten.batch_norm.default or channels_are_last:
+            return False
+        arguments = _arguments(node)
+        mean, variance = (self.value(arguments[name]) for name in ("running_mean", "running_var"))
+        weight, bias = (
+            self.value(arguments[name]) if arguments[name] is not None else fill
+            for name, fill in (("weight", torch.ones(())), ("bias", torch.zeros(())))
+        )
+        if arguments["training"] or mean is None or variance is None or weight is None or bias is None:
+            return False
+        scale = weight.double() / torch.sqrt(variance.double() + arguments["eps"])
+        layer.normalised(scale.expand_as(mean), bias.double() - mean.double() * scale)
+        return True
+
+    def _take_clamp(self, layer: _Layer, _last: Node, node: Node) -> bool:
+        limits = _clamp(node)
+        if limits is None:
+            return False
+        layer.low, layer.high = limits
+        return True
+
+    def _emit(self, layer: _Layer, node: Node) -> Node:
+        shape = layer.image.meta["val"].dim()
+        before, after = _VIEWS[node.target][shape]
+        image = self._call(aten.contiguous.default, self._views(layer.image, before))
+        spread, more = layer.spread, [0, 0]
+        if spread != (1, 1):
+            layer, more = layer.gathered()
+        weight, bias = self._parameter(layer.packed()), self._parameter(layer.bias)
+        size = [self._result_size(layer, image, axis) for axis in (0, 1)]
+        kernel = (
+            torch.ops.chiasm.depthwise_convolution
+            if layer.is_depthwise
+            else torch.ops.chiasm.packed_convolution
+        ).default
+        numbers = (*layer.stride, *layer.begin, *layer.dilation, *size, layer.low, layer.high)
+        result = self._call(kernel, image, weight, bias, *numbers)
+        return self._views(self._apart(result, spread, more), after)
+
+    def _apart(self, result: Node, spread: Sequence[int], more: Sequence[int]) -> Node:
+        """Pixels that stand side by side, as outputs, in their places; and fewer at the ends."""
+        if tuple(spread) == (1, 1):
+            return result
+        outputs = result.meta["val"].shape[3] // (spread[0] * spread[1])
+        steps: list[tuple] = [
+            (aten.unflatten.int, 3, [outputs, *spread]),
+            (aten.permute.default, [0, 1, 4, 2, 5, 3]),
+            (aten.flatten.using_ints, 3, 4),
+            (aten.flatten.using_ints, 1, 2),
+            *((aten.slice.Tensor, 1 + axis, 0, -count) for axis, count in enumerate(more) if count),
+        ]
+        return self._views(result, steps)
+
+    def _result_size(self, layer: _Layer, image: Node, axis: int) -> Any:
+        """The result's number of rows (axis 0) or columns."""
+        size = self._computed(operator.add, self._size(image, 1 + axis), layer.reach[axis])
+        return self._computed(operator.add, self._computed(operator.floordiv, size, layer.stride[axis]), 1)
+
+    def _size(self, image: Node, axis: int) -> Any:
+        """A number, or where it depends on the inputs the node that has it."""
+        size = image.meta["val"].shape[axis]
+        return size if isinstance(size, int) else self._call(aten.sym_size.int, image, axis)
+
+    def _computed(self, compute: Callable, size: Any, number: int) -> Any:
+        return self._call(compute, size, number) if isinstance(size, Node) else compute(size, number)
+
+    def _views(self, node: Node, steps: Sequence[tuple]) -> Node:
+        for target, *arguments in steps:
+            node = self._call(target, node, *arguments)
+        return node
+
+    def _call(self, target: Callable, *arguments: Any) -> Node:
+        node = self.graph.call_function(target, arguments)
+        node.meta["val"] = target(*map_arg(arguments, lambda argument: argument.meta["val"]))
+        return node
+
+    def _parameter(self, tensor: Tensor) -> Node:
+        """A parameter of the program, its first input."""
+        name = f"p_packed_{self.added}"
+        self.added += 1
+        first = next(iter(self.graph.nodes))
+        mode = next(
+            n.meta["val"].fake_mode for n in self.graph.nodes if isinstance(n.meta.get("val"), FakeTensor)
+        )
+        with self.graph.inserting_before(first):
+            node = self.graph.placeholder(name)
+        node.meta["val"] = mode.from_tensor(tensor, static_shapes=True)
+        self.program.state_dict[name] = torch.nn.Parameter(tensor, requires_grad=False)
+        self.program.graph_signature.input_specs.insert(
+            0, InputSpec(InputKind.PARAMETER, TensorArgument(name), name)
+        )
+        return node
+
+    def drop_unused(self) -> None:
+        """Remove the parameters that nothing reads any more: else they would be in the artifact too."""
+        signature = self.program.graph_signature
+        for node in [n for n in self.graph.nodes if n.op == "placeholder" and not n.users]:
+            spec = next(s for s in signature.input_specs if s.arg.name == node.name)
+            if spec.kind is InputKind.USER_INPUT or spec.target is None:
+                continue
+            signature.input_specs.remove(spec)
+            self.graph.erase_node(node)
+            if all(s.target != spec.target for s in signature.input_specs):
+                self.program.state_dict.pop(spec.target, None)
+                self.program.constants.pop(spec.target, None)
+
+
+def _arguments(node: Node) -> dict[str, Any]:
+    """By name, with what the operator's schema has where the call has none."""
+    schema = node.target._schema.arguments  # type: ignore[union-attr]
+    given = dict(zip([a.name for a in schema], node.args, strict=False)) | node.kwargs
+    return {a.name: given.get(a.name, a.default_value) for a in schema}
+
+
+def _pair(value: Any) -> tuple[int, int]:
+    numbers = list(value) if isinstance(value, (list, tuple)) else [value]
+    return (numbers[0], numbers[-1])
+
+
+def _convolution(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer | None:
+    stride, dilation = _pair(a["stride"]), _pair(a["dilation"])
+    if a["input"].meta["val"].dim() == 3:  # (B, C, L) is an image of one row
+        weight, stride, dilation = weight[:, :, None], (1, stride[0]), (1, dilation[0])
+    gaps = [d * (k - 1) for d, k in zip(dilation, weight.shape[2:], strict=True)]
+    if a["padding"] == "same":
+        begin, reach = [gap // 2 for gap in gaps], (-1, -1)
+    else:
+        padding = (0, 0) if a["padding"] == "valid" else _pair(a["padding"])
+        begin = (0, padding[0]) if a["input"].meta["val"].dim() == 3 else padding
+        reach = [2 * p - gap - 1 for p, gap in zip(begin, gaps, strict=True)]
+    return _Layer(a["input"], weight, bias, stride, begin, reach, dilation, a["groups"])
+
+
+def _transposed(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer | None:
+    """A convolution with the window turned around, of an image with zeros between its pixels."""
+    stride, dilation, groups = _pair(a["stride"]), _pair(a["dilation"]), a["groups"]
+    gaps = [d * (k - 1) for d, k in zip(dilation, weight.shape[2:], strict=True)]
+    begin = [gap - p for gap, p in zip(gaps, _pair(a["padding"]), strict=True)]
+    reach = [
+        gap - s - 2 * p + more
+        for gap, s, p, more in zip(gaps, stride, _pair(a["padding"]), _pair(a["output_padding"]), strict=True)
+    ]
+    inputs, outputs, *window = weight.shape  # of a group
+    turned = weight.view(groups, inputs // groups, outputs, *window).transpose(1, 2).flip(-2, -1)
+    return _Layer(
+        a["input"],
+        turned.reshape(groups * outputs, inputs // groups, *window),
+        bias if a["bias"] is not None else weight.new_zeros(groups * outputs),
+        begin=begin,
+        reach=reach,
+        dilation=dilation,
+        groups=groups,
+        spread=stride,
+    )
+
+
+def _linear(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer | None:
+    return _Layer(a["input"], weight[:, :, None, None], bias)
+
+
+_LAYERS: dict[Any, Callable[[dict[str, Any], Tensor, Tensor], _Layer | None]] = {
+    aten.conv2d.default: _convolution,
+    aten.conv2d.padding: _convolution,
+    aten.conv1d.default: _convolution,
+    aten.conv1d.padding: _convolution,
+    aten.conv_transpose2d.input: _transposed,
+    aten.linear.default: _linear,
+}
+_CHANNELS_LAST = ([(aten.permute.default, [0, 2, 3, 1])], [(aten.permute.default, [0, 3, 1, 2])])
+_ROWS_LAST = (
+    [(aten.permute.default, [0, 2, 1]), (aten.unsqueeze.default, 1)],
+    [(aten.squeeze.dim, 1), (aten.permute.default, [0, 2, 1])],
+)
+#: How an input of so many dimensions becomes (B, H, W, C), and the result what it should be.
+_VIEWS: dict[Any, dict[int, tuple[list[tuple], list[tuple]]]] = {
+    aten.conv2d.default: {4: _CHANNELS_LAST},
+    aten.conv2d.padding: {4: _CHANNELS_LAST},
+    aten.conv1d.default: {3: _ROWS_LAST},
+    aten.conv1d.padding: {3: _ROWS_LAST},
+    aten.conv_transpose2d.input: {4: _CHANNELS_LAST},
+    aten.linear.default: {
+        2: ([(aten.unsqueeze.default, 0), (aten.unsqueeze.default, 0)], [(aten.squeeze.dim, 0)] * 2),
+        3: ([(aten.unsqueeze.default, 0)], [(aten.squeeze.dim, 0)]),
+        4: ([], []),
+    },
+}
+
+
+def _clamp(node: Node) -> tuple[float, float] | None:
+    """The limits of a clamp by numbers."""
+    if node.target in (aten.relu.default, aten.relu_.default):
+        return (0.0, _INFINITY)
+    if node.target in (aten.relu6.default, aten.relu6_.default):
+        return (0.0, 6.0)
+    if node.target in (aten.hardtanh.default, aten.hardtanh_.default):
+        arguments = _arguments(node)
+        return (float(arguments["min_val"]), float(arguments["max_val"]))
+    return None

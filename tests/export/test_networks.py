@@ -1,0 +1,243 @@
+"""Networks in native code: convolutions, linear layers and attention, beside PyTorch's own."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+import chiasm.runtime
+from chiasm.export import Spec, TensorSpec, export
+
+
+def convolved(inputs: int, outputs: int, size: int = 3, stride: int = 1, groups: int = 1) -> nn.Sequential:
+    """Convolution, normalisation, clamp: what kernels do in one."""
+    return nn.Sequential(
+        nn.Conv2d(inputs, outputs, size, stride, size // 2, groups=groups, bias=False),
+        nn.BatchNorm2d(outputs),
+        nn.ReLU6(inplace=True),
+    )
+
+
+class Mobile(nn.Module):
+    """Windows of single channels, residuals, a mean, a linear layer (MobileNetV2's kind)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first = convolved(3, 16, 3, 2)
+        self.wide, self.deep = convolved(16, 40, 1), convolved(40, 40, 3, groups=40)
+        self.narrow = nn.Sequential(nn.Conv2d(40, 16, 1, bias=False), nn.BatchNorm2d(16))
+        self.head = nn.Linear(16, 10)
+
+    def forward(self, image: Tensor) -> Tensor:
+        x = self.first(image)
+        x = x + self.narrow(self.deep(self.wide(x)))
+        return self.head(F.adaptive_avg_pool2d(x, 1).flatten(1))
+
+
+class Detector(nn.Module):
+    """SiLU, pools, concatenation, nearest upsampling, grouped and dilated windows (YOLO's kind)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first, self.second = nn.Conv2d(3, 12, 6, 2, 2), nn.Conv2d(12, 24, 3, 2, 1, groups=3)
+        self.pooled = nn.Conv2d(48, 20, 1)
+        self.merged = nn.Conv2d(32, 18, 3, padding="same", dilation=2)
+        self.head = nn.Conv2d(18, 7, 1)
+
+    def forward(self, image: Tensor) -> Tensor:
+        fine = F.silu(self.first(image))
+        x = F.silu(self.second(fine))
+        x = F.silu(self.pooled(torch.cat([x, F.max_pool2d(x, 5, 1, 2)], 1)))
+        x = torch.cat([F.interpolate(x, fine.shape[2:]), fine], 1)
+        # The same weights twice
+        return torch.sigmoid(self.head(self.merged(x)) - self.head(x[:, :18]))
+
+
+class Segmentation(nn.Module):
+    """Transposed convolutions, group normalisation, a clamp of its own (U-Net's kind)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.down, self.norm = nn.Conv2d(3, 8, 3, 2, 1), nn.GroupNorm(2, 8)
+        self.up = nn.ConvTranspose2d(8, 6, 2, 2)
+        self.up_more = nn.ConvTranspose2d(6, 8, 3, (2, 1), 1, output_padding=(1, 0), groups=2)
+        self.kept = nn.ConvTranspose2d(8, 8, 5, 1, 2, groups=8, bias=False)
+        self.last = nn.Sequential(nn.Conv2d(8, 2, 1), nn.Hardtanh(-0.5, 0.25))
+
+    def forward(self, image: Tensor) -> Tensor:
+        x = F.leaky_relu(self.norm(self.down(image)), 0.1)
+        return self.last(self.kept(F.relu(self.up_more(self.up(x)))))
+
+
+class Transposed(nn.Module):
+    """Transposed convolutions of every kind: windows smaller than the stride, larger, far apart, cut off."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.layers = nn.ModuleList(
+            nn.ConvTranspose2d(4, 6, size, stride, padding, more, groups, bias, dilation)
+            for size, stride, padding, more, groups, bias, dilation in [
+                (3, 2, 1, 0, 1, True, 1),
+                (4, 2, 1, 0, 2, False, 1),
+                ((1, 5), (3, 2), (0, 3), (2, 1), 1, True, 1),
+                (2, (2, 1), 1, 0, 2, True, 1),
+                (3, 3, 0, 1, 1, False, (2, 3)),
+                ((3, 1), 4, (2, 0), 3, 1, True, 1),
+            ]
+        )
+        self.norm = nn.BatchNorm2d(6)
+
+    def forward(self, image: Tensor) -> Tensor:
+        return torch.cat([F.relu(self.norm(layer(image))).flatten(1) for layer in self.layers], 1)
+
+
+class Transformer(nn.Module):
+    """Patches, attention of two kinds, layer normalisation, GELU (ViT's kind)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.patches = nn.Conv2d(3, 32, 8, 8)
+        self.attention = nn.MultiheadAttention(32, 4, batch_first=True)
+        self.norm, self.more = nn.LayerNorm(32), nn.Linear(32, 64)
+        self.less, self.read = nn.Linear(64, 32, bias=False), nn.Conv1d(32, 5, 3, padding=1)
+
+    def forward(self, image: Tensor) -> Tensor:
+        x = self.patches(image).flatten(2).transpose(1, 2)
+        x = x + self.attention(x, x, x, need_weights=False)[0]
+        x = x + self.less(F.gelu(self.more(self.norm(x))))
+        heads = x.unflatten(2, (4, 8)).transpose(1, 2)
+        x = x + F.scaled_dot_product_attention(heads, heads, heads, is_causal=True).transpose(1, 2).flatten(2)
+        products = torch.softmax(x @ x.transpose(1, 2), -1) @ x
+        return self.read(products.transpose(1, 2)).amax(2)
+
+
+class Vectors(nn.Module):
+    """No image: layers of (B, 20), with normalisation, which also stands where it is of another axis."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first, self.norm, self.second = nn.Linear(20, 33), nn.BatchNorm1d(33), nn.Linear(11, 7)
+        self.third, self.last = nn.BatchNorm1d(3), nn.Linear(3, 3)
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = torch.relu(self.norm(self.first(x)))
+        return self.last(self.third(self.second(x.unflatten(1, (3, 11)))).mean(2))
+
+
+def settled(network: nn.Module) -> nn.Module:
+    """With statistics as after a training."""
+    torch.manual_seed(3)
+    for module in network.modules():
+        if isinstance(module, (nn.BatchNorm1d, nn.BatchNorm2d)):
+            assert module.running_mean is not None and module.running_var is not None
+            nn.init.normal_(module.weight, 1, 0.2)
+            nn.init.normal_(module.bias, 0, 0.2)
+            module.running_mean.normal_(0, 0.2)
+            module.running_var.uniform_(0.5, 1.5)
+    return network.eval()
+
+
+IMAGE = TensorSpec("image", ("B", 3, "H", "W"))
+SIZES = {"H": (16, 4096), "W": (16, 4096)}
+WHOLE = TensorSpec("image", ("B", 3, 32, 48))
+SHAPES = [(1, 3, 16, 16), (2, 3, 32, 48), (3, 3, 66, 38)]
+NETWORKS = [
+    pytest.param(Mobile, IMAGE, SHAPES, id="mobile"),
+    pytest.param(Detector, IMAGE, [(1, 3, 16, 16), (2, 3, 32, 48), (1, 3, 64, 36)], id="detector"),
+    pytest.param(Segmentation, IMAGE, SHAPES, id="segmentation"),
+    pytest.param(
+        Transposed, TensorSpec("image", ("B", 4, 5, 7)), [(1, 4, 5, 7), (3, 4, 5, 7)], id="transposed"
+    ),
+    pytest.param(Transformer, WHOLE, [(1, 3, 32, 48), (3, 3, 32, 48)], id="transformer"),
+    pytest.param(Vectors, TensorSpec("x", ("B", 20)), [(1, 20), (5, 20), (40, 20)], id="vectors"),
+]
+
+
+def exported(network: nn.Module, tensor: TensorSpec, folder: Path, dtype: str = "float32") -> Path:
+    spec = Spec(
+        "my.network",
+        [tensor],
+        [TensorSpec("result")],
+        gradients=(),
+        symbols=SIZES if "H" in tensor.shape else {},
+        dtypes=(dtype,),
+    )
+    return export(network, spec, folder, formats=["native"])
+
+
+def artifacts(bundle: Path) -> list[dict]:
+    return json.loads((bundle / "manifest.json").read_text())["methods"]["forward"]["artifacts"]
+
+
+def assert_is_network(bundle: Path, network: nn.Module, shapes: list[tuple[int, ...]], limit: float) -> None:
+    """Native code needs no libtorch, and computes what the network does in doubles."""
+    [artifact] = artifacts(bundle)
+    assert artifact["needs"] == []
+    method = chiasm.runtime.open(bundle).method(backend="native")
+    dtype = next(network.parameters()).dtype
+    for shape in shapes:
+        x = torch.rand(shape, generator=torch.Generator().manual_seed(5), dtype=torch.float64).to(dtype)
+        with torch.no_grad():
+            expected = network.double()(x.double()).numpy()
+        np.testing.assert_allclose(method(x.numpy()), expected, atol=limit, rtol=5 * limit)
+
+
+@pytest.mark.parametrize("make, tensor, shapes", NETWORKS)
+def test_a_network_needs_no_libtorch(
+    make: type[nn.Module], tensor: TensorSpec, shapes: list[tuple[int, ...]], tmp_path: Path
+) -> None:
+    network = settled(make())
+    before = {name: value.clone() for name, value in network.state_dict().items()}
+    bundle = exported(network, tensor, tmp_path)
+    assert all(torch.equal(value, before[name]) for name, value in network.state_dict().items())
+    assert_is_network(bundle, network, shapes, 2e-5)
+
+
+def test_of_doubles(tmp_path: Path) -> None:
+    network = settled(Mobile()).double()
+    assert_is_network(exported(network, IMAGE, tmp_path, "float64"), network, SHAPES, 1e-12)
+
+
+def test_samples_of_a_batch_are_what_they_are_alone(tmp_path: Path) -> None:
+    method = chiasm.runtime.open(exported(settled(Mobile()), IMAGE, tmp_path)).method(backend="native")
+    images = torch.rand(5, 3, 40, 56, generator=torch.Generator().manual_seed(0)).numpy()
+    together = method(images)
+    for image, result in zip(images, together, strict=True):
+        np.testing.assert_array_equal(method(image[None])[0], result)
+
+
+def test_an_artifact_has_its_weights_once(tmp_path: Path) -> None:
+    network = nn.Sequential(
+        nn.Conv2d(3, 512, 3), nn.ReLU(), nn.Conv2d(512, 1024, 1), nn.BatchNorm2d(1024)
+    ).eval()
+    [artifact] = artifacts(exported(network, IMAGE, tmp_path))
+    weights = sum(4 * p.numel() for p in network.parameters())
+    assert 2_000_000 < weights < artifact["size"] < weights + 1_000_000
+
+
+class Computed(nn.Module):
+    """Weights that are no parameters, behind a layer that has a kernel."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first = nn.Conv2d(3, 3, 1)
+        self.second = nn.utils.parametrizations.weight_norm(nn.Conv2d(3, 4, 3))
+
+    def forward(self, image: Tensor) -> Tensor:
+        return self.second(F.relu(self.first(image)))
+
+
+def test_what_has_no_kernel_says_so(tmp_path: Path) -> None:
+    network = Computed().eval()
+    bundle = exported(network, IMAGE, tmp_path)
+    [artifact] = artifacts(bundle)
+    assert artifact["needs"] == ["libtorch"] and "aoti_torch_cpu_convolution" in artifact["why"]
+    image = torch.rand(2, 3, 20, 30)
+    result = chiasm.runtime.open(bundle).method(backend="torch")(image.numpy())
+    np.testing.assert_allclose(result, network(image).detach(), atol=1e-5)

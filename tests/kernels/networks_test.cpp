@@ -1,0 +1,145 @@
+// The kernels of networks, against their definitions in plain loops of doubles.
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "fixture.h"
+#include "kernels.h"
+
+using namespace chiasm::kernels;
+
+namespace {
+
+struct Case {
+  int64_t batch, height, width, channels, groups, outputs, kernel_y, kernel_x, stride_y, stride_x, top, left,
+      dilation_y, dilation_x;
+
+  int64_t depth() const { return channels / groups; }
+  int64_t result_height() const {
+    return (height + 2 * top - dilation_y * (kernel_y - 1) - 1) / stride_y + 1;
+  }
+  int64_t result_width() const { return (width + 2 * left - dilation_x * (kernel_x - 1) - 1) / stride_x + 1; }
+};
+
+// The sum of output n, with weights (outputs, kernel_y, kernel_x, depth).
+template <class T>
+double expected(const Case& c, const std::vector<T>& x, const std::vector<T>& weight,
+                const std::vector<T>& bias, int64_t b, int64_t y, int64_t xx, int64_t n) {
+  double sum = bias[size_t(n)];
+  const int64_t group = n / (c.outputs / c.groups);
+  for (int64_t ky = 0; ky < c.kernel_y; ++ky)
+    for (int64_t kx = 0; kx < c.kernel_x; ++kx)
+      for (int64_t k = 0; k < c.depth(); ++k) {
+        const int64_t row = y * c.stride_y - c.top + ky * c.dilation_y,
+                      column = xx * c.stride_x - c.left + kx * c.dilation_x;
+        if (row < 0 || row >= c.height || column < 0 || column >= c.width) continue;
+        sum +=
+            double(
+                x[size_t(((b * c.height + row) * c.width + column) * c.channels + group * c.depth() + k)]) *
+            double(weight[size_t(((n * c.kernel_y + ky) * c.kernel_x + kx) * c.depth() + k)]);
+      }
+  return sum;
+}
+
+template <class T>
+class NetworkKernels : public KernelsTest<T> {
+ protected:
+  NetworkKernels() : KernelsTest<T>(29) {}
+
+  void check(const Case& c, T low, T high) {
+    const auto x = this->random(c.batch * c.height * c.width * c.channels, -1, 1),
+               weight = this->random(c.outputs * c.kernel_y * c.kernel_x * c.depth(), -1, 1),
+               bias = this->random(c.outputs, -1, 1);
+    const int64_t height = c.result_height(), width = c.result_width();
+    const T unwritten = std::numeric_limits<T>::quiet_NaN();
+    std::vector<T> out(size_t(c.batch * height * width * c.outputs), unwritten);
+    const int64_t taps = c.kernel_y * c.kernel_x, outputs = c.outputs / c.groups,
+                  panels = (outputs + 15) / 16;
+    if (c.depth() == 1 && c.groups == c.outputs && c.groups > 1) {
+      std::vector<T> windows(weight.size());
+      for (int64_t n = 0; n < c.outputs; ++n)
+        for (int64_t k = 0; k < taps; ++k) windows[size_t(k * c.outputs + n)] = weight[size_t(n * taps + k)];
+      depthwise_convolution(x.data(), c.batch, c.height, c.width, c.channels, windows.data(), c.kernel_y,
+                            c.kernel_x, bias.data(), c.stride_y, c.stride_x, c.top, c.left, c.dilation_y,
+                            c.dilation_x, height, width, low, high, out.data());
+    } else {
+      std::vector<T> packed(size_t(c.groups * panels * taps * c.depth() * 16));
+      for (int64_t n = 0; n < c.outputs; ++n)
+        for (int64_t k = 0; k < taps * c.depth(); ++k) {
+          const int64_t panel = n / outputs * panels + n % outputs / 16;
+          packed[size_t((panel * taps * c.depth() + k) * 16 + n % outputs % 16)] =
+              weight[size_t(n * taps * c.depth() + k)];
+        }
+      packed_convolution(x.data(), c.batch, c.height, c.width, c.channels, packed.data(), c.groups * panels,
+                         c.kernel_y, c.kernel_x, c.depth(), bias.data(), c.outputs, c.stride_y, c.stride_x,
+                         c.top, c.left, c.dilation_y, c.dilation_x, height, width, low, high, out.data());
+    }
+    size_t i = 0;
+    const double limit = 4e-7 * double(taps * c.depth() + 1) * (sizeof(T) == 8 ? 1e-8 : 1);
+    for (int64_t b = 0; b < c.batch; ++b)
+      for (int64_t y = 0; y < height; ++y)
+        for (int64_t xx = 0; xx < width; ++xx)
+          for (int64_t n = 0; n < c.outputs; ++n, ++i)
+            ASSERT_NEAR(
+                double(out[i]),
+                std::min(std::max(expected(c, x, weight, bias, b, y, xx, n), double(low)), double(high)),
+                limit)
+                << "image " << b << " row " << y << " column " << xx << " output " << n;
+  }
+};
+
+using Types = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(NetworkKernels, Types);
+
+TYPED_TEST(NetworkKernels, ConvolutionsMatchPlainLoops) {
+  constexpr TypeParam most = std::numeric_limits<TypeParam>::infinity();
+  for (const Case& c : {
+           Case{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 1, 1},       // a number
+           Case{1, 7, 5, 3, 1, 16, 3, 3, 1, 1, 1, 1, 1, 1},      // a whole panel
+           Case{2, 9, 11, 5, 1, 33, 3, 5, 2, 1, 1, 2, 1, 1},     // panels and an output, pixels of two images
+           Case{1, 14, 13, 40, 1, 150, 1, 1, 1, 1, 0, 0, 1, 1},  // more panels than a thread takes
+           Case{1, 12, 10, 6, 2, 10, 3, 3, 1, 2, 2, 0, 2, 3},    // groups, far taps
+           Case{2, 8, 8, 6, 6, 18, 3, 3, 1, 1, 1, 1, 1, 1},      // groups of one channel, three outputs each
+           Case{1, 40, 37, 2, 1, 3, 7, 7, 4, 3, 3, 3, 1, 1},     // a large window
+           Case{1, 3, 4, 2, 1, 4, 3, 3, 1, 1, 5, 6, 1, 1},       // windows in nothing but zeros
+           Case{1, 1, 200, 4, 1, 20, 1, 9, 1, 2, 0, 4, 1, 1},    // a row
+       }) {
+    this->check(c, -most, most);
+    this->check(c, TypeParam(-0.25), TypeParam(0.5));
+  }
+}
+
+TYPED_TEST(NetworkKernels, WindowsForEachChannelMatchPlainLoops) {
+  constexpr TypeParam most = std::numeric_limits<TypeParam>::infinity();
+  for (const int64_t channels : {2, 8, 37, 70})
+    for (const Case& c : {
+             Case{2, 9, 7, channels, channels, channels, 3, 3, 1, 1, 1, 1, 1, 1},
+             Case{1, 10, 12, channels, channels, channels, 5, 3, 2, 3, 2, 1, 1, 2},
+             Case{1, 2, 3, channels, channels, channels, 3, 3, 1, 1, 6, 5, 2, 1},
+         }) {
+      this->check(c, -most, most);
+      this->check(c, TypeParam(0), TypeParam(1));
+    }
+}
+
+TYPED_TEST(NetworkKernels, NothingHasNoPixels) {
+  const TypeParam one = 1;
+  TypeParam out = 0;
+  packed_convolution<TypeParam>(&one, 0, 1, 1, 1, std::vector<TypeParam>(16, 1).data(), 1, 1, 1, 1, &one, 1,
+                                1, 1, 0, 0, 1, 1, 1, 1, 0, 1, &out);
+  depthwise_convolution<TypeParam>(&one, 0, 1, 1, 1, &one, 1, 1, &one, 1, 1, 0, 0, 1, 1, 1, 1, 0, 1, &out);
+  EXPECT_EQ(out, 0);
+}
+
+TYPED_TEST(NetworkKernels, NaNStays) {
+  const TypeParam nan = std::numeric_limits<TypeParam>::quiet_NaN(), zero = 0;
+  TypeParam out = 0;
+  packed_convolution<TypeParam>(&nan, 1, 1, 1, 1, std::vector<TypeParam>(16, 1).data(), 1, 1, 1, 1, &zero, 1,
+                                1, 1, 0, 0, 1, 1, 1, 1, 0, 6, &out);
+  EXPECT_TRUE(std::isnan(out));
+  out = 0;
+  depthwise_convolution<TypeParam>(&nan, 1, 1, 1, 1, &nan, 1, 1, &zero, 1, 1, 0, 0, 1, 1, 1, 1, 0, 6, &out);
+  EXPECT_TRUE(std::isnan(out));
+}
+
+}  // namespace
