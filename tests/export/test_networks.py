@@ -89,12 +89,14 @@ class Transposed(nn.Module):
                 (2, (2, 1), 1, 0, 2, True, 1),
                 (3, 3, 0, 1, 1, False, (2, 3)),
                 ((3, 1), 4, (2, 0), 3, 1, True, 1),
+                (1, 1, 1, 0, 1, True, 1),
             ]
         )
-        self.norm = nn.BatchNorm2d(6)
+        self.norm, self.row = nn.BatchNorm2d(6), nn.ConvTranspose1d(4, 3, 4, 3, 2, 1)
 
     def forward(self, image: Tensor) -> Tensor:
-        return torch.cat([F.relu(self.norm(layer(image))).flatten(1) for layer in self.layers], 1)
+        results = [F.relu(self.norm(layer(image))) for layer in self.layers]
+        return torch.cat([r.flatten(1) for r in [*results, self.row(image.flatten(2))]], 1)
 
 
 class Transformer(nn.Module):

@@ -62,19 +62,20 @@ def _attend_by_products(program: ExportedProgram) -> None:
 class _Layer:
     """A convolution; a linear layer is one of single pixels. Pairs are (rows, columns).
 
-    begin: how far the first window begins before the image. reach: the result's size is (the image's +
-    reach) // stride + 1. spread: the image is taken with its pixels so far apart, and zeros between them.
+    padding: zeros above and left of the image; below and right there are as many as the result needs, whose
+    size is (the image's + growth) // stride + 1. input_dilation: the image is taken with its pixels so far
+    apart, and zeros between them and behind the last.
     """
 
     image: Node
     weight: Tensor  # (N, G, KH, KW)
     bias: Tensor
     stride: Sequence[int] = (1, 1)
-    begin: Sequence[int] = (0, 0)
-    reach: Sequence[int] = (-1, -1)
+    padding: Sequence[int] = (0, 0)
+    growth: Sequence[int] = (-1, -1)
     dilation: Sequence[int] = (1, 1)
     groups: int = 1
-    spread: Sequence[int] = (1, 1)
+    input_dilation: Sequence[int] = (1, 1)
     low: float = -_INFINITY
     high: float = _INFINITY
 
@@ -95,41 +96,42 @@ class _Layer:
         filled[:, : groups.shape[1]] = groups
         return filled.view(self.groups * panels, PANEL, depth, *window).permute(0, 3, 4, 2, 1).contiguous()
 
-    def gathered(self) -> tuple[_Layer, list[int]]:
-        """The same of the image as it is, where it should be spread; and how many rows and columns of the
-        result are too many.
+    def subpixel(self) -> tuple[_Layer, list[int]]:
+        """An equal convolution of the image itself, without the zeros of input_dilation and without negative
+        padding; and how many rows and columns its result has too many.
 
-        Its outputs are those of as many pixels as lie between two of the image, which stand side by side:
-        output n of pixel (y, x) is output (n, y % rows, x % columns) of pixel (y // rows, x // columns) (W.
-        Shi et al., Is the deconvolution layer the same as a convolutional layer?, arXiv:1609.07009, 2016).
+        One pixel of its result has the channels of a whole block of pixels: channel n of pixel (y, x) is
+        channel (n, y % rows, x % columns) of pixel (y // rows, x // columns) (W. Shi et al., Is the
+        deconvolution layer the same as a convolutional layer?, arXiv:1609.07009, 2016).
         """
-        weight, begin, more = self.weight, [], []
-        for axis, apart in enumerate(self.spread):
+        weight, padding, surplus = self.weight, [], []
+        for axis, block in enumerate(self.input_dilation):
             size, step = self.weight.shape[2 + axis], self.dilation[axis]
-            # Tap k of a pixel that is `rest` beyond one of the image meets a pixel of the image that is
-            # `place` further, or a zero.
-            meets = [
-                (rest, k, place)
-                for rest in range(apart)
+            # For pixel `phase` of a block tap k is on the image's pixel at `offset`, or on a zero.
+            taps = [
+                (phase, k, offset)
+                for phase in range(block)
                 for k in range(size)
-                for place, between in [divmod(rest - self.begin[axis] + k * step, apart)]
-                if between == 0
+                for offset, rest in [divmod(phase - self.padding[axis] + k * step, block)]
+                if rest == 0
             ]
-            places = [0, *(place for *_, place in meets)]
-            first, last = min(places), max(places)
-            taps = weight.movedim(2 + axis, -1)
-            moved = taps.new_zeros(apart, *taps.shape[:-1], last - first + 1)
-            for rest, k, place in meets:
-                moved[rest, ..., place - first] = taps[..., k]
-            # (outputs, pixels before, pixels of this axis, ...)
-            weight = moved.movedim(-1, 3 + axis).movedim(0, 1).flatten(0, 1)
-            begin.append(-first)
-            more.append(-(self.reach[axis] + 1) % apart)
-        reach = [(r + m + 1) // s - 1 for r, m, s in zip(self.reach, more, self.spread, strict=True)]
-        bias = self.bias.repeat_interleave(self.spread[0] * self.spread[1])
-        return replace(
-            self, weight=weight, bias=bias, begin=begin, reach=reach, dilation=(1, 1), spread=(1, 1)
-        ), more
+            offsets = [0, *(offset for *_, offset in taps)]
+            first, last = min(offsets), max(offsets)
+            window = weight.movedim(2 + axis, -1)
+            phases = window.new_zeros(block, *window.shape[:-1], last - first + 1)
+            for phase, k, offset in taps:
+                phases[phase, ..., offset - first] = window[..., k]
+            # (N, phases of the axis before, phases of this axis, ...)
+            weight = phases.movedim(-1, 3 + axis).movedim(0, 1).flatten(0, 1)
+            padding.append(-first)
+            surplus.append(-(self.growth[axis] + 1) % block)
+        growth = [
+            (g + s + 1) // block - 1
+            for g, s, block in zip(self.growth, surplus, self.input_dilation, strict=True)
+        ]
+        bias = self.bias.repeat_interleave(self.input_dilation[0] * self.input_dilation[1])
+        undilated = {"dilation": (1, 1), "input_dilation": (1, 1)}
+        return replace(self, weight=weight, bias=bias, padding=padding, growth=growth, **undilated), surplus
 
     @property
     def is_depthwise(self) -> bool:
@@ -218,9 +220,9 @@ class _Network:
         shape = layer.image.meta["val"].dim()
         before, after = _VIEWS[node.target][shape]
         image = self._call(aten.contiguous.default, self._views(layer.image, before))
-        spread, more = layer.spread, [0, 0]
-        if spread != (1, 1):
-            layer, more = layer.gathered()
+        block, surplus = layer.input_dilation, [0, 0]
+        if block != (1, 1) or min(layer.padding) < 0:
+            layer, surplus = layer.subpixel()
         weight, bias = self._parameter(layer.packed()), self._parameter(layer.bias)
         size = [self._result_size(layer, image, axis) for axis in (0, 1)]
         kernel = (
@@ -228,27 +230,27 @@ class _Network:
             if layer.is_depthwise
             else torch.ops.chiasm.packed_convolution
         ).default
-        numbers = (*layer.stride, *layer.begin, *layer.dilation, *size, layer.low, layer.high)
+        numbers = (*layer.stride, *layer.padding, *layer.dilation, *size, layer.low, layer.high)
         result = self._call(kernel, image, weight, bias, *numbers)
-        return self._views(self._apart(result, spread, more), after)
+        return self._views(self._unblocked(result, block, surplus), after)
 
-    def _apart(self, result: Node, spread: Sequence[int], more: Sequence[int]) -> Node:
-        """Pixels that stand side by side, as outputs, in their places; and fewer at the ends."""
-        if tuple(spread) == (1, 1):
+    def _unblocked(self, result: Node, block: Sequence[int], surplus: Sequence[int]) -> Node:
+        """The pixels of blocks, which are channels of one pixel, in their places."""
+        if tuple(block) == (1, 1):
             return result
-        outputs = result.meta["val"].shape[3] // (spread[0] * spread[1])
+        outputs = result.meta["val"].shape[3] // (block[0] * block[1])
         steps: list[tuple] = [
-            (aten.unflatten.int, 3, [outputs, *spread]),
+            (aten.unflatten.int, 3, [outputs, *block]),
             (aten.permute.default, [0, 1, 4, 2, 5, 3]),
             (aten.flatten.using_ints, 3, 4),
             (aten.flatten.using_ints, 1, 2),
-            *((aten.slice.Tensor, 1 + axis, 0, -count) for axis, count in enumerate(more) if count),
+            *((aten.slice.Tensor, 1 + axis, 0, -count) for axis, count in enumerate(surplus) if count),
         ]
         return self._views(result, steps)
 
     def _result_size(self, layer: _Layer, image: Node, axis: int) -> Any:
         """The result's number of rows (axis 0) or columns."""
-        size = self._computed(operator.add, self._size(image, 1 + axis), layer.reach[axis])
+        size = self._computed(operator.add, self._size(image, 1 + axis), layer.growth[axis])
         return self._computed(operator.add, self._computed(operator.floordiv, size, layer.stride[axis]), 1)
 
     def _size(self, image: Node, axis: int) -> Any:
@@ -307,57 +309,60 @@ def _arguments(node: Node) -> dict[str, Any]:
     return {a.name: given.get(a.name, a.default_value) for a in schema}
 
 
-def _pair(value: Any) -> tuple[int, int]:
-    numbers = list(value) if isinstance(value, (list, tuple)) else [value]
-    return (numbers[0], numbers[-1])
+#: What a setting of a convolution is for the rows where the image is one row of pixels, (B, C, L).
+_OF_ONE_ROW = {"stride": 1, "padding": 0, "dilation": 1, "output_padding": 0}
 
 
-def _convolution(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer | None:
-    stride, dilation = _pair(a["stride"]), _pair(a["dilation"])
-    if a["input"].meta["val"].dim() == 3:  # (B, C, L) is an image of one row
-        weight, stride, dilation = weight[:, :, None], (1, stride[0]), (1, dilation[0])
+def _setting(a: dict[str, Any], name: str) -> tuple[int, int]:
+    """A setting of a convolution, (rows, columns)."""
+    numbers = list(a[name]) if isinstance(a[name], (list, tuple)) else [a[name]]
+    if a["input"].meta["val"].dim() == 3:
+        return _OF_ONE_ROW[name], numbers[0]
+    return numbers[0], numbers[-1]
+
+
+def _convolution(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer:
+    weight = weight if weight.dim() == 4 else weight[:, :, None]
+    stride, dilation = _setting(a, "stride"), _setting(a, "dilation")
     gaps = [d * (k - 1) for d, k in zip(dilation, weight.shape[2:], strict=True)]
     if a["padding"] == "same":
-        begin, reach = [gap // 2 for gap in gaps], (-1, -1)
+        padding, growth = [gap // 2 for gap in gaps], (-1, -1)
     else:
-        padding = (0, 0) if a["padding"] == "valid" else _pair(a["padding"])
-        begin = (0, padding[0]) if a["input"].meta["val"].dim() == 3 else padding
-        reach = [2 * p - gap - 1 for p, gap in zip(begin, gaps, strict=True)]
-    return _Layer(a["input"], weight, bias, stride, begin, reach, dilation, a["groups"])
+        padding = (0, 0) if a["padding"] == "valid" else _setting(a, "padding")
+        growth = [2 * p - gap - 1 for p, gap in zip(padding, gaps, strict=True)]
+    return _Layer(a["input"], weight, bias, stride, padding, growth, dilation, a["groups"])
 
 
-def _transposed(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer | None:
+def _transposed(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer:
     """A convolution with the window turned around, of an image with zeros between its pixels."""
-    stride, dilation, groups = _pair(a["stride"]), _pair(a["dilation"]), a["groups"]
+    weight = weight if weight.dim() == 4 else weight[:, :, None]
+    stride, dilation, groups = _setting(a, "stride"), _setting(a, "dilation"), a["groups"]
+    padding, more = _setting(a, "padding"), _setting(a, "output_padding")
     gaps = [d * (k - 1) for d, k in zip(dilation, weight.shape[2:], strict=True)]
-    begin = [gap - p for gap, p in zip(gaps, _pair(a["padding"]), strict=True)]
-    reach = [
-        gap - s - 2 * p + more
-        for gap, s, p, more in zip(gaps, stride, _pair(a["padding"]), _pair(a["output_padding"]), strict=True)
-    ]
-    inputs, outputs, *window = weight.shape  # of a group
+    inputs, outputs, *window = weight.shape  # outputs: of a group
     turned = weight.view(groups, inputs // groups, outputs, *window).transpose(1, 2).flip(-2, -1)
     return _Layer(
         a["input"],
         turned.reshape(groups * outputs, inputs // groups, *window),
         bias if a["bias"] is not None else weight.new_zeros(groups * outputs),
-        begin=begin,
-        reach=reach,
+        padding=[gap - p for gap, p in zip(gaps, padding, strict=True)],
+        growth=[g - s - 2 * p + m for g, s, p, m in zip(gaps, stride, padding, more, strict=True)],
         dilation=dilation,
         groups=groups,
-        spread=stride,
+        input_dilation=stride,
     )
 
 
-def _linear(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer | None:
+def _linear(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer:
     return _Layer(a["input"], weight[:, :, None, None], bias)
 
 
-_LAYERS: dict[Any, Callable[[dict[str, Any], Tensor, Tensor], _Layer | None]] = {
+_LAYERS: dict[Any, Callable[[dict[str, Any], Tensor, Tensor], _Layer]] = {
     aten.conv2d.default: _convolution,
     aten.conv2d.padding: _convolution,
     aten.conv1d.default: _convolution,
     aten.conv1d.padding: _convolution,
+    aten.conv_transpose1d.default: _transposed,
     aten.conv_transpose2d.input: _transposed,
     aten.linear.default: _linear,
 }
@@ -372,6 +377,7 @@ _VIEWS: dict[Any, dict[int, tuple[list[tuple], list[tuple]]]] = {
     aten.conv2d.padding: {4: _CHANNELS_LAST},
     aten.conv1d.default: {3: _ROWS_LAST},
     aten.conv1d.padding: {3: _ROWS_LAST},
+    aten.conv_transpose1d.default: {3: _ROWS_LAST},
     aten.conv_transpose2d.input: {4: _CHANNELS_LAST},
     aten.linear.default: {
         2: ([(aten.unsqueeze.default, 0), (aten.unsqueeze.default, 0)], [(aten.squeeze.dim, 0)] * 2),
