@@ -1,4 +1,4 @@
-// Matrix products that AOTInductor calls instead of compiling (declared in
+// Matrix products that AOTInductor leaves to libtorch (declared in
 // torch/csrc/inductor/aoti_torch/generated/c_shim_cpu.h). CPU only.
 #include <omp.h>
 #include <torch/csrc/inductor/aoti_torch/generated/c_shim_cpu.h>
@@ -16,7 +16,7 @@ using chiasm::kernels::Block;
 using chiasm::kernels::kPanel;
 namespace hn = chiasm::kernels::hn;
 
-// A matrix in memory, or one that is added to a product: a stride of 0 repeats its values.
+// A strided matrix; a stride of 0 broadcasts.
 template <class T>
 struct Matrix {
   T* data;
@@ -33,7 +33,7 @@ Matrix<T> matrix(const AtenTensorOpaque& tensor, int64_t item) {
   return {data, tensor.sizes[n - 2], tensor.sizes[n - 1], tensor.strides[n - 2], tensor.strides[n - 1]};
 }
 
-// What is added, as if it were of the product's shape.
+// The summand, broadcast to the product's shape.
 template <class T>
 Matrix<T> broadcast(const AtenTensorOpaque& tensor, int64_t item, const Matrix<T>& like) {
   Matrix<T> added{reinterpret_cast<T*>(tensor.data()), like.rows, like.columns, 0, 0};
@@ -52,7 +52,7 @@ Matrix<T> broadcast(const AtenTensorOpaque& tensor, int64_t item, const Matrix<T
   return added;
 }
 
-// How many values a matrix of this size has; an error where memory could not hold them.
+// Number of values of a matrix; throws where it overflows.
 template <class T>
 size_t count(int64_t rows, int64_t columns) {
   int64_t bytes = 0;
@@ -84,7 +84,7 @@ void multiply(const Matrix<T>& a, const Matrix<T>& b, const Matrix<T>& out, cons
   }
   const T* const values = dense.empty() ? a.data : dense.data();
   const int64_t down = dense.empty() ? a.down : depth;
-  // A block of rows with a part of the panels, so that there is work for all threads however few rows there are.
+  // A task is a block of rows times a few panels, so that a product of few rows has work for all threads too.
   constexpr int64_t some = 8;
   const int64_t chunks = (panels + some - 1) / some;
 #pragma omp parallel for

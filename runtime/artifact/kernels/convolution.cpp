@@ -1,8 +1,6 @@
-// Convolutions of images whose channels stand side by side: a window's taps are pieces of the image's rows, which
-// are multiplied where they lie.
-//
-// M. Dukhan, The indirect convolution algorithm, arXiv:1907.02129, 2019: pointers to the pieces stand for the
-// matrix of windows, and a row of zeros for what is beyond the image.
+// Convolutions of images (B, H, W, C) by the indirect convolution algorithm (M. Dukhan, arXiv:1907.02129, 2019):
+// an array of pointers to the pixels under each window replaces the im2col matrix, and a pixel of zeros replaces
+// padding.
 #include <omp.h>
 
 #include <algorithm>
@@ -15,7 +13,7 @@
 namespace chiasm::kernels {
 namespace {
 
-// What both kernels are told of windows.
+// Geometry of the sliding window.
 struct Windows {
   int64_t stride_y, stride_x, top, left, dilation_y, dilation_x;
 };
@@ -26,8 +24,8 @@ HWY_INLINE hn::Vec<Lanes<T>> limited(hn::Vec<Lanes<T>> value, T low, T high) {
   return smaller(hn::Set(d, high), larger(hn::Set(d, low), value));  // NaN stays NaN
 }
 
-// Tiles of pixels that a thread goes through with one panel, and panels that it does so with: few enough for
-// the caches, enough for the work of finding the pieces.
+// A task is kTiles tiles of pixels times kPanels panels: small enough for L2, large enough that computing the
+// pointers does not count.
 constexpr int64_t kTiles = 16, kPanels = 8;
 constexpr int64_t kMostPointers = int64_t{1} << 17;
 
@@ -67,11 +65,11 @@ void packed_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t c, 
     const int64_t panels = p / groups, size = taps * g * kPanel;  // of a group, and of a panel
     const auto multiply_pixels = [&](auto together, int64_t panel) {
       const int64_t group = panel / panels, before = panel % panels * kPanel;
-      const int64_t there = std::min(together * kPanel, outputs - before), column = group * outputs + before;
+      const int64_t there = std::min(together * kPanel, outputs - before), output = group * outputs + before;
       T start[together * kPanel] = {};
-      std::copy_n(bias + column, there, start);
+      std::copy_n(bias + output, there, start);
       for (int64_t pixel = first; pixel < end; pixel += rows) {
-        T* const to = out + pixel * n + column;
+        T* const to = out + pixel * n + output;
         const int64_t last = std::min(rows, end - pixel);
         multiply<together>(pieces + (pixel - first) * taps, taps, g, group * g, weight + panel * size, size,
                            start, [=](int64_t row, int64_t k, auto values) {
@@ -94,7 +92,7 @@ void depthwise_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t 
                            int64_t kh, int64_t kw, const T* bias, int64_t stride_y, int64_t stride_x,
                            int64_t top, int64_t left, int64_t dilation_y, int64_t dilation_x, int64_t height,
                            int64_t width, T low, T high, T* out) {
-  // The taps of a window from `from` on that are within `size`: first, and one behind the last.
+  // Range of the taps of a window at `from` that lie within 0..size.
   const auto taps_inside = [](int64_t from, int64_t dilation, int64_t taps, int64_t size) {
     const int64_t first = from < 0 ? (-from + dilation - 1) / dilation : 0;
     const int64_t end = from < size ? std::min(taps, (size - 1 - from) / dilation + 1) : 0;
@@ -109,7 +107,7 @@ void depthwise_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t 
       const auto [first_x, end_x] = taps_inside(x0, dilation_x, kw, w);
       const T* const image = x + line / height * h * w * c;
       T* const to = out + (line * width + column) * c;
-      // Structured bindings are not captured
+      // C++17 lambdas cannot capture structured bindings
       const int64_t tap_y = first_y, below = end_y, tap_x = first_x, right = end_x;
       for_lanes<T, 4>(c, [=](auto d, auto vectors, int64_t k) {
         using V = hn::Vec<decltype(d)>;

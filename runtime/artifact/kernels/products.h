@@ -1,9 +1,8 @@
-// Sums of products of rows with panels of columns, kept in registers: matrix products, and convolutions, whose
-// rows are pieces of an image.
+// Register-tiled products of rows with packed panels of columns. Matrix products use it, and convolutions, where
+// a row consists of pieces of an image.
 //
-// Each sum is taken in the order of the rows' values, one after another, so that it is the same whatever stands
-// beside it, in however many threads, and with vectors of every length, where the CPU multiplies and adds in one
-// step.
+// Each sum has one accumulator and is taken in the order of k. A result is therefore the same for every batch
+// size and number of threads, and for every vector length on CPUs with fused multiply-add.
 #pragma once
 
 #include <algorithm>
@@ -14,22 +13,22 @@
 
 namespace chiasm::kernels {
 
-/** The columns that stand side by side: value k of column n is panel[k * kPanel + n]. */
+/** Columns of a panel: value k of column n is panel[k * kPanel + n]. */
 constexpr int64_t kPanel = 16;
 
-/** What is computed at once: as many sums as leave registers for the factors. */
+/** The tile of sums that fits in registers, beside the factors. */
 template <class T>
 struct Block {
-  static constexpr bool kManyRegisters = HWY_TARGET <= HWY_AVX3 || HWY_ARCH_ARM_A64;  // 32, or else 16
+  static constexpr bool kManyRegisters = HWY_TARGET <= HWY_AVX3 || HWY_ARCH_ARM_A64;  // 32, otherwise 16
   static constexpr int64_t kVectors = kManyRegisters ? 2 : std::clamp<int64_t>(kPanel / kLanes<T>, 1, 2);
   static constexpr int64_t kRows = (kManyRegisters ? 20 : 12) / kVectors;
-  /** The panels that one vector after another goes through. */
+  /** Panels that a tile spans. */
   static constexpr int64_t kPanels = std::max<int64_t>(kVectors * kLanes<T> / kPanel, 1);
 };
 
-/** start[n] and the products of a tile's rows with the columns of so many panels, kPanels or one, which are
- *  `apart`. Each row is `pieces` pieces of `depth` values: piece i of row r begins at
- *  rows[i * kRows + r] + offset. Calls store(row, column, vector). */
+/** start[n] plus the products of Block::kRows rows with the columns of kPanels adjacent panels, `apart` values
+ *  from one to the next. A row consists of `pieces` pieces of `depth` values: piece i of row r begins at
+ *  rows[i * Block::kRows + r] + offset. Calls store(row, column, vector) for each vector of sums. */
 template <int64_t kPanels, class T, class Store>
 HWY_INLINE void multiply(const T* const* rows, int64_t pieces, int64_t depth, int64_t offset, const T* panel,
                          int64_t apart, const T* start, const Store& store) {
@@ -56,14 +55,14 @@ HWY_INLINE void multiply(const T* const* rows, int64_t pieces, int64_t depth, in
         }
       }
     }
-#pragma GCC unroll 20  // an array whose indices are known is in registers
+#pragma GCC unroll 20  // with constant indices the compiler keeps the array in registers
     for (int64_t r = 0; r < height; ++r)
 #pragma GCC unroll 2
       for (int64_t v = 0; v < width; ++v) store(r, column + v * lanes, sums[r][v]);
   }
 }
 
-/** body(panels, first) for all panels of begin..end: as many at once as multiply() takes, then one by one. */
+/** Calls body(panels, first) for the panels begin..end: Block::kPanels at once, the rest one by one. */
 template <class T, class Body>
 HWY_INLINE void multiply_panels(int64_t begin, int64_t end, const Body& body) {
   constexpr std::integral_constant<int64_t, Block<T>::kPanels> several;
@@ -73,7 +72,7 @@ HWY_INLINE void multiply_panels(int64_t begin, int64_t end, const Body& body) {
   for (; begin < end; ++begin) body(one, begin);
 }
 
-/** The first `count` values of a vector. */
+/** Stores the first `count` values of a vector. */
 template <class T>
 HWY_INLINE void store_first(hn::Vec<Lanes<T>> values, T* out, int64_t count) {
   const Lanes<T> d;

@@ -1,8 +1,8 @@
-"""A network's convolutions and linear layers as calls of kernels, for native code.
+"""Replaces a network's convolutions and linear layers by kernels, for native code.
 
-Their weights are parameters of the network: they are laid out here as the kernels read them, batch
-normalisation is multiplied into them, and a clamp behind them is done where the sums are made. A kernel's
-images are (B, H, W, C); Inductor gives what is computed between two kernels that layout too.
+The weights are parameters of the network. They are packed here into the layout that the kernels read, batch
+normalisation is folded into them, and a clamp that follows becomes a part of the kernel. Kernels take images
+(B, H, W, C); Inductor chooses this layout for the loops between two kernels too.
 """
 
 from __future__ import annotations
@@ -20,14 +20,13 @@ from torch.export.graph_signature import InputKind, InputSpec, TensorArgument
 from torch.fx import Node, map_arg
 
 aten = torch.ops.aten
-#: How many outputs of a convolution stand side by side (kPanel in runtime/artifact/kernels/products.h).
+#: Outputs in a panel of packed weights (kPanel in runtime/artifact/kernels/products.h).
 PANEL = 16
 _INFINITY = float("inf")
 
 
 def use_kernels(program: ExportedProgram) -> None:
-    """Rewrite the layers in place that kernels compute; others, and those whose weights are computed, are
-    left as they are."""
+    """Replace, in place, the layers that have a kernel. Others, and layers with computed weights, stay."""
     network = _Network(program)
     _attend_by_products(program)
     for node in list(program.graph.nodes):
@@ -40,7 +39,7 @@ def use_kernels(program: ExportedProgram) -> None:
 
 
 def _attend_by_products(program: ExportedProgram) -> None:
-    """Attention as the products and the softmax that it is, instead of a function of libtorch."""
+    """Decompose attention into matrix products and softmax: as one operator it needs libtorch."""
     for node in list(program.graph.nodes):
         if node.target is not aten.scaled_dot_product_attention.default:
             continue
@@ -80,13 +79,12 @@ class _Layer:
     high: float = _INFINITY
 
     def normalised(self, scale: Tensor, shift: Tensor) -> None:
-        """Multiplied by a number for each output, and added to."""
+        """Fold in a scale and a shift of each output channel."""
         self.weight = (self.weight.double() * scale.view(-1, 1, 1, 1)).to(self.weight.dtype)
         self.bias = (self.bias.double() * scale + shift).to(self.bias.dtype)
 
     def packed(self) -> Tensor:
-        """The weights in panels of PANEL outputs (P, KH, KW, G, PANEL); of a window for each channel
-        (KH, KW, C)."""
+        """The weights in the kernels' layout: panels (P, KH, KW, G, PANEL), or (KH, KW, C) if depthwise."""
         if self.is_depthwise:
             return self.weight[:, 0].permute(1, 2, 0).contiguous()
         outputs, depth, *window = self.weight.shape
@@ -139,7 +137,7 @@ class _Layer:
 
 
 class _Network:
-    """The program, and what has been found in it."""
+    """A program that is being rewritten, and the values of its parameters."""
 
     def __init__(self, program: ExportedProgram) -> None:
         self.program, self.graph = program, program.graph
@@ -155,12 +153,12 @@ class _Network:
     # --- what there is ---
 
     def value(self, node: Any) -> Tensor | None:
-        """The parameter that a node is, where it is one of a type that the kernels have."""
+        """The value of a node that is a parameter of an element type that the kernels have."""
         found = self.values.get(node.name) if isinstance(node, Node) and node.op == "placeholder" else None
         return found.detach() if found is not None and found.dtype in (torch.float32, torch.float64) else None
 
     def layer(self, node: Node) -> _Layer | None:
-        """What a node computes, where a kernel can."""
+        """The layer that a node is, if a kernel can compute it."""
         read = _LAYERS.get(node.target) if node.op == "call_function" else None
         if read is None or not all(isinstance(a, Node) for a in node.args[:2]):
             return None
@@ -180,7 +178,7 @@ class _Network:
     # --- what it becomes ---
 
     def replace(self, node: Node, layer: _Layer) -> None:
-        """Put a kernel in the place of a layer, and of what follows that the kernel does too."""
+        """Replace a layer by a kernel, together with a normalisation and a clamp that follow it."""
         last = node
         for take in (self._take_normalisation, self._take_clamp):
             following = next(iter(last.users)) if len(last.users) == 1 else None
@@ -235,7 +233,7 @@ class _Network:
         return self._views(self._unblocked(result, block, surplus), after)
 
     def _unblocked(self, result: Node, block: Sequence[int], surplus: Sequence[int]) -> Node:
-        """The pixels of blocks, which are channels of one pixel, in their places."""
+        """Move the pixels of each block from the channels of one pixel to their places (pixel shuffle)."""
         if tuple(block) == (1, 1):
             return result
         outputs = result.meta["val"].shape[3] // (block[0] * block[1])
@@ -254,7 +252,7 @@ class _Network:
         return self._computed(operator.add, self._computed(operator.floordiv, size, layer.stride[axis]), 1)
 
     def _size(self, image: Node, axis: int) -> Any:
-        """A number, or where it depends on the inputs the node that has it."""
+        """The size of an image's axis: a number, or a node if it depends on the inputs."""
         size = image.meta["val"].shape[axis]
         return size if isinstance(size, int) else self._call(aten.sym_size.int, image, axis)
 
@@ -272,7 +270,7 @@ class _Network:
         return node
 
     def _parameter(self, tensor: Tensor) -> Node:
-        """A parameter of the program, its first input."""
+        """Add a parameter to the program, as its first input."""
         name = f"p_packed_{self.added}"
         self.added += 1
         first = next(iter(self.graph.nodes))
@@ -289,7 +287,7 @@ class _Network:
         return node
 
     def drop_unused(self) -> None:
-        """Remove the parameters that nothing reads any more: else they would be in the artifact too."""
+        """Remove the parameters without users, which would be in the artifact otherwise."""
         signature = self.program.graph_signature
         for node in [n for n in self.graph.nodes if n.op == "placeholder" and not n.users]:
             spec = next(s for s in signature.input_specs if s.arg.name == node.name)
@@ -303,13 +301,13 @@ class _Network:
 
 
 def _arguments(node: Node) -> dict[str, Any]:
-    """By name, with what the operator's schema has where the call has none."""
+    """The arguments of a call by name, with the schema's defaults."""
     schema = node.target._schema.arguments  # type: ignore[union-attr]
     given = dict(zip([a.name for a in schema], node.args, strict=False)) | node.kwargs
     return {a.name: given.get(a.name, a.default_value) for a in schema}
 
 
-#: What a setting of a convolution is for the rows where the image is one row of pixels, (B, C, L).
+#: The row part of a setting where the input is a row of pixels, (B, C, L).
 _OF_ONE_ROW = {"stride": 1, "padding": 0, "dilation": 1, "output_padding": 0}
 
 
@@ -334,7 +332,7 @@ def _convolution(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer:
 
 
 def _transposed(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer:
-    """A convolution with the window turned around, of an image with zeros between its pixels."""
+    """A transposed convolution is one with the flipped window, of the image dilated by the stride."""
     weight = weight if weight.dim() == 4 else weight[:, :, None]
     stride, dilation, groups = _setting(a, "stride"), _setting(a, "dilation"), a["groups"]
     padding, more = _setting(a, "padding"), _setting(a, "output_padding")
@@ -371,7 +369,7 @@ _ROWS_LAST = (
     [(aten.permute.default, [0, 2, 1]), (aten.unsqueeze.default, 1)],
     [(aten.squeeze.dim, 1), (aten.permute.default, [0, 2, 1])],
 )
-#: How an input of so many dimensions becomes (B, H, W, C), and the result what it should be.
+#: By number of dimensions: views that bring the input to (B, H, W, C), and the result back.
 _VIEWS: dict[Any, dict[int, tuple[list[tuple], list[tuple]]]] = {
     aten.conv2d.default: {4: _CHANNELS_LAST},
     aten.conv2d.padding: {4: _CHANNELS_LAST},
@@ -388,7 +386,7 @@ _VIEWS: dict[Any, dict[int, tuple[list[tuple], list[tuple]]]] = {
 
 
 def _clamp(node: Node) -> tuple[float, float] | None:
-    """The limits of a clamp by numbers."""
+    """The limits of a clamp, if the node is one."""
     if node.target in (aten.relu.default, aten.relu_.default):
         return (0.0, _INFINITY)
     if node.target in (aten.relu6.default, aten.relu6_.default):
