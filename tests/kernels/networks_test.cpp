@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "benchmarks.h"
 #include "fixture.h"
 #include "kernels.h"
 
@@ -141,5 +142,32 @@ TYPED_TEST(NetworkKernels, NaNStays) {
   depthwise_convolution<TypeParam>(&nan, 1, 1, 1, 1, &nan, 1, 1, &zero, 1, 1, 0, 0, 1, 1, 1, 1, 0, 6, &out);
   EXPECT_TRUE(std::isnan(out));
 }
+
+// A layer of `channels` to as many on images of side x side, with windows of 3 x 3 or single pixels.
+struct Layer {
+  int64_t side, channels, kernel;
+  std::vector<float> x = kernel_benchmarks::random(side * side * channels), out = x,
+                     weight = kernel_benchmarks::random(kernel * kernel * channels * channels),
+                     bias = kernel_benchmarks::random(channels);
+
+  void packed() {
+    packed_convolution(x.data(), 1, side, side, channels, weight.data(), channels / 16, kernel, kernel,
+                       channels, bias.data(), channels, 1, 1, kernel / 2, kernel / 2, 1, 1, side, side, 0.0f,
+                       6.0f, out.data());
+  }
+  void depthwise() {
+    depthwise_convolution(x.data(), 1, side, side, channels, weight.data(), kernel, kernel, bias.data(), 1, 1,
+                          kernel / 2, kernel / 2, 1, 1, side, side, 0.0f, 6.0f, out.data());
+  }
+};
+KERNEL_CALL_BENCHMARK(packed_convolution_3x3, [] {
+  return [layer = Layer{28, 128, 3}]() mutable { layer.packed(); };
+});
+KERNEL_CALL_BENCHMARK(packed_convolution_1x1, [] {
+  return [layer = Layer{56, 128, 1}]() mutable { layer.packed(); };
+});
+KERNEL_CALL_BENCHMARK(depthwise_convolution_3x3, [] {
+  return [layer = Layer{56, 144, 3}]() mutable { layer.depthwise(); };
+});
 
 }  // namespace

@@ -275,4 +275,24 @@ TEST_F(KernelCalls, AGuideThatIsAPartOfTheImage) {
   EXPECT_EQ(filtered(batch, first), filtered(of({2, 3, 9, 11}, values), of({1, 3, 9, 11}, values)));
 }
 
+TEST(RefusedCalls, WindowsOfNetworks) {
+  const auto packed = [](const char* argument, const Tensor& x, const Tensor& weight, const Tensor& bias,
+                         int64_t stride = 1, int64_t top = 0, int64_t height = 4) {
+    REFUSES(argument, packed_convolution, x.get(), weight.get(), bias.get(), stride, 1, top, 0, 1, 1, height,
+            4, 0, 6);
+  };
+  const Tensor x = floats({1, 4, 4, 6}), weight = floats({2, 1, 1, 3, 16}), bias = floats({34});
+  packed("packed_convolution: weight", x, floats({2, 1, 1, 6, 8}), bias);
+  packed("packed_convolution: weight", x, doubles({2, 1, 1, 3, 16}), bias);
+  packed("packed_convolution: bias", x, weight, doubles({34}));
+  packed("packed_convolution: x", x, floats({2, 1, 1, 4, 16}), bias);  // no groups of 4 of 6 channels
+  packed("packed_convolution: bias", x, weight, floats({33}));         // 33 outputs of two groups
+  packed("packed_convolution: weight", x, weight, bias);               // 17 outputs have two panels
+  packed("packed_convolution: stride_y", x, weight, floats({32}), 0);
+  packed("packed_convolution: top", x, weight, floats({32}), 1, -1);
+  packed("packed_convolution: height", x, weight, floats({32}), 1, 0, -1);
+  REFUSES("depthwise_convolution: bias", depthwise_convolution, x.get(), floats({3, 3, 6}).get(),
+          floats({5}).get(), 1, 1, 1, 1, 1, 1, 4, 4, 0, 6);
+}
+
 }  // namespace
