@@ -18,8 +18,16 @@ sys.path.insert(0, str(ROOT))
 
 from tests.changes import changed_files  # noqa: E402
 
-RUNTIME = ("CMakeLists.txt", "CMakePresets.json", "cmake/", "include/", "runtime/")
-KERNELS = ("python/chiasm/primitives/kernels/", "tests/kernels/")
+RUNTIME = (
+    "CMakeLists.txt",
+    "CMakePresets.json",
+    "cmake/",
+    "include/",
+    "runtime/artifact/abi.h",
+    *(f"runtime/{name}" for name in ("CMake", "base/", "core/", "backends/", "ort/", "python/", "triton/")),
+)
+#: What native code is linked with; readers, servers and wheels are the same whatever is in it.
+ARTIFACTS = ("runtime/artifact/", "python/chiasm/primitives/kernels/", "python/chiasm/export/formats/")
 #: What a target tests: folders and files; empty for one that is always run.
 SOURCES: dict[str, tuple[str, ...]] = {
     "lint": (),
@@ -29,8 +37,8 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "test-runtime": (),
     "test-aarch64": (
         *RUNTIME,
-        *KERNELS,
-        "python/chiasm/export/formats/",
+        *ARTIFACTS,
+        "tests/kernels/",
         "tests/parity/aarch64.py",
         "tests/runtime/",
         "tests/consumer/aarch64",
@@ -59,8 +67,8 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "test-install": (*RUNTIME, "packaging/", "pyproject.toml", "tests/consumer/", "tools/wheels"),
     "test-sanitizers": (
         *RUNTIME,
-        *KERNELS,
-        "python/chiasm/export/formats/",
+        *ARTIFACTS,
+        "tests/kernels/",
         "tests/runtime/",
         "tests/robustness/",
     ),
