@@ -175,7 +175,7 @@ def test_a_pool_that_would_wait_for_ever_is_refused(photos: Path, cluster: None)
         map_batches(files, preprocess, workers=3)
     with pytest.raises(DataError, match="workers >= 1"):
         map_batches(files, preprocess, workers=0)
-    assert time.monotonic() - before < 60  # at once, and not when the pool's time is over
+    assert time.monotonic() - before < 5
     assert map_batches(files, preprocess, workers=2).schema() is not None
     # nodes of 2, 2 and 1 CPUs: one keeps a CPU for reading
     assert [_fitting(nodes, 1) for nodes in ([2, 2, 1], [4], [1], [], [0])] == [4, 3, 0, 0, 0]
