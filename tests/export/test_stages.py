@@ -24,6 +24,8 @@ def test_its_targets_and_their_sources_are_there() -> None:
     [
         ("runtime/core/json.cpp", "test-fuzz", True),
         ("tests/kernels/calls.h", "test-aarch64", True),
+        ("runtime/artifact/kernels/products.h", "test-sanitizers", True),
+        ("runtime/artifact/kernels/products.h", "test-serving", False),
         ("python/chiasm/filters/blur.py", "test-fuzz", False),
         ("python/chiasm/filters/blur.py", "test-parity", True),
         ("docs/design.md", "test-ops", True),
