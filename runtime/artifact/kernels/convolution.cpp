@@ -13,14 +13,8 @@
 namespace chiasm::kernels {
 namespace {
 
-// Geometry of the sliding window.
-struct Windows {
-  int64_t stride_y, stride_x, top, left, dilation_y, dilation_x;
-};
-
-template <class T>
-HWY_INLINE hn::Vec<Lanes<T>> limited(hn::Vec<Lanes<T>> value, T low, T high) {
-  const Lanes<T> d;
+template <class D>
+HWY_INLINE hn::Vec<D> limited(D d, hn::Vec<D> value, hn::TFromD<D> low, hn::TFromD<D> high) {
   return smaller(hn::Set(d, high), larger(hn::Set(d, low), value));  // NaN stays NaN
 }
 
@@ -37,7 +31,6 @@ void packed_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t c, 
                         int64_t stride_x, int64_t top, int64_t left, int64_t dilation_y, int64_t dilation_x,
                         int64_t height, int64_t width, T low, T high, T* out) {
   constexpr int64_t rows = Block<T>::kRows;
-  const Windows windows{stride_y, stride_x, top, left, dilation_y, dilation_x};
   const int64_t taps = kh * kw, pixels = b * height * width, groups = c / g, outputs = n / groups;
   const int64_t tiles = std::clamp<int64_t>(kMostPointers / (taps * rows), 1, kTiles);
   const int64_t blocks = (pixels + tiles * rows - 1) / (tiles * rows), chunks = (p + kPanels - 1) / kPanels;
@@ -51,13 +44,12 @@ void packed_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t c, 
     const T** const pieces = all_pieces.data() + pointers * omp_get_thread_num();
     for (int64_t i = 0; i < tiles * rows; ++i) {
       const int64_t pixel = std::min(first + i, end - 1), line = pixel / width;
-      const int64_t y = line % height * windows.stride_y - windows.top,
-                    x0 = pixel % width * windows.stride_x - windows.left;
+      const int64_t y = line % height * stride_y - top, x0 = pixel % width * stride_x - left;
       const T* const image = x + line / height * h * w * c;
       const T** to = pieces + i / rows * taps * rows + i % rows;
       for (int64_t ky = 0; ky < kh; ++ky)
         for (int64_t kx = 0; kx < kw; ++kx, to += rows) {
-          const int64_t from_y = y + ky * windows.dilation_y, from_x = x0 + kx * windows.dilation_x;
+          const int64_t from_y = y + ky * dilation_y, from_x = x0 + kx * dilation_x;
           const bool is_inside = from_y >= 0 && from_y < h && from_x >= 0 && from_x < w;
           *to = is_inside ? image + (from_y * w + from_x) * c : zeros.data();
         }
@@ -74,7 +66,8 @@ void packed_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t c, 
         multiply<together>(pieces + (pixel - first) * taps, taps, g, group * g, weight + panel * size, size,
                            start, [=](int64_t row, int64_t k, auto values) {
                              if (row < last)
-                               store_first<T>(limited<T>(values, low, high), to + row * n + k, there - k);
+                               store_first<T>(limited(Lanes<T>(), values, low, high), to + row * n + k,
+                                              there - k);
                            });
       }
     };
@@ -123,7 +116,7 @@ void depthwise_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t 
                   hn::MulAdd(hn::LoadU(d, values + v * lanes), hn::LoadU(d, factors + v * lanes), sums[v]);
           }
         for (int64_t v = 0; v < vectors; ++v)
-          hn::StoreU(smaller(hn::Set(d, high), larger(hn::Set(d, low), sums[v])), d, to + k + v * lanes);
+          hn::StoreU(limited(d, sums[v], low, high), d, to + k + v * lanes);
       });
     }
   }

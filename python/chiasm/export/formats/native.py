@@ -30,7 +30,7 @@ import chiasm
 
 from ..errors import ExportError, explain
 from ..job import Artifact, ExportJob, Method
-from ..manifest import GPUS
+from ..manifest import GPUS, sha256
 from ..patches.cuda import gpu_compiler, on_gpu
 from ..patches.index_checks import checked_native_code
 from ..patches.inductor import fast_gradients, fast_inductor, known_vectors, plain_minima
@@ -290,7 +290,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
 def _content(tensor: torch.Tensor) -> tuple[str, list[int], str]:
     """Type, shape and a hash of the values."""
     data = tensor.detach().contiguous().reshape(-1).view(torch.uint8).numpy()
-    return str(tensor.dtype), list(tensor.shape), hashlib.sha256(data.tobytes()).hexdigest()
+    return str(tensor.dtype), list(tensor.shape), sha256(data.tobytes())
 
 
 def compiler_command(isa: str) -> str:
