@@ -30,7 +30,7 @@ from .wheel import interleaved, onnx_call, onnx_options
 PAGE = ROOT / "docs" / "benchmarks_networks.md"
 FOLDER = ROOT / "build" / "bench" / "networks"
 SIDE = 224
-#: CPU levels: each has code of its own, and the widest that the machine has is taken
+#: CPU levels, each with a bundle of its own
 LEVELS = {"AVX2": "x86-64-v3", "AVX-512": "x86-64-v4"}
 
 
@@ -89,7 +89,7 @@ def measure(name: str, threads: int) -> dict:
     for level, isa in LEVELS.items():
         bundle = chiasm.runtime.open(FOLDER / isa / f"networks.{plain(name)}.chiasm")
         try:
-            methods[level] = bundle.method("forward")
+            methods[level] = bundle.method("forward", backend="native")
         except chiasm.runtime.ChiasmError:  # a level that this machine does not have
             continue
     scores = {level: method(image) for level, method in methods.items()}

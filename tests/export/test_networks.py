@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from torch import Tensor, nn
 
 import chiasm.runtime
 from chiasm.export import Spec, TensorSpec, export
+from chiasm.export.manifest import read_manifest
 
 
 def convolved(inputs: int, outputs: int, size: int = 3, stride: int = 1, groups: int = 1) -> nn.Sequential:
@@ -174,7 +174,7 @@ def exported(network: nn.Module, tensor: TensorSpec, folder: Path, dtype: str = 
 
 
 def artifacts(bundle: Path) -> list[dict]:
-    return json.loads((bundle / "manifest.json").read_text())["methods"]["forward"]["artifacts"]
+    return read_manifest(bundle)["methods"]["forward"]["artifacts"]
 
 
 def assert_is_network(bundle: Path, network: nn.Module, shapes: list[tuple[int, ...]], limit: float) -> None:
