@@ -103,8 +103,12 @@ typedef enum chiasm_device_type { CHIASM_CPU = 0, CHIASM_CUDA = 1 } chiasm_devic
 /** A non-owning view of a tensor.
  *
  *  `data` is aligned to the size of one element, and is not NULL, also where a dimension is 0. `strides`
- *  counts elements, not bytes; NULL means dense row-major. Engines see only dense row-major memory: any other
- *  stride is refused with a message, never misread. A dimension of size 1 may have any stride.
+ *  counts elements, not bytes; NULL means dense row-major. A dimension of size 1 may have any stride.
+ *
+ *  On the CPU elements in row-major order may have gaps between them: a region of a larger image, rows that a
+ *  camera pads, the first three channels of four. Engines see dense memory, so a run copies what has gaps: an
+ *  input before it, an output after it. (On CUDA memory is dense.) Any other stride (transposed, repeated,
+ *  backwards) is refused with a message, never misread.
  */
 typedef struct chiasm_tensor {
   size_t struct_size; /**< sizeof(chiasm_tensor) */

@@ -176,8 +176,8 @@ class Tensor {
   Tensor(const void* data, DType dtype, Shape shape, Device device = {})
       : Tensor(const_cast<void*>(data), dtype, shape, Shape(), device, true) {}
 
-  /** With strides, counted in elements. Engines take dense row-major memory only: run refuses any other with
-   *  a message. */
+  /** With strides, counted in elements. A run takes elements in row-major order with gaps between them, which
+   *  it copies, and refuses any other order with a message: see chiasm_tensor in chiasm.h. */
   template <class T>
   static Tensor strided(T* data, Shape shape, Shape strides, Device device = {}) {
     return strided(data, dtype_of<T>, shape, strides, device);

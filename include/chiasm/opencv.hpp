@@ -96,8 +96,8 @@ Tensor view_mat(const cv::Mat& mat, Data* data) {
 /** A view of the image: shape (H, W, C), or (H, W) for one channel; the channels in the order of the Mat (BGR
  *  as a rule).
  *
- *  The view does not keep the Mat's memory alive. A region of interest has gaps between its rows; the view
- *  says so in its strides, and run refuses it: pass `roi.clone()`.
+ *  The view does not keep the Mat's memory alive. A region of interest has gaps between its rows: a run takes
+ *  it too, as an input and as an output, and copies the region (not the Mat).
  */
 inline Tensor view(cv::Mat& mat) { return detail::view_mat(mat, static_cast<void*>(mat.data)); }
 /** The same, read-only: an input, not an output. */

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "base/cuda.h"
+#include "core/gaps.h"
 #include "core/status.h"
 #include "core/struct_size.h"
 #include "core/threads.h"
@@ -137,6 +138,7 @@ std::unique_ptr<Outputs> Method::run(const chiasm_tensor* inputs, size_t count,
          "call run_into");
   }
   auto outputs = std::make_unique<Outputs>(call, spec_.outputs);
+  const DenseCopies copies(call, inputs, nullptr);
   execute(call, options);
   return outputs;
 }
@@ -145,7 +147,9 @@ void Method::run_into(const chiasm_tensor* inputs, size_t input_count, const chi
                       size_t output_count, const chiasm_run_options* options) const {
   Call call;
   check(inputs, input_count, outputs, output_count, options, call);
+  const DenseCopies copies(call, inputs, outputs);
   execute(call, options);
+  copies.spread();
 }
 
 void Method::check(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs,

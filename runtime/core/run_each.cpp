@@ -7,6 +7,7 @@
 #include <system_error>
 #include <thread>
 
+#include "core/gaps.h"
 #include "core/status.h"
 #include "core/threads.h"
 
@@ -89,7 +90,7 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
   std::vector<Memory> memory;
   const auto note = [&](const chiasm_tensor& tensor, size_t run, bool is_output) {
     const auto begin = reinterpret_cast<uintptr_t>(tensor.data);
-    const size_t bytes = Signature::bytes_of(tensor, "tensor", "of a run");
+    const size_t bytes = bytes_spanned(tensor);
     if (bytes > 0) memory.push_back({begin, begin + bytes, run, is_output});
   };
   for (size_t run = 0; run < runs; ++run) {
@@ -100,8 +101,8 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
     } catch (const Error&) {
       fail_in(run, std::current_exception());
     }
-    for (size_t i = 0; i < input_count; ++i) note(call.inputs[i], run, false);
-    for (size_t i = 0; i < output_count; ++i) note(call.outputs[i], run, true);
+    for (size_t i = 0; i < input_count; ++i) note(tensor_at(inputs, run * input_count + i), run, false);
+    for (size_t i = 0; i < output_count; ++i) note(tensor_at(outputs, run * output_count + i), run, true);
   }
   check_apart(memory);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/dtype.h"
+#include "core/gaps.h"
 #include "core/status.h"
 #include "core/struct_size.h"
 
@@ -159,22 +160,22 @@ chiasm_tensor Signature::as_batch(const chiasm_tensor& tensor, size_t n, bool fi
   return batch;
 }
 
-void Signature::check_strides(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const {
-  if (tensor.strides == nullptr) return;
+bool Signature::has_gaps(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const {
+  if (tensor.strides == nullptr) return false;
   const int64_t* const end = tensor.shape + tensor.ndim;
-  if (std::find(tensor.shape, end, 0) != end) return;  // no element, so no place of one
-  int64_t expected = 1;
-  for (int32_t i = tensor.ndim - 1; i >= 0; --i) {
-    if (tensor.shape[i] != 1 && tensor.strides[i] != expected) {
-      refuse(kind, rule.spec->name,
-             "expected dense row-major memory, got strides " + shape_text(tensor.strides, tensor.ndim) +
-                 " for shape " + shape_text(tensor.shape, tensor.ndim) +
-                 (looks_channels_last(tensor) ? ", which is the channels-last layout" : "") +
-                 ": pass a dense copy (torch: .contiguous(), numpy: ascontiguousarray, cv::Mat: .clone(), "
-                 "Eigen: chiasm::row_major)");
-    }
-    expected *= tensor.shape[i];
-  }
+  if (std::find(tensor.shape, end, 0) != end) return false;  // no element, so no place of one
+  const Order order = order_of(tensor);
+  if (order == Order::dense || (order == Order::gaps && device_type_ == CHIASM_CPU))
+    return order == Order::gaps;
+  refuse(kind, rule.spec->name,
+         std::string("expected ") +
+             (device_type_ == CHIASM_CPU ? "elements in row-major order, none of which share memory"
+                                         : "dense row-major memory") +
+             ", got strides " + shape_text(tensor.strides, tensor.ndim) + " for shape " +
+             shape_text(tensor.shape, tensor.ndim) +
+             (looks_channels_last(tensor) ? ", which is the channels-last layout" : "") +
+             ": pass a dense copy (torch: .contiguous(), numpy: ascontiguousarray, cv::Mat: .clone(), Eigen: "
+             "chiasm::row_major)");
 }
 
 void Signature::refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind,
@@ -263,7 +264,7 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
   }
   for (size_t n = 0; n < count; ++n) {
     bytes_of(call.inputs[n], "input", inputs_[n].spec->name.c_str());
-    check_strides(tensor_at(inputs, n), inputs_[n], "input");
+    if (has_gaps(tensor_at(inputs, n), inputs_[n], "input")) call.gaps_in_inputs |= uint64_t{1} << n;
     call.inputs[n].struct_size = sizeof(chiasm_tensor);
     call.inputs[n].strides = nullptr;
   }
@@ -308,23 +309,25 @@ void Signature::check_outputs(const chiasm_tensor* outputs, size_t count, Call& 
       refuse_shape(tensor, rule, "output", call, n,
                    "; for these inputs it is " + shape_text(expected.shape, expected.ndim));
     }
-    check_strides(tensor, rule, "output");
+    if (has_gaps(tensor, rule, "output")) call.gaps_in_outputs |= uint64_t{1} << n;
     call.outputs[n].data = tensor.data;
   }
-  const auto overlap = [](const void* a, size_t a_size, const void* b, size_t b_size) {
-    const auto x = reinterpret_cast<uintptr_t>(a), y = reinterpret_cast<uintptr_t>(b);
+  const auto overlap = [](const chiasm_tensor& a, const chiasm_tensor& b) {
+    const size_t a_size = bytes_spanned(a), b_size = bytes_spanned(b);
+    const auto x = reinterpret_cast<uintptr_t>(a.data), y = reinterpret_cast<uintptr_t>(b.data);
     return a_size > 0 && b_size > 0 && x < y + b_size && y < x + a_size;
   };
   for (size_t n = 0; n < count; ++n) {
     const char* const name = outputs_[n].spec->name.c_str();
     for (size_t i = 0; i < inputs_.size(); ++i) {
-      const size_t size = bytes_of(call.inputs[i], "input", inputs_[i].spec->name.c_str());
-      if (overlap(call.outputs[n].data, call.output_bytes[n], call.inputs[i].data, size)) {
+      // What has gaps is copied before the run or after it.
+      if ((call.gaps_in_outputs >> n & 1) != 0 || (call.gaps_in_inputs >> i & 1) != 0) continue;
+      if (overlap(call.outputs[n], call.inputs[i])) {
         refuse("output", name, "its memory overlaps that of input '" + inputs_[i].spec->name + "'");
       }
     }
     for (size_t i = 0; i < n; ++i) {
-      if (overlap(call.outputs[n].data, call.output_bytes[n], call.outputs[i].data, call.output_bytes[i])) {
+      if (overlap(tensor_at(outputs, n), tensor_at(outputs, i))) {
         refuse("output", name, "its memory overlaps that of output '" + outputs_[i].spec->name + "'");
       }
     }

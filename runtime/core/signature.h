@@ -10,7 +10,8 @@ namespace chiasm::core {
 
 /** One call, as the checks leave it: on the stack, no memory of its own.
  *
- *  The tensors are in the layout that engines see: dense row-major, strides NULL. Where the signature has
+ *  The tensors are in the layout that engines see: dense row-major, strides NULL. What has gaps gets dense
+ *  memory before it is run (DenseCopies). Where the signature has
  *  batches of frames (layout "NHWC"), the caller may pass a frame alone: (H, W, C), or (H, W) of one channel.
  *  Engines see a batch of one, and the caller gets outputs without the dimensions that the first of them
  *  lacked.
@@ -26,7 +27,9 @@ struct Call {
 
   /** What the caller sees of output n: of frames alone a frame alone. */
   chiasm_tensor seen_output(size_t n) const;
-  uint64_t frame_outputs = 0; /**< by bit: which outputs are batches of frames */
+  uint64_t frame_outputs = 0;   /**< by bit: which outputs are batches of frames */
+  uint64_t gaps_in_inputs = 0;  /**< by bit: the caller's tensors that have gaps (core/gaps.h) */
+  uint64_t gaps_in_outputs = 0; /**< likewise */
 };
 
 /** A method's signature for one value of T, one device, prepared for fast checks. The specs must outlive
@@ -72,7 +75,7 @@ class Signature final {
 
   void check_common(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
   chiasm_tensor as_batch(const chiasm_tensor& tensor, size_t n, bool first, Call& call) const;
-  void check_strides(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
+  bool has_gaps(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
   [[noreturn]] void refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind,
                                  const Call& call, size_t tensor_index, const std::string& why) const;
   int64_t evaluate(const Expression& dim, const TensorRule& rule, const char* kind, const Call& call) const;

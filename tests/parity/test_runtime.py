@@ -78,6 +78,21 @@ def test_numpy_in_numpy_out(bundle: runtime.Bundle, backend: str, dtype: type) -
     np.testing.assert_array_equal(dropped, ~keep)
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_parts_of_larger_arrays(bundle: runtime.Bundle, backend: str) -> None:
+    large, scale, _ = example()
+    large = np.tile(large, (3, 6))
+    x, keep = large[2:12:2, 3:24:3], (large > 0)[:5, 9:16]  # elements and rows have gaps between them
+    results = np.zeros((9, 20), np.float32)
+    method = bundle.method(backend=backend)
+    expected = np.where(keep, x * scale, 0)
+    np.testing.assert_array_equal(method(x, scale, keep)[0], expected)
+    method.run_into([x, scale, keep], [results[1:6, 4:11], np.empty((5, 7), bool)])
+    np.testing.assert_array_equal(results[1:6, 4:11], expected)
+    results[1:6, 4:11] = 0
+    assert not results.any()
+
+
 def test_torch_in_torch_out(method: runtime.Method) -> None:
     x, scale, keep = map(torch.from_numpy, example())
     y, dropped = method(x, scale, keep)

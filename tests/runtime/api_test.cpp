@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <limits>
+#include <random>
 #include <thread>
 
 #include "chiasm/chiasm.hpp"
@@ -140,8 +142,9 @@ TEST_F(Call, FramesThatDoNotFitAreNamed) {
   };
   EXPECT_EQ(says({image_.data(), {5}}), "input 'input': expected shape (B, H, W, C), got (5,)");
   EXPECT_THAT(says({image_.data(), {4, 5, 5}}), HasSubstr("got (1, 4, 5, 5): C must be from 1 to 4"));
-  EXPECT_THAT(says(Tensor::strided(image_.data(), {4, 5, 3}, {18, 3, 1})),
-              AllOf(HasSubstr("expected dense row-major memory, got strides (18, 3, 1) for shape (4, 5, 3)"),
+  EXPECT_THAT(says(Tensor::strided(image_.data(), {4, 5, 3}, {12, 3, 1})),
+              AllOf(HasSubstr("expected elements in row-major order, none of which share memory, got strides "
+                              "(12, 3, 1) for shape (4, 5, 3)"),
                     HasSubstr(".clone()")));
   std::vector<float> out(60), half(2);
   EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
@@ -171,20 +174,110 @@ TEST_F(Call, ExpressionsInInputs) {
 TEST_F(Call, Strides) {
   const Shape shape = {2, 3, 4, 5};
   EXPECT_THAT(refused({Tensor::strided(image_.data(), shape, {60, 1, 15, 3}), sigma_view_}),
-              AllOf(HasSubstr("input 'input': expected dense row-major memory, got strides (60, 1, 15, 3) "
-                              "for shape (2, 3, 4, 5)"),
+              AllOf(HasSubstr("input 'input': expected elements in row-major order, none of which share "
+                              "memory, got strides (60, 1, 15, 3) for shape (2, 3, 4, 5)"),
                     HasSubstr("channels-last"), HasSubstr(".contiguous()"), HasSubstr(".clone()")));
   EXPECT_THAT(
-      refused({Tensor::strided(image_.data(), {1, 3, 4, 4}, {60, 20, 5, 1}), Tensor(sigma_.data(), {1, 2})}),
-      AllOf(HasSubstr("dense row-major"), ::testing::Not(HasSubstr("channels-last"))));
+      refused({Tensor::strided(image_.data(), {1, 3, 4, 4}, {60, 5, 20, 1}), Tensor(sigma_.data(), {1, 2})}),
+      AllOf(HasSubstr("row-major"), ::testing::Not(HasSubstr("channels-last"))));
   EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {60, 20, 5, -1}), sigma_view_}),
               HasSubstr("(60, 20, 5, -1)"));
+  // What ends beyond all memory, or has more than can be counted.
+  constexpr int64_t kFar = std::numeric_limits<int64_t>::max() / 4;
+  for (const int64_t far : {kFar, 2 * kFar, 4 * kFar})
+    EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {far, 20, 5, 1}), sigma_view_}),
+                HasSubstr("row-major"));
   EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {0, 20, 5, 1}), sigma_view_}),
               HasSubstr("(0, 20, 5, 1)"));
   method_.run({Tensor::strided(image_.data(), shape, {60, 20, 5, 1}), sigma_view_});
   // A dimension of size 1 may have any stride.
   method_.run({Tensor::strided(image_.data(), {1, 3, 4, 5}, {-7, 20, 5, 1}),
                Tensor::strided(sigma_.data(), {1, 2}, {99, 1})});
+}
+
+/** Memory with a mark in every element, and a tensor of random shape and strides in the middle of it. */
+template <class T>
+struct Scattered {
+  std::vector<T> memory;
+  Shape shape, strides;
+
+  Scattered(std::mt19937& random, std::vector<int64_t> sizes)
+      : shape(sizes.data(), sizes.size()), strides(shape) {
+    const auto up_to = [&](uint32_t most) { return static_cast<int64_t>(random() % (most + 1)); };
+    int64_t step = 1;
+    for (size_t i = sizes.size(); i-- > 0;) {
+      step += up_to(1) * up_to(7);
+      strides[i] = sizes[i] == 1 ? up_to(100) - 50 : step;
+      step *= sizes[i];
+    }
+    memory.assign(static_cast<size_t>(step) + 16, T(77));
+  }
+
+  Tensor tensor() { return Tensor::strided(memory.data() + 8, shape, strides); }
+
+  /** Calls each(element, its number in row-major order). */
+  template <class Each>
+  void for_elements(const Each& each) {
+    for (int64_t n = 0; n < shape.count(); ++n) {
+      int64_t at = 8, rest = n;
+      for (size_t i = shape.size(); i-- > 0; rest /= shape[i])
+        if (shape[i] > 1) at += rest % shape[i] * strides[i];
+      each(memory[static_cast<size_t>(at)], n);
+    }
+  }
+};
+
+TEST_F(Call, TensorsWithGapsAreReadAndWrittenWhereTheyAre) {
+  std::mt19937 random(1);
+  const auto run = [&](auto zero, const Method& method) {
+    using T = decltype(zero);
+    for (int round = 0; round < 200; ++round) {
+      const auto size = [&](int64_t least) { return least + static_cast<int64_t>(random() % 4); };
+      const int64_t batch = size(1);
+      Scattered<T> image(random, {batch, 3, size(3), size(3)}), sigma(random, {batch, 2}), out = image;
+      Scattered<T> half(random, {batch, (image.shape[2] + 1) / 2});
+      image.for_elements([](T& value, int64_t n) { value = static_cast<T>(n); });
+      const auto check = [](T& value, int64_t n) { ASSERT_EQ(value, static_cast<T>(2 * n)); };
+      const Outputs outputs = method.run({image.tensor(), sigma.tensor()});
+      for (int64_t n = 0; n < image.shape.count(); ++n) check(outputs[0].template data<T>()[n], n);
+
+      method.run_into({image.tensor(), sigma.tensor()}, {out.tensor(), half.tensor()});
+      for (Scattered<T>* result : {&out, &half}) {
+        result->for_elements(check);
+        result->for_elements([](T& value, int64_t) { value = 77; });
+        EXPECT_EQ(result->memory, std::vector<T>(result->memory.size(), 77)) << "a gap was written to";
+      }
+    }
+  };
+  run(0.0f, method_);
+  run(0.0, Bundle::open(path_).method("forward", LoadOptions().with_dtype(DType::Float64)));
+}
+
+TEST_F(Call, RegionsOfOneMatrix) {
+  // Two regions beside each other: the result may stand beside the input, and nowhere upon another result.
+  std::vector<float> whole(2 * 3 * 4 * 16, 1.5f), half(4), other(4);
+  const auto region = [&](size_t column) {
+    return Tensor::strided(whole.data() + column, {2, 3, 4, 5}, {192, 64, 16, 1});
+  };
+  const Tensor half_view(half.data(), {2, 2});
+  method_.run_into({region(0), sigma_view_}, {region(8), half_view});
+  EXPECT_EQ(whole[8], 3.0f);
+  EXPECT_EQ(whole[7], 1.5f);
+  method_.run_into({region(0), sigma_view_}, {region(0), half_view});  // in place: it is read before
+  EXPECT_EQ(whole[4], 3.0f);
+  EXPECT_EQ(whole[5], 1.5f);
+  EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT,
+                    [&] {
+                      method_.run_into({region(0), sigma_view_},
+                                       {region(8), Tensor::strided(whole.data() + 300, {2, 2}, {16, 1})});
+                    }),
+            "output 'half': its memory overlaps that of output 'output'");
+  EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT,
+                    [&] {
+                      method_.run_each({{input_, sigma_view_}, {input_, sigma_view_}},
+                                       {{region(8), half_view}, {region(2), Tensor(other.data(), {2, 2})}});
+                    }),
+            "run 0: the memory of an output overlaps that of an output of run 1");
 }
 
 TEST_F(Call, DeviceAndAlignment) {

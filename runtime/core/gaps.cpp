@@ -1,0 +1,150 @@
+#include "core/gaps.h"
+
+#include <cstring>
+#include <new>
+#include <string>
+
+#include "base/dtype.h"
+#include "core/status.h"
+
+namespace chiasm::core {
+namespace {
+
+/** A tensor's dimensions without those of size 1, and with those joined that follow each other without a gap:
+ *  the fewest loops over its elements. */
+struct Loops {
+  int64_t sizes[CHIASM_MAX_DIMS], strides[CHIASM_MAX_DIMS];
+  int32_t count = 0;
+
+  explicit Loops(const chiasm_tensor& tensor) {
+    for (int32_t i = 0; i < tensor.ndim; ++i) {
+      if (tensor.shape[i] == 1) continue;
+      const int64_t size = tensor.shape[i], stride = tensor.strides[i];
+      if (count > 0 && strides[count - 1] == size * stride) {
+        sizes[count - 1] *= size;
+        strides[count - 1] = stride;
+      } else {
+        sizes[count] = size;
+        strides[count++] = stride;
+      }
+    }
+  }
+};
+
+/** Calls each(apart, dense), offsets in elements, for the first element of each of the innermost rows. */
+template <class Each>
+void for_rows(const Loops& loops, const Each& each) {
+  int64_t index[CHIASM_MAX_DIMS] = {}, apart = 0, dense = 0;
+  const int32_t inner = loops.count - 1;
+  for (;;) {
+    each(apart, dense);
+    dense += loops.sizes[inner];
+    int32_t i = inner - 1;
+    for (; i >= 0; --i) {
+      apart += loops.strides[i];
+      if (++index[i] < loops.sizes[i]) break;
+      apart -= loops.strides[i] * loops.sizes[i];
+      index[i] = 0;
+    }
+    if (i < 0) return;
+  }
+}
+
+/** Elements of one size, one by one: what is of the size of T is moved by an instruction. */
+template <class T>
+void copy_elements(const Loops& loops, char* apart, char* dense, bool gather) {
+  const int64_t count = loops.sizes[loops.count - 1],
+                step = loops.strides[loops.count - 1] * static_cast<int64_t>(sizeof(T));
+  for_rows(loops, [&](int64_t from, int64_t to) {
+    char* far = apart + from * static_cast<int64_t>(sizeof(T));
+    char* near = dense + to * static_cast<int64_t>(sizeof(T));
+    for (int64_t i = 0; i < count; ++i, far += step, near += sizeof(T))
+      std::memcpy(gather ? near : far, gather ? far : near, sizeof(T));
+  });
+}
+
+/** Between `tensor`, which has gaps, and dense memory: into that with `gather`, else out of it. */
+void copy(const chiasm_tensor& tensor, void* dense, bool gather) {
+  const Loops loops(tensor);
+  const size_t size = base::kDTypes[tensor.dtype].size;
+  auto* const apart = static_cast<char*>(tensor.data);
+  auto* const near = static_cast<char*>(dense);
+  if (loops.strides[loops.count - 1] == 1) {
+    const size_t bytes = static_cast<size_t>(loops.sizes[loops.count - 1]) * size;
+    for_rows(loops, [&](int64_t from, int64_t to) {
+      char* const a = apart + from * static_cast<int64_t>(size);
+      char* const b = near + to * static_cast<int64_t>(size);
+      std::memcpy(gather ? b : a, gather ? a : b, bytes);
+    });
+    return;
+  }
+  switch (size) {
+    case 1: return copy_elements<uint8_t>(loops, apart, near, gather);
+    case 2: return copy_elements<uint16_t>(loops, apart, near, gather);
+    case 4: return copy_elements<uint32_t>(loops, apart, near, gather);
+    default: return copy_elements<uint64_t>(loops, apart, near, gather);
+  }
+}
+
+}  // namespace
+
+Order order_of(const chiasm_tensor& tensor) {
+  int64_t bytes = static_cast<int64_t>(base::kDTypes[tensor.dtype].size);  // up to the last element, with it
+  int64_t needed = 1;  // what the next stride outwards is at least, so that no two elements share memory
+  bool gaps = false;
+  for (int32_t i = tensor.ndim - 1; i >= 0; --i) {
+    const int64_t size = tensor.shape[i], stride = tensor.strides[i];
+    if (size == 1) continue;
+    if (stride < needed) return Order::no_order;
+    gaps = gaps || stride != needed;
+    int64_t reach = 0;
+    if (__builtin_mul_overflow(stride, size, &needed) ||
+        __builtin_mul_overflow(stride * (size - 1), base::kDTypes[tensor.dtype].size, &reach) ||
+        __builtin_add_overflow(bytes, reach, &bytes))
+      return Order::no_order;
+  }
+  return gaps ? Order::gaps : Order::dense;
+}
+
+size_t bytes_spanned(const chiasm_tensor& tensor) {
+  int64_t elements = 1;
+  for (int32_t i = 0; i < tensor.ndim; ++i) {
+    if (tensor.shape[i] == 0) return 0;
+    if (tensor.strides != nullptr && tensor.shape[i] > 1)
+      elements += (tensor.shape[i] - 1) * tensor.strides[i];
+  }
+  if (tensor.strides == nullptr) return base::byte_count(tensor);
+  return static_cast<size_t>(elements) * base::kDTypes[tensor.dtype].size;
+}
+
+DenseCopies::DenseCopies(Call& call, const chiasm_tensor* inputs, const chiasm_tensor* outputs) {
+  for (uint64_t left = call.gaps_in_inputs; left != 0; left &= left - 1) {
+    const auto i = static_cast<size_t>(__builtin_ctzll(left));
+    call.inputs[i].data = memory_for(call.inputs[i], "input", i);
+    copy(tensor_at(inputs, i), call.inputs[i].data, true);
+  }
+  for (uint64_t left = call.gaps_in_outputs; left != 0; left &= left - 1) {
+    const auto i = static_cast<size_t>(__builtin_ctzll(left));
+    call.outputs[i].data = memory_for(call.outputs[i], "output", i);
+    spreads_.push_back({call.outputs[i].data, &tensor_at(outputs, i)});
+  }
+}
+
+void DenseCopies::spread() const {
+  for (const Spread& one : spreads_) copy(*one.target, const_cast<void*>(one.dense), false);
+}
+
+void* DenseCopies::memory_for(const chiasm_tensor& dense, const char* kind, size_t index) {
+  const size_t bytes = base::byte_count(dense);
+  try {
+    memory_.emplace_back(bytes);
+  } catch (const std::bad_alloc&) {
+    fail(CHIASM_OUT_OF_MEMORY,
+         std::string(kind) + " " + std::to_string(index) +
+             ": out of memory: it has gaps between its rows, and a dense copy of it needs " +
+             std::to_string(bytes) + " bytes");
+  }
+  return memory_.back().data();
+}
+
+}  // namespace chiasm::core
