@@ -1,4 +1,4 @@
-// Arithmetic on pixels, value by value, and first derivatives: against OpenCV, or the definition.
+// Arithmetic on pixels, value by value: against OpenCV, or the definition.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -83,20 +83,6 @@ TEST_F(Bytes, RangesMatchOpenCv) {
       }
 }
 
-TEST_F(Bytes, DerivativesMatchOpenCv) {
-  for (const Size& size : kSizes) {
-    const cv::Mat image = frame(size.height, size.width, 1);
-    std::vector<int16_t> out(2 * image.total());
-    sobel_derivatives(image.data, 1, size.height, size.width, out.data());
-    for (const int down : {0, 1}) {
-      cv::Mat expected;
-      cv::Sobel(image, expected, CV_16S, 1 - down, down, 3, 1, 0, cv::BORDER_REPLICATE);
-      const cv::Mat made(image.size(), CV_16S, out.data() + static_cast<size_t>(down) * image.total());
-      EXPECT_EQ(cv::norm(made, expected, cv::NORM_INF), 0) << image.size() << " " << down;
-    }
-  }
-}
-
 constexpr int64_t kValues = 1080 * 1920 * 3;
 TEST_F(Bytes, ScaledBytesAreProductsAndSums) {
   for (const int channels : {1, 2, 3, 4, 5, 7})
@@ -151,10 +137,4 @@ KERNEL_CALL_BENCHMARK(masked_pixels_3, [] {
     masked_pixels(frame.x.data(), 1, kValues, mask.x.data(), kValues / 3, true, frame.out.data());
   };
 });
-KERNEL_CALL_BENCHMARK(sobel_derivatives, [] {
-  return [frame = Frame(), out = std::vector<int16_t>(2 * kValues)]() mutable {
-    sobel_derivatives(frame.x.data(), 3, 1080, 1920, out.data());
-  };
-});
-
 }  // namespace

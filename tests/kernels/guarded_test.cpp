@@ -621,6 +621,7 @@ TEST_F(GuardedBytes, PixelsStayInside) {
               run(aoti_torch_cpu_masked_pixels, row, mask, interleaved);
             }
             run(aoti_torch_cpu_sobel_derivatives, x);
+            run(aoti_torch_cpu_sobel_bytes, x, step, 0.125);
             for (const int32_t flag : {0, 1}) {
               for (const Size& part : {Size{s.height, s.width}, Size{(s.height + 1) / 2, (s.width + 1) / 2}})
                 for (const int32_t interleaved : {0, 1})

@@ -547,6 +547,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for size in ((5, 30), (1, 1))
         for corners in (False, True)
     ],
+    "derivatives.magnitude_of_bytes": lambda t: [
+        (x, normalized) for x in bytes_and_words()[:2] for normalized in (True, False)
+    ],
     "derivatives.derivatives_of_bytes": lambda t: [
         (x, mode) for x in bytes_and_words()[:2] for mode in ("sobel", "diff")
     ],

@@ -6,8 +6,12 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_pixels
-from ..primitives.core.layout import in_planes
-from ..primitives.filters.derivatives import derivatives_of_bytes, gradient, sobel_magnitude
+from ..primitives.filters.derivatives import (
+    derivatives_of_bytes,
+    gradient,
+    magnitude_of_bytes,
+    sobel_magnitude,
+)
 from ..primitives.filters.padding import stencil
 
 
@@ -81,9 +85,7 @@ def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
     """
     check_pixels(input, "input")
     if input.dtype == torch.uint8:
-        # Sums of whole numbers below 2^24, whose roots float32 tells from halves.
-        lengths = sobel_magnitude(in_planes(input).to(torch.float32), False, 0.0)
-        return torch.round(lengths * (0.125 if normalized else 1.0)).clamp(max=255.0).to(torch.uint8)
+        return magnitude_of_bytes(input, normalized)
     return sobel_magnitude(input, normalized, eps)
 
 

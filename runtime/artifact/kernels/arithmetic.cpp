@@ -1,4 +1,4 @@
-// Arithmetic on pixels of whole numbers, value by value, and first derivatives.
+// Arithmetic on pixels of whole numbers, value by value.
 #include "interleaving.h"
 
 namespace chiasm::kernels {
@@ -177,39 +177,6 @@ void masked_pixels(const uint8_t* x, int64_t n, int64_t values, const uint8_t* m
         hn::StoreU(hn::And(hn::LoadU(d, x + i), hn::LoadU(d, wanted + k)), d, out + i);
       });
   });
-}
-
-void sobel_derivatives(const uint8_t* x, int64_t n, int64_t height, int64_t width, int16_t* out) {
-#pragma omp parallel for
-  for (int64_t row = 0; row < n * height; ++row) {
-    const int64_t plane = row / height, y = row % height;
-    const auto at = [=](int64_t i) {
-      return x + (plane * height + std::clamp<int64_t>(i, 0, height - 1)) * width;
-    };
-    const uint8_t* const above = at(y - 1);
-    const uint8_t* const here = at(y);
-    const uint8_t* const below = at(y + 1);
-    int16_t* const across = out + (2 * plane * height + y) * width;
-    int16_t* const down = across + height * width;
-    const auto column = [=](int64_t k) {
-      const int64_t l = std::max<int64_t>(k - 1, 0), r = std::min(k + 1, width - 1);
-      across[k] = static_cast<int16_t>(above[r] - above[l] + 2 * (here[r] - here[l]) + below[r] - below[l]);
-      down[k] = static_cast<int16_t>(below[l] - above[l] + 2 * (below[k] - above[k]) + below[r] - above[r]);
-    };
-    column(0);
-    for_lanes<int16_t>(width - 2, [=](auto d, auto, int64_t k) {
-      const hn::Rebind<uint8_t, decltype(d)> bytes;
-      const auto read = [=](const uint8_t* p, int64_t i) {
-        return hn::PromoteTo(d, hn::LoadU(bytes, p + k + i));
-      };
-      const auto slope = [=](const uint8_t* p) { return hn::Sub(read(p, 2), read(p, 0)); };
-      const auto drop = [=](int64_t i) { return hn::Sub(read(below, i), read(above, i)); };
-      const auto twice = [=](auto v) { return hn::Add(v, v); };
-      hn::StoreU(hn::Add(hn::Add(slope(above), twice(slope(here))), slope(below)), d, across + k + 1);
-      hn::StoreU(hn::Add(hn::Add(drop(0), twice(drop(1))), drop(2)), d, down + k + 1);
-    });
-    column(width - 1);
-  }
 }
 
 CHIASM_INSTANTIATE(subtract_pixels)

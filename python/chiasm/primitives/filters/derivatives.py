@@ -6,7 +6,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from ..core.layout import in_planes
+from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
 from .padding import stencil
@@ -76,6 +76,20 @@ def gradient(p: Tensor, mode: str, normalized: bool) -> Tensor:
     """(B, C, 2, H, W): d/dx and d/dy, of margins of one pixel."""
     dx, dy = first_derivatives(p, mode, normalized)
     return torch.stack([dx, dy], 2)
+
+
+@primitive
+def magnitude_of_bytes(x: Tensor, normalized: bool) -> Tensor:
+    """``sobel_magnitude`` of bytes (B, C, H, W), to the nearest byte, halves to even, and saturated: sums of
+    whole numbers below 2^24, whose roots float32 tells from halves."""
+    lengths = sobel_magnitude(in_planes(x).to(torch.float32), False, 0.0)
+    return torch.round(lengths * (0.125 if normalized else 1.0)).clamp(max=255.0).to(torch.uint8)
+
+
+@magnitude_of_bytes.lowering("native", when=kernels.available)
+def _magnitude_of_bytes_kernel(x: Tensor, normalized: bool) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.sobel_bytes(rows, step, 0.125 if normalized else 1.0), x)
 
 
 @primitive

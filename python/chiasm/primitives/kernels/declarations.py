@@ -324,9 +324,16 @@ _declare(
 )
 _declare(
     "sobel_derivatives(uint8[N, H, W] x) -> int16[N, 2, H, W]",
-    "arithmetic.cpp",
+    "derivatives_bytes.cpp",
     "Sobel's sums along the rows and down the columns, without a scale; the border is replicated.",
     ["1 <= H", "1 <= W"],
+)
+_declare(
+    "sobel_bytes(uint8[N, H, L] x, int step, float scale) -> uint8[N, H, L]",
+    "derivatives_bytes.cpp",
+    """scale times the length of the vector of Sobel's sums, rounded halves to even and saturated; the border
+    is replicated. Neighbours in a row are step values apart.""",
+    [*_ROWS, "0 <= scale <= 1"],
 )
 _declare(
     "mix_pixels(uint8[N, L] x, int32[O, 4] weights, int shift, bool interleaved) -> uint8[N, L // 3 * O]",
