@@ -22,7 +22,7 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
   test test-all test-quick test-ops test-export test-runtime build-x86-64-v4 build-aarch64 test-aarch64 test-parity test-browser test-serving test-data \
-  test-studies test-sanitizers test-fuzz fuzz test-install wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
+  test-studies test-sanitizers test-fuzz fuzz test-install fresh-root wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -176,9 +176,13 @@ test-fuzz: setup ## libFuzzer over every reader, whole bundles and the C interfa
 fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, two at a time, a line a minute
 	tests/fuzz/run.sh $(or $(SECONDS),3600)
 
-test-install: build ## wheels, a pack of bundles and Debian packages, used from outside (ctest covers cmake --install)
+test-install: build ## wheels, a pack of bundles, Debian's and Conan's packages, used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh
 	tests/consumer/deb.sh build/release build/pip/bundles/filters.sobel.chiasm
+	tests/consumer/conan.sh build/pip/bundles/filters.sobel.chiasm
+
+fresh-root: build ## SUITE=trixie (or jammy, with MIRROR= the address of one of Ubuntu's): the wheel and packages in a system of their own
+	tests/consumer/fresh_root.sh $(or $(SUITE),trixie) $(MIRROR)
 
 wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
 	tools/wheels.sh runtime aarch64 export torch
@@ -208,11 +212,11 @@ stubs: build ## what editors know of the module classes -> python/chiasm/*/__ini
 	$(PY) tools/stubs.py
 
 lock: setup ## every *.in -> *.txt, pinned with hashes
-	@for name in requirements tools/uv tools/data tools/kornia tools/wheels tools/site/site tools/browser/browser tools/triton/environment tools/triton/server \
+	@for name in requirements tools/uv tools/data tools/kornia tools/wheels tools/conan tools/site/site tools/browser/browser tools/triton/environment tools/triton/server \
 	    tools/other_runtimes/ort-1.17 tools/other_runtimes/openvino tools/aarch64/python; do
 	  options=(--python-version 3.11)
 	  case $$name in
-	    tools/uv | tools/wheels) options=(--python-version 3.10) ;;
+	    tools/uv | tools/wheels | tools/conan) options=(--python-version 3.10) ;;
 	    tools/aarch64/python) options=(--python-version 3.10 --no-deps) ;;
 	    tools/kornia | tools/triton/server) options+=(--no-deps) ;;
 	  esac
