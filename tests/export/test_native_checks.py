@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from chiasm import runtime
-from chiasm.export import Spec, TensorSpec, export, samples
+from chiasm.export import ExportError, Spec, TensorSpec, export, samples
 from chiasm.export.tracing.graph import trace
 from chiasm.export.tracing.module import bind_spec
 from chiasm.primitives.resampling.taps import bilinear_taps
@@ -223,6 +223,98 @@ def test_a_number_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> No
         chosen(table, index)
     with pytest.raises(runtime.ChiasmError, match=f"index {wrong} is out of range for an axis of size 16"):
         method(table, index)
+
+
+def computed(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
+    """By numbers that are computed from data, read and written."""
+    i = index[0].item()
+    written = table.clone()
+    written[i] = 7.0
+    return table[i + 1] * 2.0 + table.select(0, i * 2), written
+
+
+def looked_up_by(fn: Callable, name: str, folder: Path, formats: tuple[str, ...] = ("native",)) -> Path:
+    """A bundle of a function of a table and an index."""
+    spec = Spec(
+        f"test.{name}",
+        [TensorSpec("table", (SIZE, 4)), integers("index", "P")],
+        [TensorSpec("first"), TensorSpec("second")],
+        symbols={"P": (1, 64)},
+        gradients=(),
+        sample=lambda g, sizes, dtype: {
+            "table": torch.rand(SIZE, 4, generator=g, dtype=dtype),
+            "index": torch.arange(sizes["P"]) % 8,
+        },
+    )
+    return export(fn, spec, folder, formats=formats)
+
+
+@pytest.mark.parametrize("wrong", [SIZE - 1, 100_000, 2**63 - 1, 1 << 62, -SIZE - 1])
+def test_a_number_computed_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> None:
+    bundle = looked_up_by(computed, "computed", tmp_path)
+    method = runtime.open(bundle).method("forward", backend="native")
+    table = torch.rand(SIZE, 4)
+    for first in (0, 7, -2, -8):
+        for mine, eager in zip(
+            method(table, torch.tensor([first])), computed(table, torch.tensor([first])), strict=True
+        ):
+            torch.testing.assert_close(torch.as_tensor(mine), eager)
+    with pytest.raises((IndexError, RuntimeError)):
+        computed(table, torch.tensor([wrong]))
+    said = r"index -?\d+ is out of range for an axis of size 16|Expected u0 [<>]= -?\d+ but received -?\d+"
+    with pytest.raises(runtime.ChiasmError, match=said):
+        method(table, torch.tensor([wrong]))
+
+
+def laid_out(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
+    return torch.as_strided(table, [3], [1], index[0].item()) * 2.0, table * 2.0
+
+
+def test_strides_from_data_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=r"aten.as_strided\n.*data decide where it reads"):
+        looked_up_by(laid_out, "laid_out", tmp_path)
+
+
+def beside_libtorch(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
+    """A lookup and a write, in code that calls libtorch for a bucket."""
+    bucket = torch.bucketize(table[0, 0], table[:, 2].contiguous())
+    return table[index] * 2.0 + bucket, table.index_put([index], torch.full([1], 5.0)) + bucket
+
+
+def test_code_that_needs_libtorch_checks_too(tmp_path: Path) -> None:
+    bundle = looked_up_by(beside_libtorch, "beside_libtorch", tmp_path)
+    method = runtime.open(bundle).method("forward", backend="torch")
+    assert method.artifact.endswith(".pt2")
+    table = torch.rand(SIZE, 4)
+    index = torch.tensor([3, 15, 0, -16, -1])
+    for mine, eager in zip(method(table, index), beside_libtorch(table, index), strict=True):
+        torch.testing.assert_close(mine, eager)
+    for wrong in (SIZE, 1 << 40, -SIZE - 1):
+        with pytest.raises(
+            runtime.ChiasmError, match=f"index {wrong} is out of range for an axis of size 16"
+        ):
+            method(table, torch.tensor([0, wrong]))
+
+
+def rounded_up(table: Tensor, place: Tensor) -> Tensor:
+    """The limit of the clamp is not among the numbers of float32, and the nearest is one too many."""
+    return table[place.clamp(0, 2**24 + 3).to(torch.int64)]
+
+
+def test_a_limit_that_float32_rounds_proves_nothing(tmp_path: Path) -> None:
+    spec = Spec(
+        "test.rounded_up",
+        [TensorSpec("table", (2**24 + 4,), "uint8", range=(0, 255)), TensorSpec("place", ("P",))],
+        symbols={"P": (1, 64)},
+        gradients=(),
+    )
+    method = runtime.open(export(rounded_up, spec, tmp_path, formats=("native",))).method("forward")
+    table = torch.zeros(2**24 + 4, dtype=torch.uint8)
+    assert method(table, torch.rand(9)).tolist() == [0] * 9
+    with pytest.raises(
+        runtime.ChiasmError, match="index 16777220 is out of range for an axis of size 16777220"
+    ):
+        method(table, torch.full((9,), 1e9))
 
 
 def from_the_beginning(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:

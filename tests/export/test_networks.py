@@ -223,6 +223,39 @@ def test_an_artifact_has_its_weights_once(tmp_path: Path) -> None:
     assert 2_000_000 < weights < artifact["size"] < weights + 1_000_000
 
 
+def attention(query: Tensor, seen: Tensor, score: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """By what may be seen, by scores of which some are minus infinity, and of what came before."""
+    hidden = torch.where(score > 0.3, 0.0, float("-inf"))
+    return (
+        F.scaled_dot_product_attention(query, query, query, seen),
+        F.scaled_dot_product_attention(query, query, query, hidden),
+        F.scaled_dot_product_attention(query, query, query, is_causal=True),
+    )
+
+
+def test_a_query_that_sees_nothing_gets_zeros(tmp_path: Path) -> None:
+    """Padding in a batch of sequences."""
+
+    def sample(g: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+        score = torch.rand(sizes["N"], sizes["N"], generator=g)
+        score[0] = 0.0
+        query = torch.rand(sizes["B"], 2, sizes["N"], 8, generator=g)
+        return {"query": query, "seen": score > 0.5, "score": score}
+
+    inputs = [
+        TensorSpec("query", ("B", 2, "N", 8)),
+        TensorSpec("seen", ("N", "N"), "bool"),
+        TensorSpec("score", ("N", "N"), "float32"),
+    ]
+    names = [TensorSpec(name) for name in ("first", "second", "third")]
+    spec = Spec("networks.attention", inputs, names, symbols={"N": (1, 100)}, gradients=(), sample=sample)
+    method = chiasm.runtime.open(export(attention, spec, tmp_path, formats=["native"])).method("forward")
+    made = sample(torch.Generator().manual_seed(3), {"B": 3, "N": 33}, torch.float32)
+    for mine, eager in zip(method(*made.values()), attention(*made.values()), strict=True):
+        torch.testing.assert_close(torch.as_tensor(mine), eager)
+    assert not attention(*made.values())[0][:, :, 0].any()
+
+
 class Computed(nn.Module):
     """Weights that are no parameters, behind a layer that has a kernel."""
 

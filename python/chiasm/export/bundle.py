@@ -21,11 +21,12 @@ from .manifest import SUFFIX, BundleError, read_file, schema, sha256
 
 @dataclass
 class Golden:
-    """Inputs and eager outputs of one method, for one value of T."""
+    """Inputs and eager outputs of one method, for one value of T. `name` tells several of them apart."""
 
     method: str
     variant: str | None
     tensors: dict[str, torch.Tensor]
+    name: str = ""
 
 
 @dataclass
@@ -46,7 +47,7 @@ class Writer:
         """Add the golden vectors."""
         tensors, listed = {}, []
         for case in cases:
-            prefix = f"{case.method}.{case.variant}" if case.variant else case.method
+            prefix = ".".join(filter(None, (case.method, case.variant, case.name)))
             # cloned: a gradient may be a view of a cotangent, and what shares memory is not saved
             tensors |= {
                 f"{prefix}/{name}": t.clone(memory_format=torch.contiguous_format)

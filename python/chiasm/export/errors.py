@@ -92,7 +92,7 @@ def explain(
     name: str,
     target: str | None,
     error: BaseException,
-    guards: Sequence[tuple[str, str]] = (),
+    guards: Sequence[tuple[object, str]] = (),
     shapes: str = "",
 ) -> ExportError:
     """An ExportError that names the line of the user's code, or the operator, that `error` comes from, and
@@ -168,7 +168,7 @@ def _quote(filename: str, number: int) -> str:
     return f"{filename}:{number}: {source}" if source else f"{filename}:{number}"
 
 
-def _assumption(text: str, guards: Sequence[tuple[str, str]]) -> str | None:
+def _assumption(text: str, guards: Sequence[tuple[object, str]]) -> str | None:
     """The line that made the assumption which is violated."""
     constant = re.search(r"to be a constant \((\d+)\)", text)
     telling = (
@@ -179,7 +179,7 @@ def _assumption(text: str, guards: Sequence[tuple[str, str]]) -> str | None:
         else []
     )
     for pattern in (*telling, ""):
-        if found := next((line for expression, line in guards if re.search(pattern, expression)), None):
+        if found := next((line for expression, line in guards if re.search(pattern, str(expression))), None):
             return found
     return None
 

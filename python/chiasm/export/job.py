@@ -14,6 +14,7 @@ from torch.export import ExportedProgram
 from torch.fx import GraphModule
 
 from . import samples
+from .checks.branches import Doubt
 from .errors import ExportError
 from .spec import Spec, TensorSpec
 from .tracing.gradient import trace_vjp
@@ -61,6 +62,7 @@ class Method:
     name: "forward" or "vjp".
     variant: what T stands for; None for an op without T.
     module: computes it, eager.
+    doubts: sizes that its graphs were not made for.
     """
 
     job: ExportJob
@@ -69,6 +71,7 @@ class Method:
     module: nn.Module
     inputs: Sequence[TensorSpec]
     outputs: Sequence[TensorSpec]
+    doubts: list[Doubt] = field(default_factory=list)
     _programs: dict[str, ExportedProgram | ExportError] = field(default_factory=dict)
 
     @property
@@ -104,7 +107,11 @@ class Method:
             sizes = samples.EXAMPLE | samples.example(self.job.spec)
             arguments = (self.module, self.job.spec, self.inputs, self.tensors(sizes))
             try:
-                self._programs[key] = trace_vjp(*arguments) if gradients else trace(*arguments, target)
+                self._programs[key] = (
+                    trace_vjp(*arguments, self.doubts)
+                    if gradients
+                    else trace(*arguments, target, self.doubts)
+                )
             except ExportError as error:
                 self._programs[key] = error
         found = self._programs[key]

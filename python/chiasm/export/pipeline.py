@@ -21,6 +21,7 @@ from .bundle import Golden, Writer
 from .checks.arguments import check_call, check_inputs, check_results
 from .checks.independence import SYMBOL, has_samples, independent
 from .checks.purity import check_op, preserved
+from .checks.trial import try_artifacts
 from .documents import provenance, sbom
 from .errors import ExportError, explain
 from .formats import native, onnx, torchscript
@@ -81,6 +82,7 @@ def export(
             describe(job)
             lower(job)
             writer = package(job)
+            try_out(job, writer)
             golden(job, writer)
             document(job, writer)
             return writer.write(Path(path))
@@ -203,6 +205,12 @@ def _try(job: ExportJob, method: str, format: str, step: Callable[[], None]) -> 
         if method != "vjp":
             raise
         job.lacks_gradient(format, error)
+
+
+def try_out(job: ExportJob, writer: Writer) -> None:
+    """Run what was made, and compare it with eager Python at several sizes."""
+    job.progress("compare")
+    try_artifacts(job, writer)
 
 
 def golden(job: ExportJob, writer: Writer) -> None:

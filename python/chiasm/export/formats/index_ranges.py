@@ -178,11 +178,26 @@ class _Ranges:
             return _Range((), (), False, dtype)
         if math.isinf(value) or int(value) != value:
             return _Range((), (), True, dtype, abs(value))
-        return _Range((sympy.Integer(int(value)),), (sympy.Integer(int(value)),), True, dtype)
+        found = _Range((sympy.Integer(int(value)),), (sympy.Integer(int(value)),), True, dtype)
+        return self._represented(found, dtype)
 
     def _index_expr(self, node: Any) -> _Range:
         lows, highs = self._bounds(self._get_index(node.args[1].args[0]))
-        return self._fitting(_Range(lows, highs, True, node.args[2]))
+        found = _Range(lows, highs, True, node.args[2])
+        return (
+            self._represented(found, node.args[2]) if node.args[2].is_floating_point else self._fitting(found)
+        )
+
+    @staticmethod
+    def _represented(found: _Range, dtype: torch.dtype) -> _Range:
+        """What a floating type makes of whole numbers: a bound that it has to round is none."""
+        if not dtype.is_floating_point:
+            return found
+        exact = _EXACT[dtype]
+        lows = tuple(b for b in found.lows if abs(_greatest(sympy.Abs(b))) <= exact)
+        highs = tuple(b for b in found.highs if _greatest(b) <= exact)
+        fits = found.magnitude < float(torch.finfo(dtype).max)
+        return _Range(lows, highs, found.number, dtype, found.magnitude if fits else math.inf)
 
     def _bounds(self, expression: sympy.Expr) -> tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]:
         """The bounds of an index that is an expression of the loop's variables; of a clamp, those of its
@@ -216,16 +231,7 @@ class _Ranges:
         if not found.number:  # the conversion of NaN is any number
             return _Range((), (), not dtype.is_floating_point, dtype)
         if dtype.is_floating_point:
-            exact = _EXACT[dtype]
-            low = tuple(b for b in found.lows if abs(_greatest(sympy.Abs(b))) <= exact)
-            fits = found.magnitude < float(torch.finfo(dtype).max)
-            return _Range(
-                low,
-                tuple(b for b in found.highs if _greatest(b) <= exact),
-                True,
-                dtype,
-                found.magnitude if fits else math.inf,
-            )
+            return self._represented(found, dtype)
         if dtype == torch.bool:
             return _Range((sympy.Integer(0),), (sympy.Integer(1),), True, dtype)
         if not found.lows or not found.highs:

@@ -39,6 +39,7 @@ from ..spec import Spec, TensorSpec
 from . import compiler
 from .compiler import HEADERS, Build
 from .networks import use_kernels
+from .selections import select_by_tensors
 
 #: What the package was built with for the code of ops: headers, and static libraries for each instruction set
 #: (runtime/artifact/CMakeLists.txt).
@@ -70,6 +71,8 @@ ISAS = {
     "armv8.2-a": Isa("aarch64", 128),
     **{name: Isa("x86_64", 0, int(name.removeprefix("sm_"))) for name in GPUS},
 }
+#: Of code that needs libtorch: no exception may leave a parallel region.
+_ONE_THREAD = {"cpp.threads": 1, "cpp.dynamic_threads": False}
 _ENTRY = "chiasm_native_entry"
 #: What follows the libraries on the linker's command line, but for the version script. glibc has vector
 #: functions for x86 (and, from 2.38 on, for aarch64, where those of one number are taken).
@@ -247,7 +250,8 @@ class NativeCode:
                 f" {platform.machine()} alone: export it without --isa {self.isa}"
             )
         with closing(Build(at_once=True)) as whole:
-            package = _inductor(self.program("vjp"), self.spec, self.isa, {}, whole)
+            program = select_by_tensors(self.program("vjp"), self.spec.name)
+            package = _inductor(program, self.spec, self.isa, _ONE_THREAD, whole)
         return NativeArtifact(_repack(package), needs_libtorch=True, why=why)
 
     def close(self) -> None:
@@ -303,7 +307,10 @@ def _libraries_hash(isa: str) -> str:
     """Of how code is compiled and what it is linked with; the kernels are apart."""
     formats, patches = Path(__file__).parent, Path(__file__).parents[1] / "patches"
     sources = [
-        *(formats / f"{name}.py" for name in ("native", "networks", "index_ranges", "compiler")),
+        *(
+            formats / f"{name}.py"
+            for name in ("native", "networks", "index_ranges", "compiler", "selections")
+        ),
         *(patches / f"{name}.py" for name in ("inductor", "index_checks", "tracing")),
         *([patches / "cuda.py"] if ISAS[isa].sm else []),
     ]
@@ -367,7 +374,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 def _begin(
     program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None, gradient: bool
 ) -> Build:
-    _select_by_tensors(program)
+    program = select_by_tensors(program, spec.name)
     sm = ISAS[isa].sm
     if sm:
         on_gpu(program)
@@ -396,29 +403,6 @@ def _begin(
         build.close()
         raise
     return build
-
-
-def _select_by_tensors(program: ExportedProgram) -> None:
-    """`x[i.item()]` as `x[i]`: selected by a number that comes from data, the place in memory is computed
-    without a check, and wraps around."""
-    aten, graph = torch.ops.aten, program.graph
-    for node in list(graph.nodes):
-        if (
-            node.target is not aten.select.int
-            or getattr(node.args[2], "target", None) is not aten.item.default
-        ):
-            continue
-        x, dim, item = node.args
-        with graph.inserting_before(node):
-            picked = graph.call_function(
-                aten.index.Tensor, (x, [None] * (dim % x.meta["val"].dim()) + [item.args[0]])
-            )
-        picked.meta = {"val": node.meta["val"], "original_aten": aten.select.int}
-        node.replace_all_uses_with(picked)
-        graph.erase_node(node)
-        if not item.users:
-            graph.erase_node(item)
-    program.graph_module.recompile()
 
 
 def precompile(isa: str) -> None:
@@ -497,6 +481,7 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
         "cpp.vec_isa_ok": True,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
         "cpp.min_chunk_size": 0,  # however small the example is
+        "emulate_precision_casts": True,  # x.half().float() rounds, as it does in eager Python
         "cpp.fallback_scatter_reduce_sum": False,  # atomic additions, not a call of libtorch
         "aot_inductor.enable_line_tables": False,
         "aot_inductor.precompile_headers": (
@@ -518,8 +503,10 @@ def _inductor(
     torch.set_num_threads(64)
     try:
         minima = plain_minima() if spec.without_nan and build.include else nullcontext()
-        # libtorch has no place to note a wrong index in
-        checks = checked_native_code() if build.include else nullcontext()
+        # libtorch has no place to note a wrong index in: there the check throws
+        checks = checked_native_code(
+            None if build.include else LIBRARIES / "include" / "chiasm" / "checked.h"
+        )
         if ISAS[isa].sm:
             minima, checks = nullcontext(), gpu_compiler(ISAS[isa].sm, LIBRARIES / "cuda")
         with (

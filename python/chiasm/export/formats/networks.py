@@ -44,8 +44,9 @@ def _attend_by_products(program: ExportedProgram) -> None:
         if node.target is not aten.scaled_dot_product_attention.default:
             continue
         a = _arguments(node)
-        arguments = (a["query"], a["key"], a["value"], a["attn_mask"], a["dropout_p"], a["is_causal"], None)
         with program.graph.inserting_before(node):
+            mask = _added(program, a["attn_mask"])
+            arguments = (a["query"], a["key"], a["value"], mask, a["dropout_p"], a["is_causal"], None)
             both = program.graph.call_function(
                 aten._scaled_dot_product_attention_math.default,
                 arguments,
@@ -55,6 +56,15 @@ def _attend_by_products(program: ExportedProgram) -> None:
         first.meta["val"] = node.meta["val"]
         node.replace_all_uses_with(first)
         program.graph.erase_node(node)
+
+
+def _added(program: ExportedProgram, mask: Node | None) -> Node | None:
+    """The mask as numbers that are added to scores: `_scaled_dot_product_attention_math` takes True for 1."""
+    if mask is None or mask.meta["val"].dtype != torch.bool:
+        return mask
+    hidden = program.graph.call_function(aten.logical_not.default, (mask,))
+    zeros = program.graph.call_function(aten.mul.Scalar, (mask, 0.0))
+    return program.graph.call_function(aten.masked_fill.Scalar, (zeros, hidden, -_INFINITY))
 
 
 @dataclass

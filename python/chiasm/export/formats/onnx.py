@@ -20,6 +20,7 @@ from ..job import Artifact, ExportJob, Method
 from ..patches.onnx import fast_onnx
 from ..spec import Spec, TensorSpec
 from ..tracing.graph import dynamic_shapes
+from .onnx_division import TRANSLATIONS
 from .onnx_function import domain_version, function_name, fuse
 from .onnx_scatter import add_in_order
 
@@ -76,6 +77,7 @@ def to_onnx(
                 output_names=[t.name for t in outputs],
                 optimize=False,
                 verbose=False,
+                custom_translation_table=TRANSLATIONS,
             )
             assert made is not None
             _simplify(made.model)

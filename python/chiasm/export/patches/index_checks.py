@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import sympy
@@ -21,6 +22,7 @@ from . import replaced
 
 #: Calls of PyTorch's header whose checked forms stand in namespace chiasm.
 _DIVISIONS = re.compile(r"(?<![\w:.])(floor_divide_integral|remainder_integral|mod)\(")
+_WRAPPER = "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu"
 _PREFIX = "#include <torch/csrc/inductor/cpp_prefix.h>\n"
 #: PyTorch notes a division by zero in a global pointer to a local variable, which concurrent runs overwrite
 #: for each other.
@@ -31,11 +33,17 @@ _DIVISION_POINTER = re.compile(r"^\s*inductor_cpu_integer_div_error_flag = .*\n"
 
 
 @contextmanager
-def checked_native_code() -> Iterator[None]:
-    """While this lasts, AOTInductor writes loops that check what comes from data."""
+def checked_native_code(header: Path | None = None) -> Iterator[None]:
+    """While this lasts, AOTInductor writes loops that check what comes from data. With a `header`
+    (checked.h), the code is libtorch's: it holds that text, and its checks throw."""
     from torch._inductor.codegen import cpp
 
     group = cpp.KernelGroup.codegen_group
+    include = "#include <chiasm/checked.h>\n"
+    if header is not None:
+        # Without the folder that it lies in, in which there are other headers
+        text = header.read_text().replace("#pragma once\n", "")
+        include = f"#ifndef CHIASM_CHECKS_THROW\n#define CHIASM_CHECKS_THROW\n{text}#endif\n"
 
     def codegen_group(self: Any, name: str | None = None) -> str:
         code = group(self, name)
@@ -47,9 +55,7 @@ def checked_native_code() -> Iterator[None]:
             raise RuntimeError(
                 "this PyTorch writes its loops differently: chiasm/export/patches was made for 2.13"
             )
-        return _DIVISIONS.sub(r"chiasm::\1(", code).replace(
-            _PREFIX, _PREFIX + "#include <chiasm/checked.h>\n"
-        )
+        return _DIVISIONS.sub(r"chiasm::\1(", code).replace(_PREFIX, _PREFIX + include)
 
     def quotient(a: Any, b: Any) -> str:
         return f"chiasm::truncated_quotient({a}, {b})"
@@ -63,11 +69,9 @@ def checked_native_code() -> Iterator[None]:
             "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
             "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(quotient),
             "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(quotient),
-            # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
-            "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": (
-                lambda self: None
-            ),
         }
+        # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
+        | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": lambda self: None})
     ):
         yield
 
@@ -159,7 +163,7 @@ def _operators(kernel: Any) -> set[str]:
         for n in origins
         if n.op == "call_function"
     }
-    return {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select", n)} or names
+    return {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select|pool", n)} or names
 
 
 def _refuses_negative(kernel: Any) -> bool:

@@ -8,10 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import sympy
 import torch
 
 from ..errors import own_line
 from . import replaced
+
+#: What a trace assumed of sizes, and the line of the op that it assumed it for.
+Guard = tuple[sympy.Basic, str]
 
 
 @contextmanager
@@ -36,7 +40,7 @@ def fast_tracing() -> Iterator[None]:
 
 
 @contextmanager
-def noted_guards(guards: list[tuple[str, str]]) -> Iterator[None]:
+def noted_guards(guards: list[Guard]) -> Iterator[None]:
     """Note what the trace assumes of sizes, and the user's line that it does so for."""
     from torch.fx.experimental.symbolic_shapes import ShapeEnv
 
@@ -44,7 +48,7 @@ def noted_guards(guards: list[tuple[str, str]]) -> Iterator[None]:
 
     def noting(shapes: ShapeEnv, prefix: str, guard: Any, forcing_spec: bool) -> None:
         if line := own_line(traceback.extract_stack()):
-            guards.append((str(guard), line))
+            guards.append((guard, line))
         log_guard(shapes, prefix, guard, forcing_spec)
 
     with replaced({"torch.fx.experimental.symbolic_shapes:ShapeEnv._log_guard": noting}):

@@ -13,6 +13,7 @@ from torch.fx.experimental.proxy_tensor import make_fx
 
 from chiasm.primitives.core.target import exporting
 
+from ..checks.branches import Doubt
 from ..errors import explain
 from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
@@ -86,7 +87,7 @@ def vjp_module(op: nn.Module, spec: Spec, outputs: list[TensorSpec]) -> nn.Modul
 
 
 def trace_vjp(
-    module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs
+    module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs, doubts: list[Doubt]
 ) -> ExportedProgram:
     """Export a vjp, or what takes gradients itself: torch.export cannot trace either, so make_fx turns it
     into a plain graph first."""
@@ -108,4 +109,5 @@ def trace_vjp(
         tensors,
         inputs,
         "vjp",
+        doubts,
     )

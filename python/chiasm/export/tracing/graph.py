@@ -14,9 +14,10 @@ from torch.export import Dim, ExportedProgram
 
 from chiasm.primitives.core.target import exporting
 
+from ..checks.branches import Doubt, doubts_of
 from ..checks.purity import check_program
 from ..errors import ExportError, explain
-from ..patches.tracing import fast_tracing, noted_guards, quiet
+from ..patches.tracing import Guard, fast_tracing, noted_guards, quiet
 from ..spec import Spec, TensorSpec
 
 Inputs = dict[str, torch.Tensor]
@@ -42,12 +43,18 @@ def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
 
 
 def trace(
-    module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs, target: str
+    module: nn.Module,
+    spec: Spec,
+    tensors: Sequence[TensorSpec],
+    inputs: Inputs,
+    target: str,
+    doubts: list[Doubt],
 ) -> ExportedProgram:
-    """Export `module` for a target ("onnx", "native", "vjp")."""
+    """Export `module` for a target ("onnx", "native", "vjp"); `doubts` gets the sizes that the graph was not
+    made for."""
     # while_loop uses Dynamo: without a reset, guards of the op before (`S != 4`) leak into this trace.
     torch._dynamo.reset()
-    guards: list[tuple[str, str]] = []
+    guards: list[Guard] = []
     args = tuple(inputs[t.name] for t in tensors)
     try:
         with torch.no_grad(), exporting(target), fast_tracing(), noted_guards(guards), quiet():
@@ -55,6 +62,7 @@ def trace(
     except Exception as error:
         raise explain(spec.name, f"a graph ({target})", error, guards) from error
     check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
+    doubts.extend(doubts_of(program, spec, tensors, symbols_of(program, tensors), guards))
     return program
 
 

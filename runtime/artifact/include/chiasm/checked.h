@@ -7,13 +7,27 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
+#include <string>
 #include <type_traits>
 
 namespace chiasm {
 
+#ifdef CHIASM_CHECKS_THROW
+// Code that needs libtorch runs in its loader, which has no place for a note. Its loops have one thread each.
+[[noreturn, gnu::cold, gnu::noinline]] inline void note_index(int64_t index, int64_t size,
+                                                              const char* reader) {
+  throw std::out_of_range("index " + std::to_string(index) + " is out of range for an axis of size " +
+                          std::to_string(size) + " (" + reader + ")");
+}
+[[noreturn, gnu::cold, gnu::noinline]] inline void note_division() {
+  throw std::domain_error("an integer was divided by zero");
+}
+#else
 // Note the error for the run that this thread works for; the first one counts. In aoti/errors.cpp.
 [[gnu::cold, gnu::noinline]] void note_index(int64_t index, int64_t size, const char* reader);
 [[gnu::cold, gnu::noinline]] void note_division();
+#endif
 
 // `index`, or 0 where it is outside of [0, size). `wrapped` says that `size` was added to negative indices
 // before. `reader` names what uses the index. Without `active` the index is not used.
@@ -136,6 +150,6 @@ inline auto remainder_integral(const A& a, const B& b) {
 
 }  // namespace chiasm
 
-#if INDUCTOR_USE_VECTOR_TYPES() && defined(CPU_CAPABILITY_AVX2)
+#if INDUCTOR_USE_VECTOR_TYPES() && defined(CPU_CAPABILITY_AVX2) && !defined(CHIASM_CHECKS_THROW)
 #include "minima_avx2.h"
 #endif

@@ -1,0 +1,94 @@
+# onnxscript's values have the operators of numbers, which its types do not say.
+# pyright: reportOperatorIssue=false, reportArgumentType=false, reportReturnType=false, reportCallIssue=false, reportAttributeAccessIssue=false
+"""Quotients and remainders of integers in ONNX.
+
+torch.onnx divides integers in float32, where 16777217 is 16777216, and a negative size by cutting off the
+fraction. ONNX Runtime's own division of integers ends the process for a divisor of 0, and for the least
+integer over -1.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import onnx_ir
+import torch
+from onnxscript import opset18 as op
+from onnxscript.function_libs.torch_lib.ops import core
+
+aten = torch.ops.aten
+
+
+def quotient(self: Any, other: Any, rounding_mode: str | None = None) -> Any:
+    """aten::div with a rounding mode."""
+    if not self.dtype.is_integer() or rounding_mode is None:
+        return core.aten_div_mode(self, other, rounding_mode)
+    return _floor(self, other) if rounding_mode == "floor" else _truncated(self, other)[0]
+
+
+def floor_quotient(self: Any, other: Any) -> Any:
+    """aten::floor_divide."""
+    return _floor(self, other) if self.dtype.is_integer() else core.aten_floor_divide(self, other)
+
+
+def size_quotient(self: Any, other: Any) -> Any:
+    """`a // b` of sizes, of which b is positive and a may be negative."""
+    return op.Div(op.Sub(self, op.Mod(self, other)), other)
+
+
+def remainder(self: Any, other: Any) -> Any:
+    """aten::remainder, which has the divisor's sign."""
+    if not self.dtype.is_integer():
+        return core.aten_remainder(self, other)
+    divisor, valid = _divisor(self, other)
+    rest = op.Mod(self, divisor)
+    return rest if valid is None else op.Add(rest, valid)
+
+
+def _floor(a: Any, b: Any) -> Any:
+    whole, divisor = _truncated(a, b)
+    if not a.dtype.is_signed():
+        return whole
+    rest = op.Sub(a, op.Mul(whole, divisor))
+    zero = _number(a, 0)
+    below = op.And(
+        op.Not(op.Equal(rest, zero)), op.Not(op.Equal(op.Less(rest, zero), op.Less(divisor, zero)))
+    )
+    return op.Sub(whole, op.CastLike(below, a))
+
+
+def _truncated(a: Any, b: Any) -> tuple[Any, Any]:
+    """The quotient without its fraction, and the divisor as a value."""
+    divisor, valid = _divisor(a, b)
+    if valid is None:
+        return op.Div(a, divisor), divisor
+    dividend = op.Where(op.Equal(b, _number(a, -1)), op.Neg(a), a) if a.dtype.is_signed() else a
+    return op.Add(op.Div(dividend, divisor), valid), b
+
+
+def _divisor(a: Any, b: Any) -> tuple[Any, Any]:
+    """What ONNX Runtime can divide by, with 1 in place of 0 and -1; and a number to add to the result: it is
+    0, or the error of a Gather where a divisor is 0. A constant divisor stays, and needs no number."""
+    if not isinstance(b, onnx_ir.Value) or b.const_value is not None:
+        return (b if isinstance(b, onnx_ir.Value) else _number(a, b)), None
+    one, zero = _number(a, 1), _number(a, 0)
+    none = op.Equal(b, zero)
+    unsafe = op.Or(none, op.Equal(b, _number(a, -1))) if a.dtype.is_signed() else none
+    index = op.ReduceMax(op.Cast(none, to=onnx_ir.DataType.INT64), keepdims=0)
+    return op.Where(unsafe, one, b), op.CastLike(op.Gather(op.Constant(value_ints=[0]), index), a)
+
+
+def _number(like: Any, value: int) -> Any:
+    return op.CastLike(op.Constant(value_int=value), like)
+
+
+#: For torch.onnx.export: how operators are translated.
+TRANSLATIONS: dict[Callable, Callable] = {
+    aten.div.Tensor_mode: quotient,
+    aten.div.Scalar_mode: quotient,
+    aten.floor_divide.default: floor_quotient,
+    aten.remainder.Tensor: remainder,
+    operator.floordiv: size_quotient,
+}

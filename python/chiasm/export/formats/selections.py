@@ -1,0 +1,78 @@
+"""Selections by a number that comes from data, `x[i.item()]`, as selections by a tensor, `x[i]`.
+
+AOTInductor computes the place of the first in memory without a check. The second is checked as every index
+from data is (patches/index_checks.py).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+from torch.export import ExportedProgram
+from torch.fx import Node
+from torch.fx.experimental.symbolic_shapes import free_unbacked_symbols
+
+from ..errors import ExportError
+
+aten = torch.ops.aten
+_ITEMS = (aten.item.default, aten._local_scalar_dense.default)
+
+
+def select_by_tensors(program: ExportedProgram, name: str) -> ExportedProgram:
+    """The program with selections by tensors; it may be the one that is given, changed.
+
+    Raises:
+        ExportError: data decide about strides, which no check can follow.
+    """
+    if not any(n.target in _ITEMS for n in program.graph.nodes):
+        return program
+    program = program.run_decompositions({})  # a selection that is written to is a view until then
+    graph = program.graph
+    for node in list(graph.nodes):
+        if node.target is aten.select.int and _is_from_data(node.args[2]):
+            x, dim, index = node.args
+            operator, rest = aten.index.Tensor, ()
+        elif node.target is aten.select_scatter.default and _is_from_data(node.args[3]):
+            x, source, dim, index = node.args
+            operator, rest = aten.index_put.default, (source,)
+        elif node.target is aten.as_strided.default and any(map(_is_from_data, _flat(node.args[1:]))):
+            raise ExportError(
+                f"{name}: cannot be exported to native code\n"
+                "  operator aten.as_strided\n"
+                "  because: data decide where it reads, and native code has no check for that\n"
+                "  instead: index by a tensor (x[i], torch.gather), whose values are checked"
+            )
+        else:
+            continue
+        with graph.inserting_before(node):
+            axes = [None] * (dim % x.meta["val"].dim())
+            picked = graph.call_function(operator, (x, [*axes, _as_tensor(index)], *rest))
+        picked.meta = {"val": node.meta["val"], "original_aten": node.target}
+        node.replace_all_uses_with(picked)
+        program.graph_signature.replace_all_uses(node.name, picked.name)
+        graph.erase_node(node)
+    for node in reversed(list(graph.nodes)):
+        if node.target in _ITEMS and not node.users:
+            graph.erase_node(node)
+    program.graph_module.recompile()
+    return program
+
+
+def _is_from_data(argument: Any) -> bool:
+    value = argument.meta.get("val") if isinstance(argument, Node) else None
+    return isinstance(value, torch.SymInt) and bool(free_unbacked_symbols(value))
+
+
+def _as_tensor(index: Node) -> Node:
+    if index.target in _ITEMS:
+        return index.args[0]  # pyright: ignore[reportReturnType]
+    made = index.graph.call_function(aten.scalar_tensor.default, (index,), {"dtype": torch.int64})
+    mode = torch._guards.detect_fake_mode([n.meta.get("val") for n in index.graph.nodes])
+    with mode or torch.no_grad():
+        made.meta["val"] = torch.empty((), dtype=torch.int64)
+    return made
+
+
+def _flat(arguments: Any) -> list[Any]:
+    return [a for part in arguments for a in (part if isinstance(part, (list, tuple)) else [part])]
