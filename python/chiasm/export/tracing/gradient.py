@@ -87,7 +87,11 @@ def vjp_module(op: nn.Module, spec: Spec, outputs: list[TensorSpec]) -> nn.Modul
 
 
 def trace_vjp(
-    module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs, doubts: list[Doubt]
+    module: nn.Module,
+    spec: Spec,
+    tensors: Sequence[TensorSpec],
+    inputs: Inputs,
+    doubts: list[Doubt] | None = None,
 ) -> ExportedProgram:
     """Export a vjp, or what takes gradients itself: torch.export cannot trace either, so make_fx turns it
     into a plain graph first."""

@@ -48,7 +48,7 @@ def trace(
     tensors: Sequence[TensorSpec],
     inputs: Inputs,
     target: str,
-    doubts: list[Doubt],
+    doubts: list[Doubt] | None = None,
 ) -> ExportedProgram:
     """Export `module` for a target ("onnx", "native", "vjp"); `doubts` gets the sizes that the graph was not
     made for."""
@@ -62,7 +62,8 @@ def trace(
     except Exception as error:
         raise explain(spec.name, f"a graph ({target})", error, guards) from error
     check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
-    doubts.extend(doubts_of(program, spec, tensors, symbols_of(program, tensors), guards))
+    if doubts is not None:
+        doubts.extend(doubts_of(program, spec, tensors, symbols_of(program, tensors), guards))
     return program
 
 
