@@ -78,6 +78,16 @@ def sobel(light: Folder, tmp_path: Path) -> Path:
     return Path(shutil.copytree(light("filters.sobel"), tmp_path / "copy" / "filters.sobel.chiasm"))
 
 
+@pytest.fixture
+def alarm() -> Iterator[None]:
+    """Ends a test that would wait for ever."""
+    before = signal.signal(signal.SIGALRM, lambda *_: pytest.fail("it waits for ever"))
+    signal.alarm(30)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
 def _bomb(path: Path) -> None:
     """A PNG that says to be 60000 x 60000."""
 
@@ -116,6 +126,33 @@ def test_images_that_cannot_be_read_or_written(light: Folder, photo: Path, tmp_p
     ):
         refused(run("run", bundle, photo, tmp_path / name), part)
     assert not list(tmp_path.glob("out*")) and not list(tmp_path.glob(".writing*"))
+
+
+def test_pipes_and_devices_are_refused(sobel: Path, photo: Path, tmp_path: Path, alarm: None) -> None:
+    out = tmp_path / "out.png"
+    os.mkfifo(tmp_path / "pipe.png")
+    refused(run("run", sobel, tmp_path / "pipe.png", out), "pipe.png", "not a regular file")
+    refused(run("run", sobel, "/dev/null", out), "/dev/null", "not a regular file")
+    for name in ("sbom.cdx.json", "forward.float32.onnx", "manifest.json"):
+        (sobel / name).unlink()
+        os.mkfifo(sobel / name)
+        refused(run("verify", sobel), name, "not a regular file")
+    for words in (("info", sobel), ("run", sobel, photo, out), ("pack", "edges", sobel, "-o", tmp_path)):
+        refused(run(*words), "manifest.json", "not a regular file")
+
+
+def test_links_out_of_a_bundle_are_refused(sobel: Path, photo: Path, tmp_path: Path) -> None:
+    for name in ("provenance.json", "forward.float32.onnx", "manifest.json"):
+        (sobel / name).rename(tmp_path / name)
+        (sobel / name).symlink_to(tmp_path / name)
+        refused(run("pack", "edges", sobel, "-o", tmp_path / "dist"), name, "link that leaves")
+        refused(run("verify", sobel), name, "link that leaves")
+    refused(run("info", sobel), "manifest.json", "link that leaves", "put the file itself there")
+    (sobel / "manifest.json").unlink()
+    (tmp_path / "manifest.json").rename(sobel / "real.json")
+    (sobel / "manifest.json").symlink_to("real.json")
+    assert run("info", sobel).returncode == 0
+    assert not (tmp_path / "dist").exists()
 
 
 def test_settings_that_are_no_values(light: Folder, photo: Path, tmp_path: Path) -> None:

@@ -206,6 +206,62 @@ def test_secret_keys_that_are_none(keys: Path, tmp_path: Path) -> None:
         signing.read_secret_key(tmp_path / "key", lambda: PASSWORD)
 
 
+def test_a_damaged_key_signs_nothing(bundle: Path, keys: Path, tmp_path: Path) -> None:
+    """A key without a password has no checksum."""
+    lines = (keys / "plain.key").read_text().splitlines()
+    data = bytearray(base64.b64decode(lines[1]))
+    for place in (70, 110):  # in the secret half, and in the public one
+        data[place] ^= 1
+        (tmp_path / "key").write_text(f"{lines[0]}\n{base64.b64encode(data).decode()}\n")
+        data[place] ^= 1
+        code, text = chiasm("sign", tmp_path / "key", bundle)
+        assert code == 1 and "key: damaged" in text and text.count("\n") == 1, text
+        assert not (bundle / signing.SIGNATURE).exists()
+
+
+def test_a_signature_is_written_whole_and_through_no_link(bundle: Path, keys: Path, tmp_path: Path) -> None:
+    signature, victim = bundle / signing.SIGNATURE, tmp_path / "victim"
+    victim.write_text("mine")
+    signature.symlink_to(victim)
+    sign(bundle, keys)
+    assert victim.read_text() == "mine" and not signature.is_symlink()
+    before = signature.read_bytes()
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limit[1]))  # as on a disk that is full
+    try:
+        with pytest.raises(BundleError, match="minisig: File too large"):
+            sign(bundle, keys, "other")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert signature.read_bytes() == before
+    signing.check_signature(bundle, str(keys / "plain.pub"))  # and nothing else was left there
+
+
+def test_links_and_pipes_are_not_signed(bundle: Path, keys: Path, tmp_path: Path) -> None:
+    def refused(*arguments: str | Path) -> str:
+        command = [sys.executable, "-m", "chiasm.export", *map(str, arguments)]
+        environment = os.environ | {"PYTHONPATH": str(ROOT / "python")}
+        result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=30)
+        assert result.returncode == 1 and result.stderr.startswith("Error: "), result.stderr
+        return result.stderr
+
+    os.mkfifo(tmp_path / "pipe.key")
+    assert "pipe.key: not a regular file" in refused("sign", tmp_path / "pipe.key", bundle)
+    for name in ("golden.safetensors", "manifest.json"):
+        (bundle / name).rename(tmp_path / name)
+        (bundle / name).symlink_to(tmp_path / name)
+        said = refused("sign", keys / "plain.key", bundle)
+        assert f"{name}: is a link that leaves the bundle's folder" in said
+        (bundle / name).unlink()
+        os.mkfifo(bundle / name)
+        assert f"{name}: not a regular file" in refused("sign", keys / "plain.key", bundle)
+        (bundle / name).unlink()
+        (tmp_path / name).rename(bundle / name)
+    sign(bundle, keys)
+    said = refused("verify", bundle, "--key", tmp_path / "pipe.key")
+    assert "neither a minisign public key nor a file" in said
+
+
 def test_verify_with_a_key(bundle: Path, keys: Path) -> None:
     command = [sys.executable, "-m", "chiasm.export", "verify", str(bundle), "--key", str(keys / "plain.pub")]
     environment = os.environ | {"PYTHONPATH": str(ROOT / "python")}

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..export.files import MOST_OF_FILE, read_regular
 from .errors import DataError
 
 _MANIFEST, _SIGNATURE = "manifest.json", "manifest.json.minisig"
@@ -33,7 +34,7 @@ class Parcel:
     def of(cls, path: Path) -> Parcel:
         """Read the files of a bundle that the runtime has opened, and compare their hashes."""
         try:
-            files = {file.name: file.read_bytes() for file in sorted(path.iterdir())}
+            files = {file.name: read_regular(file, MOST_OF_FILE) for file in sorted(path.iterdir())}
         except OSError as error:
             raise DataError(f"{error.filename}: {error.strerror}") from error
         for entry in _entries(json.loads(files[_MANIFEST])):
@@ -68,7 +69,9 @@ class Parcel:
 
     def _is_at(self, folder: Path) -> bool:
         try:
-            found = {file.name: file.read_bytes() for file in folder.iterdir()}
+            found = {
+                file.name: file.is_file() and read_regular(file, MOST_OF_FILE) for file in folder.iterdir()
+            }
         except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
             return False
         return found == self.files

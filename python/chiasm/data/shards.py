@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..export.files import MOST_OF_IMAGE, read_regular
 from ..export.text import one_line
 from .errors import DataError
 from .mapping import ERROR, Map
@@ -172,7 +173,8 @@ def _mapped(shard: Shard, mapping: Map) -> Iterator[Any]:
                 yield mapping(empty_batch(file.schema_arrow))
         return
     if shard.kind == "images":
-        members = ((name, lambda name=name: (Path(shard.root) / name).read_bytes()) for name in shard.names)
+        root = Path(shard.root)
+        members = ((name, lambda name=name: read_regular(root / name, MOST_OF_IMAGE)) for name in shard.names)
     else:
         members = _members(Path(shard.root) / shard.names[0])
     some, batch = False, []

@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import re
 import struct
-import tempfile
 import warnings
 from pathlib import Path
 from typing import Any
@@ -20,6 +18,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageOps, UnidentifiedImageError
 
+from .files import MOST_OF_IMAGE, read_regular, write_whole
 from .manifest import BundleError, read_manifest
 from .text import one_line
 
@@ -86,7 +85,7 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # large images: what is far too large is an error
-            data = Path(path).read_bytes() if data is None else data
+            data = read_regular(path, MOST_OF_IMAGE) if data is None else data
             with Image.open(io.BytesIO(data)) as image:
                 # By default a decoder gets 64 KiB at a time, and a JPEG of 140 KB takes it twice as long
                 image.decodermaxblock = len(data)
@@ -218,27 +217,13 @@ def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
         array = array[..., 0]
     elif tensor["color"] == "BGR":
         array = array[..., ::-1]
-    scratch = None
     try:
         encoded = io.BytesIO()  # not right to the file: Pillow takes no notice of a disk that is full
         Image.fromarray(np.ascontiguousarray(array)).save(
             encoded, Image.registered_extensions()[path.suffix.lower()]
         )
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".writing-", delete=False) as file:
-            scratch = Path(file.name)
-            file.write(encoded.getbuffer())
-        scratch.chmod(0o666 & ~_umask())
-        os.replace(scratch, path)
+        write_whole(path, encoded.getbuffer())
     except (OSError, ValueError, KeyError) as error:
         raise BundleError(
             f"{path}: cannot be written: {one_line(getattr(error, 'strerror', None) or error)}"
         ) from error
-    finally:
-        if scratch is not None:
-            scratch.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

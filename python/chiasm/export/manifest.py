@@ -3,8 +3,10 @@ bundles can use it."""
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
+import os
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -13,12 +15,15 @@ from typing import Any
 import jsonschema
 
 from ..packs import SUFFIX as SUFFIX
+from .files import read_regular
 
 SCHEMA_VERSION = 3
 #: GPUs that native code is compiled for, by their compute capability.
 GPUS = ("sm_80", "sm_86", "sm_89", "sm_90", "sm_100", "sm_120")
 FORMATS = ("torchscript", "onnx", "native")
 METHODS = ("forward", "vjp")
+#: The most bytes of a manifest, as for the runtime (runtime/core/manifest.h).
+_MOST_OF_MANIFEST = 16 << 20
 
 
 class BundleError(RuntimeError):
@@ -38,15 +43,24 @@ def sha256(data: bytes) -> str:
 
 def read_manifest(bundle: Path) -> dict[str, Any]:
     """The manifest of a bundle, checked against the schema."""
-    file = bundle / "manifest.json"
+    return parse_manifest(bundle, manifest_text(bundle))
+
+
+def manifest_text(bundle: Path) -> bytes:
+    """The manifest's bytes, of whatever they are."""
     try:
-        text = file.read_bytes()
+        return read_inside(bundle, "manifest.json", _MOST_OF_MANIFEST)
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError) as error:
         raise BundleError(
             f"{bundle}: not a bundle: it has no manifest.json (`chiasm export --help` makes one)"
         ) from error
     except OSError as error:
-        raise BundleError(f"{file}: {error.strerror}") from error
+        raise BundleError(f"{bundle / 'manifest.json'}: {error.strerror}") from error
+
+
+def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
+    """The manifest that these bytes of a bundle are, checked against the schema."""
+    file = bundle / "manifest.json"
     try:
         manifest = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -70,7 +84,7 @@ def read_file(bundle: Path, entry: dict[str, Any]) -> bytes:
     """A file of the bundle whose size and hash are those of its manifest entry."""
     path = bundle / entry["file"]
     try:
-        data = path.read_bytes()
+        data = read_inside(bundle, entry["file"], entry["size"])
     except OSError as error:
         raise BundleError(f"{path}: {error.strerror}") from error
     if len(data) != entry["size"]:
@@ -80,3 +94,17 @@ def read_file(bundle: Path, entry: dict[str, Any]) -> bytes:
     if sha256(data) != entry["sha256"]:
         raise BundleError(f"{path}: sha256 differs from the manifest's: damaged or tampered with")
     return data
+
+
+def read_inside(bundle: Path, name: str, most: int) -> bytes:
+    """The content of a file in the bundle's folder, of at most `most` bytes.
+
+    Raises:
+        OSError: as `read_regular`; or that it is a link out of the folder, which the runtime refuses.
+    """
+    path = bundle / name
+    target = Path(os.path.realpath(path))
+    if path.is_symlink() and not target.is_relative_to(os.path.realpath(bundle)):
+        what = f"is a link that leaves the bundle's folder, to {target}: put the file itself there"
+        raise OSError(errno.ELOOP, what, str(path))
+    return read_regular(path, most)

@@ -20,7 +20,8 @@ from chiasm import __version__
 
 from ..packs import GROUP, SUFFIX
 from .errors import ExportError
-from .manifest import read_file, read_manifest
+from .files import MOST_OF_FILE
+from .manifest import BundleError, read_file, read_inside, read_manifest
 
 #: The oldest time that a zip archive can hold, in seconds since 1970: of what says no other.
 _EPOCH = 315532800
@@ -80,8 +81,11 @@ def _contents(bundle: Path, manifest: dict, folder: str) -> dict[str, bytes]:
     for method in manifest["methods"].values():
         for artifact in method["artifacts"]:
             read_file(bundle, artifact)
-    files = sorted(file for file in bundle.rglob("*") if file.is_file())
-    return {f"{folder}/{file.relative_to(bundle).as_posix()}": file.read_bytes() for file in files}
+    names = sorted(file.relative_to(bundle).as_posix() for file in bundle.rglob("*") if file.is_file())
+    try:
+        return {f"{folder}/{name}": read_inside(bundle, name, MOST_OF_FILE) for name in names}
+    except OSError as error:
+        raise BundleError(f"{error.filename}: {error.strerror}") from error
 
 
 def _glibcs(manifest: dict) -> set[tuple[int, int]]:

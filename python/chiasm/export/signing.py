@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import ExportError
-from .manifest import BundleError, read_file, read_manifest
+from .files import MOST_OF_KEY, read_regular, write_whole
+from .manifest import BundleError, manifest_text, parse_manifest, read_file, read_inside
 
 SIGNATURE = "manifest.json.minisig"
 _UNTRUSTED, _TRUSTED = "untrusted comment: ", "trusted comment: "
@@ -37,7 +38,7 @@ def read_secret_key(file: Path, ask_password: Callable[[], str]) -> SecretKey:
         ExportError: the file is no such key, or the password is wrong.
     """
     try:
-        lines = file.read_text().splitlines()
+        lines = read_regular(file, MOST_OF_KEY).decode().splitlines()
         data = base64.b64decode(lines[1], validate=True)
     except OSError as error:
         raise ExportError(f"{file}: {error.strerror}") from error
@@ -61,7 +62,15 @@ def read_secret_key(file: Path, ask_password: Callable[[], str]) -> SecretKey:
         raise ExportError(
             f"{file}: the password is wrong" if protected else f"{file}: damaged: its checksum is another"
         )
-    return SecretKey(body[:8], body[8:])
+    key = SecretKey(body[:8], body[8:])
+    try:
+        _signature(b"", key)  # a key without a password has no checksum
+    except BundleError as error:
+        raise ExportError(
+            f"{file}: damaged: its public half does not prove what its secret half signs: use a copy of it,"
+            " or make another (`minisign -G`)"
+        ) from error
+    return key
 
 
 def _scrypt(file: Path, password: str, salt: bytes, opslimit: int, memlimit: int) -> bytes:
@@ -92,10 +101,20 @@ def sign(bundle: str | Path, key: SecretKey) -> Path:
     Raises:
         BundleError: a file is not what the manifest says: what is damaged is not signed.
     """
+    folder, target = Path(bundle), Path(bundle) / SIGNATURE
+    message = manifest_text(folder)
+    _prove(folder, message)
+    try:
+        write_whole(target, _signature(message, key))
+    except OSError as error:
+        raise BundleError(f"{target}: {error.strerror}") from error
+    return target
+
+
+def _signature(message: bytes, key: SecretKey) -> bytes:
+    """The text of a signature file, which the key's public half proves (else BundleError)."""
     from chiasm import _runtime
 
-    folder = Path(bundle)
-    message = _proved_manifest(folder)
     signature = _runtime.sign(hashlib.blake2b(message).digest(), key.key)
     comment = f"timestamp:{int(time.time())}\tfile:manifest.json\thashed"
     lines = [
@@ -104,13 +123,13 @@ def sign(bundle: str | Path, key: SecretKey) -> Path:
         f"{_TRUSTED}{comment}",
         base64.b64encode(_runtime.sign(signature + comment.encode(), key.key)).decode(),
     ]
-    target = folder / SIGNATURE
+    text = ("\n".join(lines) + "\n").encode()
+    public = base64.b64encode(b"Ed" + key.id + key.key[32:]).decode()
     try:
-        target.write_text("\n".join(lines) + "\n")
-    except OSError as error:
-        target.unlink(missing_ok=True)
-        raise BundleError(f"{target}: {error.strerror}") from error
-    return target
+        _runtime.verify_signature(message, text, public, "the signature just made")
+    except _runtime.ChiasmError as error:
+        raise BundleError(str(error)) from error
+    return text
 
 
 def check_signature(bundle: str | Path, key: str) -> str:
@@ -125,17 +144,17 @@ def check_signature(bundle: str | Path, key: str) -> str:
     from chiasm import _runtime
 
     folder, file = Path(bundle), Path(bundle) / SIGNATURE
+    message = manifest_text(folder)
     if not file.exists():
         raise BundleError(f"{folder}: is not signed: there is no {SIGNATURE} in it (`chiasm sign` makes one)")
     try:
-        comment = _runtime.verify_signature(
-            (folder / "manifest.json").read_bytes(), file.read_bytes(), read_public_key(key), str(file)
-        )
+        signature = read_inside(folder, SIGNATURE, MOST_OF_KEY)
+        comment = _runtime.verify_signature(message, signature, read_public_key(key), str(file))
     except OSError as error:
-        raise BundleError(f"{error.filename}: {error.strerror}") from error
+        raise BundleError(f"{file}: {error.strerror}") from error
     except _runtime.ChiasmError as error:
         raise BundleError(str(error)) from error
-    _proved_manifest(folder)
+    _prove(folder, message)
     return comment.decode(errors="replace")
 
 
@@ -157,7 +176,7 @@ def read_public_key(key: str) -> str:
     except binascii.Error:
         pass
     try:
-        return Path(key).read_text()
+        return read_regular(key, MOST_OF_KEY).decode()
     except (OSError, ValueError) as error:
         raise BundleError(
             f"{key}: neither a minisign public key nor a file that holds one:"
@@ -165,9 +184,9 @@ def read_public_key(key: str) -> str:
         ) from error
 
 
-def _proved_manifest(folder: Path) -> bytes:
-    """The manifest's bytes, where each file that it names is what it says and there is no other."""
-    manifest = read_manifest(folder)
+def _prove(folder: Path, message: bytes) -> None:
+    """Refuse a bundle where a file is not what these bytes, its manifest, say, or where there is another."""
+    manifest = parse_manifest(folder, message)
     entries = [a for method in manifest["methods"].values() for a in method["artifacts"]]
     entries += [manifest["golden"], *manifest.get("documents", {}).values()]
     for entry in entries:
@@ -178,4 +197,3 @@ def _proved_manifest(folder: Path) -> bytes:
             f"{folder} has {min(others)!r}, which its manifest does not name: remove it, or export the bundle"
             " again"
         )
-    return (folder / "manifest.json").read_bytes()

@@ -1,0 +1,55 @@
+"""Files read and written whole. What imports it needs nothing but the standard library."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+#: The most bytes of a bundle's file, as for the runtime (runtime/core/manifest.cpp).
+MOST_OF_FILE = 1 << 40
+#: The most bytes of an image file: of 180 million pixels, which Pillow takes at most, of 64 bits each.
+MOST_OF_IMAGE = 1 << 31
+#: The most bytes of a key or a signature, as for the runtime (runtime/core/minisign.h).
+MOST_OF_KEY = 1 << 14
+
+
+def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
+    """The content of a file of at most `most` bytes.
+
+    Raises:
+        OSError: what the system says; or that it is a pipe or a device, which may have no end and no
+            beginning, or a longer file.
+    """
+    # O_NONBLOCK: the opening of a pipe must not wait for who writes it
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            what = "not a regular file but a pipe or a device: write its content to a file first"
+            raise OSError(errno.EINVAL, what, str(path))
+        if status.st_size > most:
+            raise OSError(errno.EFBIG, f"has {status.st_size} bytes, expected at most {most}", str(path))
+        return file.read(status.st_size)
+
+
+def write_whole(path: Path, data: bytes | memoryview) -> None:
+    """Write a file, in place of one that is there (of a link, not of what it leads to), whole or not at
+    all."""
+    scratch = None
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".writing-", delete=False) as file:
+            scratch = Path(file.name)
+            file.write(data)
+        scratch.chmod(0o666 & ~_umask())
+        os.replace(scratch, path)
+    finally:
+        if scratch is not None:
+            scratch.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
