@@ -9,13 +9,19 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from .export.ending import ended
+
 #: Where a wheel has what a C or C++ program is built with.
 _FOLDERS = {"--cmakedir": "lib/cmake/chiasm", "--includedir": "include", "--libdir": "lib"}
 
 
 def main() -> None:
     """Do what the arguments say."""
-    arguments = sys.argv[1:]
+    with ended():
+        _do(sys.argv[1:])
+
+
+def _do(arguments: list[str]) -> None:
     if len(arguments) == 1 and arguments[0] in _FOLDERS:
         print(_folder(_FOLDERS[arguments[0]]))
     elif arguments == ["doctor"]:

@@ -1,6 +1,7 @@
 """`Map` on NumPy and Arrow batches, without an engine. What it gives is compared with chiasm.runtime."""
 
 import io
+import os
 import pickle
 import shutil
 import subprocess
@@ -393,7 +394,7 @@ def test_a_bundle_travels_in_the_pickle(tmp_path: Path, monkeypatch: pytest.Monk
     [copy] = copies
     assert sorted(p.name for p in Path(copy).parent.iterdir()) == ["renamed.chiasm"]
     # whatever happens to the copy, what runs is what was sent
-    for damage in ("change", "extra", "missing", "file", "link"):
+    for damage in ("change", "extra", "missing", "pipe", "file", "link"):
         folder = Path(copy)
         if damage == "change":
             file = folder / "forward.float32.x86-64-v3.pt2"
@@ -402,6 +403,9 @@ def test_a_bundle_travels_in_the_pickle(tmp_path: Path, monkeypatch: pytest.Monk
             (folder / "more").write_text("")
         elif damage == "missing":
             (folder / "manifest.json").unlink()
+        elif damage == "pipe":
+            (folder / "manifest.json").unlink()
+            os.mkfifo(folder / "manifest.json")
         else:
             shutil.rmtree(folder)
             folder.write_text("") if damage == "file" else folder.symlink_to("/nowhere")
@@ -419,6 +423,10 @@ def test_a_damaged_bundle_is_not_sent(tmp_path: Path) -> None:
     shutil.copytree(SOBEL, bundle)
     (bundle / "forward.float32.onnx").write_bytes(b"other")
     with pytest.raises(DataError, match=r"forward\.float32\.onnx"):
+        Map(bundle)
+    (bundle / "forward.float32.onnx").unlink()
+    os.mkfifo(bundle / "forward.float32.onnx")
+    with pytest.raises(DataError, match=r"forward\.float32\.onnx: not a regular file"):
         Map(bundle)
 
 

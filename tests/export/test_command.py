@@ -40,11 +40,13 @@ def run(*arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.CompletedProcess(arguments, result.exit_code, result.stdout, result.stderr)
 
 
-def spawn(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
+def spawn(
+    *arguments: object, module: str = "chiasm.export", **options: object
+) -> subprocess.CompletedProcess[str]:
     """The command in a process of its own."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "python"), "COLUMNS": "200"}
     return subprocess.run(
-        [*COMMAND, *map(str, arguments)],
+        [sys.executable, "-m", module, *map(str, arguments)],
         env=environment,
         stdin=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -198,6 +200,8 @@ def test_a_full_disk_leaves_nothing(light: Folder, photo: Path, tmp_path: Path) 
     assert not list(tmp_path.iterdir())
     with open("/dev/full", "w") as full:
         refused(spawn("info", "--json", bundle, stdout=full), "No space left")
+        for words in (["doctor"], ["list", "--installed"], ["--help"], ["info", "--help"]):
+            refused(spawn(*words, module="chiasm", stdout=full), "No space left")
 
 
 def test_a_bundle_that_cannot_be_written_leaves_what_was_there(light: Folder, tmp_path: Path) -> None:
@@ -344,13 +348,44 @@ def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     assert not list(tmp_path.glob(".writing*"))
 
 
+def test_an_interrupt_of_the_imports_is_one_line(tmp_path: Path) -> None:
+    # What is imported first by the command waits for the interrupt
+    (tmp_path / "click.py").write_text("import time\nprint('importing', flush=True)\ntime.sleep(100)\n")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "chiasm", "list"],
+        env=os.environ | {"PYTHONPATH": f"{tmp_path}:{ROOT / 'python'}"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    assert process.stdout is not None and process.stdout.readline() == "importing\n"
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=15)
+    assert process.returncode == 130 and stderr == "Error: interrupted\n"
+
+
+def test_a_closed_stdout(light: Folder) -> None:
+    bundle = light("filters.sobel")
+    for words in (f"chiasm info {bundle}", "chiasm doctor", "chiasm --help"):
+        done = subprocess.run(
+            f"{sys.executable} -m {words} >&-",
+            shell=True,
+            env=os.environ | {"PYTHONPATH": str(ROOT / "python")},
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=100,
+        )
+        assert done.returncode == 0 and not done.stderr, done.stderr
+
+
 def test_a_reader_that_leaves(sobel: Path) -> None:
     manifest = json.loads((sobel / "manifest.json").read_text())
     # More than a pipe holds
     (sobel / "manifest.json").write_text(json.dumps(manifest | {"summary": "long" * 100_000}))
-    for arguments in ("info --json", "info"):
+    for words in (f"chiasm.export info --json {sobel}", f"chiasm.export info {sobel}", "chiasm doctor"):
         done = subprocess.run(
-            f"{sys.executable} -m chiasm.export {arguments} {sobel} | head -c 1",
+            f"{sys.executable} -m {words} | {'true' if 'doctor' in words else 'head -c 1'}",
             shell=True,
             env=os.environ | {"PYTHONPATH": str(ROOT / "python")},
             capture_output=True,

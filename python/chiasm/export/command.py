@@ -6,14 +6,13 @@ from __future__ import annotations
 import atexit
 import gc
 import os
-import signal
-import sys
 from collections.abc import Callable
 from typing import Any
 
 import click
 
 from ..extras import advice
+from .ending import ended, fail
 from .errors import ExportError
 from .manifest import BundleError
 from .text import one_line, plain
@@ -47,51 +46,37 @@ class Group(click.Group):
     """Commands whose exceptions become one line on stderr: exit status 2 where the command was typed wrong,
     130 where it was interrupted, else 1."""
 
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        with ended():  # `--help` is written before `invoke`
+            return super().main(*args, **kwargs)
+
     def invoke(self, ctx: click.Context) -> Any:
         # Else Python looks through all of torch's objects for garbage before it ends, which takes 1.2 s
         atexit.register(gc.freeze)
-        try:
-            result = super().invoke(ctx)
-            sys.stdout.flush()  # what cannot be written is known here, not when the interpreter ends
-            return result
-        except click.UsageError as error:
-            command = error.ctx.command_path if error.ctx else "chiasm"
-            _fail(f"{one_line(error.format_message())} (`{command} --help` shows an example)", 2)
-        except ExportError as error:
-            _fail(plain(str(error)), 1)
-        except BundleError as error:
-            _fail(one_line(error), 1)
-        except (KeyboardInterrupt, click.Abort):
-            _fail("interrupted", 130)
-        except BrokenPipeError:
-            # Nobody reads any more; what is buffered goes nowhere
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            raise SystemExit(128 + signal.SIGPIPE) from None
-        except MemoryError:
-            _fail("out of memory", 1)
-        except OSError as error:
-            _fail(f"{': '.join(str(part) for part in (error.filename, error.strerror or error) if part)}", 1)
-        except (click.ClickException, click.exceptions.Exit):
-            raise
-        except Exception as error:
-            if isinstance(error, ImportError) and (what := advice(error)):
-                _fail(what, 1)
-            # The runtime's, which cannot be imported where the runtime is not, and chiasm.data's
-            if type(error).__name__ in ("ChiasmError", "DataError"):
-                _fail(one_line(error), 1)
-            if os.environ.get(TRACEBACK):
+        with ended():
+            try:
+                return super().invoke(ctx)
+            except click.UsageError as error:
+                command = error.ctx.command_path if error.ctx else "chiasm"
+                fail(f"{one_line(error.format_message())} (`{command} --help` shows an example)", 2)
+            except ExportError as error:
+                fail(plain(str(error)), 1)
+            except BundleError as error:
+                fail(one_line(error), 1)
+            except click.Abort:
+                fail("interrupted", 130)
+            except (click.ClickException, click.exceptions.Exit, MemoryError, OSError):
                 raise
-            _fail(
-                f"internal error: {type(error).__name__}: {one_line(error)}: please report it; {TRACEBACK}=1"
-                " shows where it comes from",
-                1,
-            )
-
-
-def _fail(message: str, status: int) -> None:
-    try:
-        click.echo(f"Error: {message}", err=True)
-        sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    raise SystemExit(status) from None
+            except Exception as error:
+                if isinstance(error, ImportError) and (what := advice(error)):
+                    fail(what, 1)
+                # The runtime's, which cannot be imported where the runtime is not, and chiasm.data's
+                if type(error).__name__ in ("ChiasmError", "DataError"):
+                    fail(one_line(error), 1)
+                if os.environ.get(TRACEBACK):
+                    raise
+                fail(
+                    f"internal error: {type(error).__name__}: {one_line(error)}: please report it;"
+                    f" {TRACEBACK}=1 shows where it comes from",
+                    1,
+                )
