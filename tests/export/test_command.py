@@ -474,6 +474,14 @@ def test_numbers_have_all_sixteen_bits_and_the_colour_order_that_is_asked_for(tm
     assert np.array_equal(np.rint(bgr[0] * 255), colour[..., ::-1].transpose(2, 0, 1))
 
 
+def test_a_pgm_of_16_bits_is_read_as_by_opencv(tmp_path: Path) -> None:
+    values = np.random.default_rng(0).integers(0, 65536, (9, 7), np.uint16)
+    assert cv2.imwrite(str(tmp_path / "deep.pgm"), values)
+    read = read_image(tmp_path / "deep.pgm")
+    assert read.dtype == np.uint16
+    np.testing.assert_array_equal(read[..., 0], cv2.imread(str(tmp_path / "deep.pgm"), cv2.IMREAD_UNCHANGED))
+
+
 def test_a_photograph_on_its_side_is_processed_upright(light: Folder, tmp_path: Path) -> None:
     exif = Image.Exif()
     exif[0x0112] = 6

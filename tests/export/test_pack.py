@@ -63,6 +63,13 @@ def test_the_same_bundles_give_the_same_bytes(
     third, _ = pack("colors", bundles, tmp_path / "c")
     with zipfile.ZipFile(third) as archive:
         assert {entry.date_time for entry in archive.infolist()} == {(2023, 11, 14, 22, 13, 20)}
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "253402300799")  # later than a zip archive can say
+    last, _ = pack("colors", bundles, tmp_path / "d")
+    with zipfile.ZipFile(last) as archive:
+        assert {entry.date_time[0] for entry in archive.infolist()} == {2107}
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "soon")
+    with pytest.raises(ExportError, match="SOURCE_DATE_EPOCH: expected seconds since 1970"):
+        pack("colors", bundles, tmp_path / "e")
 
 
 def test_what_is_there_is_left_alone_and_what_is_half_is_not(bundles: list[Path], tmp_path: Path) -> None:

@@ -307,7 +307,13 @@ def no_dropout(input: Tensor) -> Tensor:
     return F.dropout(input, 0.5, training=False) + 1
 
 
-@pytest.mark.parametrize("fn", [own_copy, other_dtype, no_dropout])
+def without_gradients(input: Tensor) -> Tensor:
+    with torch.no_grad():
+        factor = input * 2
+    return input + factor
+
+
+@pytest.mark.parametrize("fn", [own_copy, other_dtype, no_dropout, without_gradients])
 def test_writing_into_what_is_its_own(fn, tmp_path: Path) -> None:
     bundle = export(
         fn,
@@ -387,6 +393,16 @@ def test_a_branch_that_training_alone_takes_is_not_read() -> None:
     check_script("test.op", torch.jit.script(Net().eval()), {"input": ("float32",)})
     with pytest.raises(ExportError, match=r"random|keeps"):
         check_script("test.op", torch.jit.script(Net()), {"input": ("float32",)})
+
+
+def test_an_unpacking_that_cannot_happen_is_read(tmp_path: Path) -> None:
+    """PyTorch's encoder has branches for shapes of other lengths."""
+    encoder = nn.TransformerEncoderLayer(8, 2, batch_first=True).eval()
+    spec = Spec("test.encoder", [TensorSpec("input", ("B", "N", 8))], symbols={"N": (2, 64)})
+    bundle = export(encoder, spec, tmp_path, formats=["torchscript"], methods=["forward"])
+    x = torch.rand(2, 7, 8)
+    got = chiasm.runtime.open(bundle).method("forward", backend="torch")(x)
+    torch.testing.assert_close(got, encoder(x).detach())
 
 
 # --- modules are left as they were --------------------------------------------------------------------------

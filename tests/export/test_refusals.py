@@ -1,6 +1,8 @@
 """What a spec, a function or its results cannot be: one sentence each that names it, and says what to do."""
 
 import functools
+import os
+import resource
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Tuple
 
@@ -303,9 +305,42 @@ def _of_a_session() -> object:
     return namespace["typed_in"]
 
 
+class Doubled(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, x):
+        return x * 2
+
+    @staticmethod
+    def backward(ctx, gradient):
+        return gradient * 2
+
+
+def by_python(input: Tensor) -> Tensor:
+    return Doubled.apply(input)
+
+
+class NeverEvaluates(nn.Module):
+    def forward(self, input: Tensor) -> Tensor:
+        return input + 1
+
+    def train(self, mode: bool = True) -> nn.Module:
+        raise RuntimeError("no train")
+
+
 @pytest.mark.parametrize(
     ("fn", "message"),
     [
+        (by_python, r"return Doubled.apply\(input\)\n.*\n.*cannot hold an autograd.Function"),
+        (NeverEvaluates(), r"NeverEvaluates.eval\(\) raises RuntimeError: no train: make it work"),
+        (nn.Conv2d(3, 2, 1, device="meta"), "'weight' is on the device meta, expected cpu: give it values"),
+        (nn.LazyConv2d(2, 1), "'weight' has no shape yet: call it once with an example"),
+        (nn.DataParallel(nn.ReLU()), r"DataParallel\) has the module inside it: export fn.module"),
+        (torch.compile(nn.ReLU()), "torch.compile made of a module: export fn._orig_mod"),
+        (torch.jit.script(nn.ReLU()), "torch.jit.script made of a module: export that module"),
+        (
+            nn.utils.parametrizations.weight_norm(nn.Conv2d(3, 2, 1)),
+            r"parametrized weights\n.*remove_parametrizations",
+        ),
         (percentile, r"input - np.percentile\(input, 5\)\n.*\n.*torch.quantile"),
         (through_numpy, r"input.numpy\(\), 0, 1.*\n.*\n.*NumPy cannot be exported"),
         (branches, r"if input.mean\(\) > 0.5:\n.*\n.*torch.where"),
@@ -330,8 +365,9 @@ def _of_a_session() -> object:
 def test_functions_that_cannot_be_exported(
     fn, message: str, tmp_path: Path, capfd: pytest.CaptureFixture
 ) -> None:
+    spec = Spec("test.op", [image(channels=3)]) if isinstance(fn, nn.Conv2d) else IMAGE
     with pytest.raises(ExportError, match=message) as caught:
-        export(fn, IMAGE, tmp_path, formats=["torchscript", "onnx"], methods=["forward"])
+        export(fn, spec, tmp_path, formats=["torchscript", "onnx"], methods=["forward"])
     assert (
         "\x1b" not in str(caught.value)
         and "site-packages" not in str(caught.value)
@@ -383,6 +419,70 @@ def test_native_code_without_a_compiler(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("CXX", "no-such-compiler")
     with pytest.raises(ExportError, match=r"^no-such-compiler cannot be run: No such file.*needs g\+\+"):
         export(plus, numbers(gradients=()), tmp_path, formats=("native",))
+    for compiler, message in (
+        ("true", "true did not write signature.o"),
+        ("false", "exit status 1, without"),
+    ):
+        monkeypatch.setenv("CXX", compiler)
+        with pytest.raises(ExportError, match=message):
+            export(plus, numbers(gradients=()), tmp_path, formats=("native",))
+
+
+def test_a_cache_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    for cache in (tmp_path / "file", tmp_path / "file" / "below", Path("/proc/nope")):
+        monkeypatch.setenv("CHIASM_CACHE", str(cache))
+        with pytest.raises(ExportError, match=f"cannot be kept in {cache}: .*: set CHIASM_CACHE to"):
+            export(plus, numbers(gradients=()), tmp_path, formats=("native",))
+    monkeypatch.delenv("CHIASM_CACHE")
+    monkeypatch.setenv("HOME", str(tmp_path / "file"))
+    with pytest.raises(ExportError, match=r"cannot be kept in .*\.cache/chiasm: Not a directory"):
+        export(plus, numbers(gradients=()), tmp_path, formats=("native",))
+
+
+def test_what_is_damaged_in_the_cache_is_compiled_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CHIASM_CACHE", str(tmp_path / "cache"))
+
+    def code() -> bytes:
+        bundle = export(plus, numbers(gradients=()), tmp_path, formats=("native",), methods=("forward",))
+        return (bundle / "forward.float32.x86-64-v3.pt2").read_bytes()
+
+    good = code()
+    [entry] = (tmp_path / "cache" / "native").iterdir()
+    for damage in ("flipped", "cut", "folder", "pipe"):
+        entry.unlink()
+        if damage == "flipped":
+            entry.write_bytes(good[:1000] + bytes([good[1000] ^ 1]) + good[1001:])
+        elif damage == "cut":
+            entry.write_bytes(good[:1000])
+        elif damage == "folder":
+            (entry / "below").mkdir(parents=True)
+        else:
+            os.mkfifo(entry)
+        assert code() == good == entry.read_bytes(), damage
+    assert list(entry.parent.iterdir()) == [entry]
+
+
+def test_a_full_disk_while_native_code_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CHIASM_CACHE", str(tmp_path / "cache"))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))  # no file may be larger
+    try:
+        with pytest.raises(ExportError, match=r"File too large\n  instead: make room on the disk"):
+            export(plus, numbers(gradients=()), tmp_path, formats=("native",), methods=("forward",))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("seconds", ["99999999999999999999", "9999999999999", "253402300800", "-1", "soon"])
+def test_a_time_that_is_none(seconds: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", seconds)
+    begun: list[str] = []
+    with pytest.raises(ExportError, match=f"SOURCE_DATE_EPOCH: expected seconds since 1970.*got '{seconds}'"):
+        export(plus, IMAGE, tmp_path, formats=("onnx",), progress=begun.append)
+    assert not begun
 
 
 def test_native_code_without_the_libraries_that_it_is_linked_with(

@@ -206,6 +206,12 @@ def test_secret_keys_that_are_none(keys: Path, tmp_path: Path) -> None:
         signing.read_secret_key(tmp_path / "key", lambda: PASSWORD)
 
 
+def test_a_password_of_other_bytes_is_said(bundle: Path, keys: Path, tmp_path: Path) -> None:
+    (tmp_path / "password").write_bytes(b"\xff\xfe\n")
+    code, text = chiasm("sign", keys / "protected.key", bundle, "--password-file", tmp_path / "password")
+    assert code == 1 and "not text in UTF-8" in text and text.count("\n") == 1, text
+
+
 def test_a_damaged_key_signs_nothing(bundle: Path, keys: Path, tmp_path: Path) -> None:
     """A key without a password has no checksum."""
     lines = (keys / "plain.key").read_text().splitlines()

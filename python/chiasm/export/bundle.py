@@ -15,6 +15,7 @@ import jsonschema
 import torch
 from safetensors.torch import load, save
 
+from .dates import given_time
 from .errors import ExportError
 from .manifest import SUFFIX, BundleError, read_file, schema, sha256
 
@@ -126,10 +127,8 @@ def clean_up(folder: Path, process: int) -> None:
 def _now() -> str:
     """The time in the manifest; that of $SOURCE_DATE_EPOCH where it is set, as reproducible builds have
     it."""
-    seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
-    if seconds and not seconds.isdecimal():
-        raise ExportError(f"SOURCE_DATE_EPOCH: expected seconds since 1970, got {seconds!r}")
-    moment = datetime.fromtimestamp(int(seconds), timezone.utc) if seconds else datetime.now(timezone.utc)
+    seconds = given_time()
+    moment = datetime.now(timezone.utc) if seconds is None else datetime.fromtimestamp(seconds, timezone.utc)
     return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 

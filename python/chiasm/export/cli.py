@@ -35,6 +35,8 @@ from .manifest import FORMATS, GPUS, METHODS, read_manifest
 from .text import one_line, plain
 
 console = Console(emoji=False)
+#: In bytes, as minisign has it.
+_MOST_OF_PASSWORD = 1024
 #: Of prctl: the signal for a process whose parent dies.
 _PR_SET_PDEATHSIG = 1
 
@@ -381,8 +383,14 @@ def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> No
     def password() -> str:
         if password_file is None:
             return click.prompt(f"Password of {key}", hide_input=True)
-        lines = password_file.read_text().splitlines()
-        return lines[0] if lines else ""
+        with open(password_file, "rb") as file:  # which may be a pipe: <(pass show minisign)
+            line = file.readline(_MOST_OF_PASSWORD)
+        try:
+            return line.decode().rstrip("\r\n")
+        except UnicodeDecodeError as error:
+            raise ExportError(
+                f"--password-file {password_file}: its first line is not text in UTF-8: write it so"
+            ) from error
 
     secret = signing.read_secret_key(key, password)
     for bundle in bundles:

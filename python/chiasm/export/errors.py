@@ -43,6 +43,10 @@ _LIBRARY = sysconfig.get_paths()["stdlib"]
 #: What an engine says, and what to do about it.
 _REMEDIES = (
     (
+        r"No space left on device|File too large|Disk quota exceeded",
+        "instead: make room on the disk, or set TMPDIR to a folder that has some (see also ulimit -f)",
+    ),
+    (
         r"\.numpy\(\) is not supported|array\(\)|__array__|numpy",
         (
             "instead: NumPy cannot be exported: use the function of torch that does the same (torch.quantile"
@@ -58,11 +62,15 @@ _REMEDIES = (
         "instead: write a function with def and typed arguments: TorchScript cannot read a lambda",
     ),
     (
-        r"qualified name|source.*(not|access)|OSError|get the source",
+        r"qualified name|source.*(not|access)|get (the )?source",
         (
             "instead: put the function into a file: TorchScript reads its source text, which an interactive"
             " session does not have"
         ),
+    ),
+    (
+        r"Could not export Python function call",
+        "instead: write it with torch's own functions: TorchScript cannot hold an autograd.Function",
     ),
     (
         r"variable number of arguments|keyword-only|\*args|\*\*kwargs|vararg",
@@ -207,6 +215,8 @@ def _reason(text: str) -> str:
         return f"the code does not allow every size that the spec's symbols do: {fact}"
     if summary := re.search(r"## Exception summary\s+<class '[^']+'>: (.+)", text):
         return re.sub(r"<OpOverload\(op='([^']+)'.*?\)>.*", r"\1", summary[1])
+    if text.startswith("C++ compile error") and (said := text.partition("Output:")[2].strip().splitlines()):
+        return f"C++ compile error: {next((line for line in said if 'error' in line.lower()), said[0])}"
     useful = [
         line
         for line in lines

@@ -89,13 +89,14 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
             with Image.open(io.BytesIO(data)) as image:
                 # By default a decoder gets 64 KiB at a time, and a JPEG of 140 KB takes it twice as long
                 image.decodermaxblock = len(data)
-                if image.mode in ("I", "F"):
+                deep_pgm = (image.format, image.mode) == ("PPM", "I")  # Pillow's form of 16 bits there
+                if image.mode in ("I", "F") and not deep_pgm:
                     raise BundleError(
                         f"{path}: pixels of 32 bits ({image.mode}): convert the image to 8 or 16 bits, or use"
                         " chiasm.runtime from Python"
                     )
                 turned = _turned(image)
-                if turned.mode.startswith("I;16"):
+                if deep_pgm or turned.mode.startswith("I;16"):
                     return np.asarray(turned).astype(np.uint16)[..., None]
                 turned = turned if turned.mode == "RGB" else turned.convert("RGB")
                 # Pillow writes either order as fast; NumPy turns one into the other in the time of a decoder

@@ -19,12 +19,13 @@ from pathlib import Path
 from chiasm import __version__
 
 from ..packs import GROUP, SUFFIX
+from .dates import given_time
 from .errors import ExportError
 from .files import MOST_OF_FILE
 from .manifest import BundleError, read_file, read_inside, read_manifest
 
-#: The oldest time that a zip archive can hold, in seconds since 1970: of what says no other.
-_EPOCH = 315532800
+#: The oldest time that a zip archive can hold, in seconds since 1970: of what says no other; and the last.
+_EPOCH, _LAST = 315532800, 4354819198
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
@@ -118,7 +119,7 @@ def _holds(wheel: Path, path: str, record: bytes) -> bool:
 
 def _write(target: Path, files: dict[str, bytes]) -> None:
     """Under another name until it is whole: an interrupted run leaves no half of a wheel."""
-    seconds = max(int(os.environ.get("SOURCE_DATE_EPOCH", _EPOCH)), _EPOCH)
+    seconds = min(max(given_time() or _EPOCH, _EPOCH), _LAST)
     part = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:

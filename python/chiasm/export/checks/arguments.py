@@ -14,6 +14,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from ..dates import given_time
 from ..errors import ExportError
 from ..manifest import FORMATS, METHODS, schema
 from ..spec import DEFAULT_SYMBOLS, Spec, TensorSpec, Tolerance
@@ -33,6 +34,7 @@ _INSTEAD = {
 
 def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> None:
     """Refuse wrong arguments of `export`."""
+    given_time()  # what is written last
     if not isinstance(spec, Spec):
         raise ExportError(
             f"spec: expected a chiasm.export.Spec, got {type(spec).__name__}: export(fn, Spec('my.op',"
@@ -212,6 +214,8 @@ def _check_function(fn: Any, spec: Spec) -> None:
     if inspect.isgeneratorfunction(fn) or inspect.iscoroutinefunction(fn) or inspect.isasyncgenfunction(fn):
         raise ExportError(f"{spec.name}: fn: a generator or coroutine cannot be exported: return tensors")
     is_module = isinstance(fn, nn.Module)
+    if is_module:
+        _check_module(fn, spec)
     try:
         signature = inspect.signature(fn.forward if is_module else fn)
     except (ValueError, TypeError):  # functions of torch itself have none
@@ -242,6 +246,25 @@ def _check_function(fn: Any, spec: Spec) -> None:
             f"{spec.name}: fn{signature} does not take the spec's inputs {inputs} and configuration"
             f" {sorted(spec.config)}: {error}{'' if is_module else hint}"
         ) from None
+
+
+def _check_module(module: nn.Module, spec: Spec) -> None:
+    """Refuse a module that stands for another, and one whose values are not here."""
+    what = f"{spec.name}: fn ({type(module).__name__})"
+    if isinstance(module, (nn.DataParallel, nn.parallel.DistributedDataParallel)):
+        raise ExportError(f"{what} has the module inside it: export fn.module")
+    if hasattr(module, "_orig_mod"):
+        raise ExportError(f"{what} is what torch.compile made of a module: export fn._orig_mod")
+    if isinstance(module, torch.jit.ScriptModule) and not isinstance(module, torch.jit.TopLevelTracedModule):
+        raise ExportError(f"{what} is what torch.jit.script made of a module: export that module")
+    for name, tensor in (*module.named_parameters(), *module.named_buffers()):
+        if nn.parameter.is_lazy(tensor):
+            raise ExportError(f"{what}: its {name!r} has no shape yet: call it once with an example first")
+        if tensor.device.type != "cpu":
+            advice = "give it values" if tensor.is_meta else "call fn.cpu()"
+            raise ExportError(
+                f"{what}: its {name!r} is on the device {tensor.device}, expected cpu: {advice} first"
+            )
 
 
 def check_inputs(

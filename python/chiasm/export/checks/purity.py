@@ -24,6 +24,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from torch.utils._pytree import tree_iter, tree_map
 
 from ..errors import ExportError, own_line
+from ..text import one_line
 
 _STATE = (
     "instead: make the state an input and an output of the op (of a module that learns, such as BatchNorm:"
@@ -263,8 +264,14 @@ def preserved(fn: Any) -> Iterator[None]:
     ]
     numbers = torch.get_rng_state(), random.getstate(), np.random.get_state()
     try:
-        if modules:
-            fn.eval()
+        try:
+            if modules:
+                fn.eval()
+        except Exception as error:
+            raise ExportError(
+                f"{type(fn).__name__}.eval() raises {type(error).__name__}: {one_line(error)}: make it work,"
+                " since a module is exported in evaluation mode"
+            ) from error
         yield
     finally:
         for module, saved in attributes:

@@ -46,7 +46,8 @@ def check_script(name: str, scripted: torch.jit.ScriptModule, dtypes: Mapping[st
     origins = _origins(graph, nodes, dtypes)
     for node in nodes:
         where = quoted_line(str(node.sourceRange()))
-        if node.kind() == "prim::SetAttr":
+        if node.kind() == "prim::SetAttr" and next(node.inputs()).node().kind() != "prim::CreateObject":
+            # Of an object that the op makes itself, such as torch.no_grad(), it is no state
             inputs = (quoted_line(str(v.node().sourceRange())) for v in node.inputs())
             raise impure(
                 name,
@@ -149,9 +150,8 @@ def _flows(
         "prim::TupleConstruct",
         "prim::ListConstruct",
     ):
-        yield from (
-            (o, origins[v.debugName()]) for o, v in zip(outputs, inputs[0].node().inputs(), strict=True)
-        )
+        # Of another length where the branch cannot be taken
+        yield from ((o, origins[v.debugName()]) for o, v in zip(outputs, inputs[0].node().inputs()))
     elif schema is None:
         yield from ((o, whole) for o in outputs)
     elif kind == "aten::to" and _casts(schema, inputs, whole, dtypes):

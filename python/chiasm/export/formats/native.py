@@ -13,6 +13,7 @@ import json
 import os
 import platform
 import re
+import shutil
 import subprocess
 import tempfile
 import warnings
@@ -29,6 +30,7 @@ from torch.export import ExportedProgram
 import chiasm
 
 from ..errors import ExportError, explain
+from ..files import MOST_OF_FILE, read_regular, write_whole
 from ..job import Artifact, ExportJob, Method
 from ..manifest import GPUS, sha256
 from ..patches.cuda import gpu_compiler, on_gpu
@@ -108,8 +110,21 @@ class NativeArtifact:
 
 
 def cache_folder() -> Path:
-    """Where compiled artifacts are kept between exports: $CHIASM_CACHE, or ~/.cache/chiasm."""
-    return Path(os.environ.get("CHIASM_CACHE") or Path.home() / ".cache" / "chiasm")
+    """Where compiled artifacts are kept between exports: $CHIASM_CACHE, or ~/.cache/chiasm; made where it is
+    not there yet."""
+    folder = Path(os.environ.get("CHIASM_CACHE") or Path.home() / ".cache" / "chiasm")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _not_kept(folder, error) from error
+    return folder
+
+
+def _not_kept(path: Path, error: OSError) -> ExportError:
+    return ExportError(
+        f"compiled code cannot be kept in {path}: {error.strerror}: set CHIASM_CACHE to a folder that can be"
+        " written and has room"
+    )
 
 
 def signature_text(
@@ -196,9 +211,12 @@ def to_native(
     if not ISAS[isa].sm and not gradient:
         use_kernels(source)
     entry = cache_folder() / "native" / f"{_key(source, spec, isa, signature, gradient)}.pt2"
-    if entry.exists():
+    if _kept(entry):
         return NativeCode(spec, isa, entry, None, program)
-    build = _begin(source, spec, isa, signature, after and after.build, gradient)
+    try:
+        build = _begin(source, spec, isa, signature, after and after.build, gradient)
+    except OSError as error:
+        raise explain(spec.name, f"native code ({isa})", error) from error
     return NativeCode(spec, isa, entry, build, program)
 
 
@@ -214,22 +232,22 @@ class NativeCode:
 
     def artifact(self) -> NativeArtifact:
         """The code, which is in the cache from then on."""
-        entry, why = self.entry, self.entry.with_suffix(".why")
-        if self.build is not None and not entry.exists():
-            artifact = self._linked(self.build)
-            entry.parent.mkdir(parents=True, exist_ok=True)
-            # A rename is atomic: two exports at once leave one whole file.
-            for path, data in (why, artifact.why.encode()), (entry, artifact.data):
-                if data:
-                    with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
-                        file.write(data)
-                    os.replace(file.name, path)
-        data = entry.read_bytes()
-        return (
-            NativeArtifact(data, needs_libtorch=False)
-            if _is_torch_free(data)
-            else NativeArtifact(data, needs_libtorch=True, why=why.read_text())
-        )
+        if artifact := _kept(self.entry):
+            return artifact
+        if self.build is None:
+            raise ExportError(f"{self.entry}: was removed while it was needed: export again")
+        artifact = self._linked(self.build)
+        try:
+            self.entry.parent.mkdir(exist_ok=True)
+            if self.entry.is_dir():
+                shutil.rmtree(self.entry)
+            # Renamed when whole: two exports at once leave one file
+            if artifact.why:
+                write_whole(_why(self.entry), artifact.why.encode())
+            write_whole(self.entry, artifact.data)
+        except OSError as error:
+            raise _not_kept(self.entry.parent, error) from error
+        return artifact
 
     def _linked(self, build: Build) -> NativeArtifact:
         try:
@@ -259,9 +277,24 @@ class NativeCode:
             self.build.close()
 
 
-def _is_torch_free(data: bytes) -> bool:
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        return "chiasm/op.so" in archive.namelist()
+def _kept(entry: Path) -> NativeArtifact | None:
+    """What the cache has under this name; None of what is not there, or is not as it was written."""
+    try:
+        data = read_regular(entry, MOST_OF_FILE)
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            names = archive.namelist()
+            if data != _package({name: archive.read(name) for name in names}):
+                return None
+        if "chiasm/op.so" in names:
+            return NativeArtifact(data, needs_libtorch=False)
+        return NativeArtifact(data, True, read_regular(_why(entry), MOST_OF_FILE).decode())
+    except Exception:  # of a damaged archive, of many kinds
+        return None
+
+
+def _why(entry: Path) -> Path:
+    """The file beside an artifact that says why it needs libtorch."""
+    return entry.with_suffix(".why")
 
 
 def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradient: bool) -> str:
@@ -279,7 +312,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
         isa,
         signature,
         torch.__version__,
-        run_tool([compiler_command(isa), "--version"]).splitlines()[0],
+        run_tool([compiler_command(isa), "--version"]).partition("\n")[0],
         _libraries_hash(isa),
         str(sorted(_settings(spec.vectorize, isa).items())),
         _LINK_OF[ISAS[isa].machine],
@@ -356,7 +389,10 @@ def run_tool(command: list[str]) -> str:
     except OSError as error:
         raise ExportError(f"{command[0]} cannot be run: {error.strerror}. {needs}") from error
     if done.returncode:
-        raise ExportError(f"{command[0]} failed:\n{done.stderr[-2000:]}\n{needs}")
+        said = done.stderr[-2000:].strip() or f"exit status {done.returncode}, without a message"
+        raise ExportError(f"{command[0]} failed:\n{said}\n{needs}")
+    if "-o" in command and not Path(written := command[command.index("-o") + 1]).exists():
+        raise ExportError(f"{command[0]} did not write {Path(written).name}: it is no C++ compiler. {needs}")
     return done.stdout
 
 

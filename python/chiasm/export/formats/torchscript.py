@@ -8,9 +8,10 @@ from collections.abc import Iterator
 
 import torch
 from torch import nn
+from torch.nn.utils import parametrize
 
 from ..checks.script_purity import check_script
-from ..errors import explain
+from ..errors import ExportError, explain
 from ..job import Artifact, ExportJob, Method
 from ..spec import Spec
 
@@ -38,6 +39,11 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
 
 def to_torchscript(module: nn.Module, spec: Spec) -> bytes:
     """The bytes of a `.pt`."""
+    if any(map(parametrize.is_parametrized, module.modules())):  # scripted, it would fail when it is run
+        raise ExportError(
+            f"{spec.name}: cannot be exported to TorchScript\n  because: it has parametrized weights\n"
+            "  instead: call torch.nn.utils.parametrize.remove_parametrizations first; their values are kept"
+        )
     try:
         scripted = torch.jit.script(module)
     except Exception as error:
@@ -46,7 +52,10 @@ def to_torchscript(module: nn.Module, spec: Spec) -> bytes:
         spec.name, scripted, {t.name: spec.dtypes if t.dtype == "T" else (t.dtype,) for t in spec.inputs}
     )
     buffer = io.BytesIO()
-    torch.jit.save(scripted, buffer)
+    try:
+        torch.jit.save(scripted, buffer)
+    except Exception as error:  # a call of Python, as an autograd.Function is
+        raise explain(spec.name, "TorchScript", error) from error
     return _anywhere(buffer)
 
 
