@@ -130,6 +130,15 @@ int32_t self_test(const std::shared_ptr<const Bundle>& bundle, const LoadRequest
   const Manifest& manifest = bundle->manifest();
   const Machine machine = this_machine(request.device_type, request.device_index);
   const std::string file = bundle->file_path(manifest.golden.file);
+  const auto has_its = [&request](const MethodSpec& spec) {
+    return std::any_of(spec.artifacts.begin(), spec.artifacts.end(),
+                       [&request](const Artifact& artifact) { return artifact.backend == request.backend; });
+  };
+  // One that has artifacts and is not here gets rows that say so
+  if (!request.backend.empty() && std::none_of(manifest.methods.begin(), manifest.methods.end(), has_its) &&
+      registry.find(request.backend) == nullptr) {
+    fail(CHIASM_UNAVAILABLE, registry.not_found(request.backend));
+  }
   bundle->check_trust(use_trust());
   const Bytes bytes = bundle->read(manifest.golden);
   const Stored stored = read_safetensors(bytes.data(), bytes.size(), file);

@@ -45,13 +45,19 @@ Trust make_trust(int32_t policy, const std::vector<std::string>& keys) {
 
 Trust from_environment() {
   const char* const name = std::getenv("CHIASM_TRUST_POLICY");
-  int32_t policy = name == nullptr || name[0] == '\0' ? CHIASM_TRUST_ANY : -1;
+  const std::vector<std::string> keys = split_path(std::getenv("CHIASM_TRUSTED_KEYS"));
+  const bool is_set = name != nullptr && name[0] != '\0';
+  if (!is_set && !keys.empty()) {
+    fail(CHIASM_INVALID_ARGUMENT,
+         "CHIASM_TRUSTED_KEYS is set and CHIASM_TRUST_POLICY is not: set it to signed, or to any");
+  }
+  int32_t policy = is_set ? -1 : CHIASM_TRUST_ANY;
   for (int32_t i = 0; policy < 0 && i < 3; ++i) policy = std::string_view(name) == kPolicyNames[i] ? i : -1;
   if (policy < 0) {
     fail(CHIASM_INVALID_ARGUMENT,
          std::string("CHIASM_TRUST_POLICY is '") + name + "', expected any, signed or data_only");
   }
-  return make_trust(policy, split_path(std::getenv("CHIASM_TRUSTED_KEYS")));
+  return make_trust(policy, keys);
 }
 
 }  // namespace

@@ -178,10 +178,11 @@ class PythonMethod {
     }
     if (given_count + named.size() == signature.count) return;
     for (const auto& item : named) {
-      const auto key = item.first.cast<std::string>();
+      const auto key = py::repr(item.first).cast<std::string>();  // it may be anything
       bool known = false;
-      for (size_t i = 0; i < signature.count; ++i) known = known || key == signature.tensors[i].name;
-      if (!known) throw fail(std::string("has no ") + signature.kind + " '" + key + "'");
+      for (size_t i = 0; i < signature.count; ++i)
+        known = known || key == "'" + std::string(signature.tensors[i].name) + "'";
+      if (!known) throw fail(std::string("has no ") + signature.kind + " " + key);
     }
   }
 

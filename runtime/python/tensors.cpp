@@ -106,6 +106,16 @@ bool is_torch_tensor(py::handle object) {
   return torch != nullptr && PyObject_TypeCheck(object.ptr(), torch->tensor) != 0;
 }
 
+// Whether it is of a subclass of NumPy's array that has a mask.
+bool is_masked(py::handle array) {
+  static PyTypeObject* plain = nullptr;  // guarded by the GIL, and kept
+  if (plain == nullptr) {
+    const py::object type = py::module_::import("numpy").attr("ndarray");
+    plain = reinterpret_cast<PyTypeObject*>(type.inc_ref().ptr());
+  }
+  return Py_TYPE(array.ptr()) != plain && py::hasattr(array, "mask");
+}
+
 std::string type_name(py::handle object) {
   return py::str(py::type::handle_of(object).attr("__name__")).cast<std::string>();
 }
@@ -172,6 +182,8 @@ void Arguments::refuse(const chiasm_tensor_info& info, const std::string& why) c
 
 void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
   if (py::isinstance<py::array>(object)) {
+    if (is_masked(object))
+      refuse(info, "its mask would be left out; pass array.filled(value), or array.data for all its values");
     add_array(py::reinterpret_borrow<py::array>(object), info);
   } else if (is_torch_tensor(object)) {
     has_torch_ = true;

@@ -74,6 +74,8 @@ def test_wrong_calls_are_type_errors(method: runtime.Method) -> None:
         method(x, scale)
     with pytest.raises(TypeError, match="has no input 'sigma'"):
         method(x, scale, keep, sigma=1)
+    with pytest.raises(TypeError, match=r"has no input '\\ud800'"):
+        method(x, scale, keep, **{"\ud800": 1})
     with pytest.raises(TypeError, match="got 'x' by position and by name"):
         method(x, x=x, scale=scale, keep=keep)
     with pytest.raises(ChiasmError, match="expected 'numpy', 'torch' or 'dlpack', got 'jax'"):
@@ -109,10 +111,60 @@ def test_cuda_is_missed(bundle: runtime.Bundle, backend: str) -> None:
     assert error.value.code == Code.UNAVAILABLE
 
 
-@pytest.mark.parametrize("device", ["gpu", "cuda:x", ""])
+@pytest.mark.parametrize("device", ["gpu", "cuda:x", "", "cuda:999999999999", "cuda:²", "cuda:-1", None])
 def test_bad_device(bundle: runtime.Bundle, device: str) -> None:
-    with pytest.raises(ValueError, match="device"):
+    with pytest.raises(ValueError, match="device: expected 'cpu', 'cuda' or 'cuda:N', got"):
         bundle.method(device=device)
+
+
+@pytest.mark.parametrize(
+    "options, error, message",
+    [
+        ({"num_threads": 2**31}, ValueError, "num_threads: expected a number from 0 to 2147483647, got"),
+        ({"num_threads": 1.5}, TypeError, "num_threads: expected a whole number, got 1.5"),
+        ({"num_threads": -1}, ChiasmError, "-1"),
+        ({"backend": None}, TypeError, "backend: expected a str, got None"),
+        ({"backend": "torch\0"}, ValueError, "backend: expected text without NUL"),
+        ({"name": "forward\0"}, ValueError, "name: expected text without NUL"),
+        ({"name": "\ud800"}, ValueError, r"name: expected text .* in UTF-8, got '\\ud800'"),
+        ({"dtype": "float32\0"}, ValueError, "dtype: expected text"),
+        ({"options": {"a\0": "b"}}, ValueError, "options: expected text"),
+        ({"options": {1: "b"}}, TypeError, "options: expected a str, got 1"),
+    ],
+)
+def test_arguments_that_cpp_does_not_take(
+    bundle: runtime.Bundle, options: dict, error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message) as caught:
+        bundle.method(**options)
+    assert "\n" not in str(caught.value) and "0x" not in str(caught.value)
+
+
+def test_arguments_of_the_module_that_cpp_does_not_take(bundle: runtime.Bundle) -> None:
+    with pytest.raises(ValueError, match="count: expected a number from 0"):
+        runtime.set_num_threads(2**40)
+    with pytest.raises(ValueError, match="path: expected text without NUL"):
+        runtime.open("x\0y")
+    with pytest.raises(ValueError, match=r"path: expected text .* in UTF-8"):
+        runtime.open(b"\xff")
+    with pytest.raises(ValueError, match="name: expected text without NUL"):
+        bundle.signature("forward\0")
+    with pytest.raises(ValueError, match="keys: expected text"):
+        runtime.set_trust("signed", ["\0"])
+
+
+def test_a_self_test_of_a_backend_that_is_none(bundle: runtime.Bundle) -> None:
+    with pytest.raises(ChiasmError, match=r"libchiasm_nope\.so") as error:
+        bundle.self_test("nope")
+    assert error.value.code == Code.UNAVAILABLE
+
+
+def test_a_mask_is_not_left_out(method: runtime.Method) -> None:
+    x, scale, keep = example()
+    masked = np.ma.masked_array(x, x > 0)
+    with pytest.raises(ChiasmError, match=r"input 'x': its mask would be left out; pass array\.filled"):
+        method(masked, scale, keep)
+    method(masked.data, scale, keep)
 
 
 def test_no_bundle(tmp_path: Path) -> None:

@@ -308,6 +308,10 @@ def test_policies_of_the_runtime(bundle: Path, keys: Path) -> None:
     assert frozen.startswith(
         "torch\nFAILED_PRECONDITION: the trust policy cannot change after the first method was loaded"
     )
+    load_by_env = child(load, CHIASM_TRUSTED_KEYS=trusted["CHIASM_TRUSTED_KEYS"])
+    assert load_by_env.startswith(
+        "INVALID_ARGUMENT: CHIASM_TRUSTED_KEYS is set and CHIASM_TRUST_POLICY is not"
+    )
     nonsense = child("print(attempt(lambda: runtime.set_trust('some')))\n" + load, CHIASM_TRUST_POLICY="sign")
     assert nonsense.splitlines()[0].startswith(
         "INVALID_ARGUMENT: policy: expected 'any', 'signed' or 'data_only'"

@@ -306,6 +306,11 @@ TEST_F(Policy, NonsenseInTheEnvironmentLetsNothingRun) {
   EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT), HasSubstr("CHIASM_TRUSTED_KEYS"));
   ::setenv("CHIASM_TRUSTED_KEYS", "/nowhere.pub", 1);
   EXPECT_THAT(refused(CHIASM_NOT_FOUND), HasSubstr("/nowhere.pub"));
+  const auto* const without = "CHIASM_TRUSTED_KEYS is set and CHIASM_TRUST_POLICY is not";
+  ::setenv("CHIASM_TRUST_POLICY", "", 1);
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT), HasSubstr(without));
+  ::unsetenv("CHIASM_TRUST_POLICY");
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT), HasSubstr(without));
 }
 
 TEST_F(Policy, ArgumentsAreChecked) {

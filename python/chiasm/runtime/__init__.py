@@ -16,7 +16,9 @@ Examples
 
 import ctypes
 import json
+import operator
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
@@ -48,7 +50,7 @@ class Bundle:
     """An opened bundle: what it says of itself, and its methods. Made by `open`."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self._handle = _runtime.Bundle(os.fspath(path))
+        self._handle = _runtime.Bundle(_text("path", os.fsdecode(path)))
         self._info: dict[str, Any] | None = None
 
     @property
@@ -84,7 +86,7 @@ class Bundle:
         >>> len(inputs), len(outputs)
         (1, 1)
         """
-        return self._handle.signature(name)
+        return self._handle.signature(_text("name", name))
 
     def method(
         self,
@@ -141,12 +143,12 @@ class Bundle:
         if backend == "torch" or (backend == "auto" and _torch_is_elsewhere()):
             _open_libtorch()
         load = _load_options(backend, device, allow_native_code)
-        load.fused, load.warm_up, load.num_threads = fused, warm_up, num_threads
+        load.fused, load.warm_up, load.num_threads = fused, warm_up, _number("num_threads", num_threads)
         if dtype is not None:
-            load.with_dtype(_dtype_name(dtype))
+            load.with_dtype(_text("dtype", _dtype_name(dtype)))
         for key, value in (options or {}).items():
-            load.with_option(key, str(value))
-        return self._handle.method(name, load)
+            load.with_option(_text("options", key), _text("options", str(value)))
+        return self._handle.method(_text("name", name), load)
 
     def self_test(
         self, backend: str = "auto", device: str = "cpu", allow_native_code: bool = True
@@ -191,7 +193,7 @@ def open(path: str | os.PathLike[str]) -> Bundle:
     >>> chiasm.runtime.open("build/bundles/filters.sobel.chiasm").name
     'filters.sobel'
     """
-    name = os.fspath(path)
+    name = _text("path", os.fsdecode(path))
     if os.path.exists(name):
         return Bundle(name)
     from .. import packs  # importlib.metadata takes longer to import than all of this
@@ -224,7 +226,7 @@ def set_num_threads(count: int) -> None:
 
     Must come before the first method is loaded. The torch backend sets torch's own thread count to it.
     """
-    _runtime.set_num_threads(count)
+    _runtime.set_num_threads(_number("count", count))
 
 
 def get_num_threads() -> int:
@@ -253,7 +255,7 @@ def set_trust(policy: str, keys: Sequence[str | os.PathLike[str]] = ()) -> None:
     keys
         For "signed": minisign public keys, each as its 56 characters or as the path of a file.
     """
-    _runtime.set_trust(policy, [os.fspath(key) for key in keys])
+    _runtime.set_trust(_text("policy", policy), [_text("keys", os.fsdecode(key)) for key in keys])
 
 
 def get_trust() -> str:
@@ -269,16 +271,34 @@ def get_trust() -> str:
 
 
 def _parse_device(device: Any) -> tuple[int, int]:
-    kind, _, index = str(device).partition(":")
-    kinds = {"cpu": 0, "cuda": 1}
-    if kind not in kinds or not (index or "0").isdigit():
+    found = re.fullmatch("(cpu|cuda)(?::([0-9]{1,9}))?", str(device))
+    if not found:
         raise ValueError(f"device: expected 'cpu', 'cuda' or 'cuda:N', got {device!r}")
-    return kinds[kind], int(index or 0)
+    return int(found[1] == "cuda"), int(found[2] or 0)
+
+
+def _number(argument: str, value: Any) -> int:
+    """A whole number of 32 bits, of whatever type; what it may be the core says."""
+    if not hasattr(value, "__index__"):
+        raise TypeError(f"{argument}: expected a whole number, got {value!r}")
+    number = operator.index(value)
+    if not -(2**31) <= number < 2**31:
+        raise ValueError(f"{argument}: expected a number from 0 to {2**31 - 1}, got {value!r}")
+    return number
+
+
+def _text(argument: str, value: Any) -> str:
+    """What C++ gets whole: it ends texts at a NUL, and has them in UTF-8."""
+    if not isinstance(value, str):
+        raise TypeError(f"{argument}: expected a str, got {value!r}")
+    if "\0" in value or any("\ud800" <= c <= "\udfff" for c in value):
+        raise ValueError(f"{argument}: expected text without NUL, in UTF-8, got {value!r}")
+    return value
 
 
 def _load_options(backend: str, device: Any, allow_native_code: bool) -> _runtime.LoadOptions:
     options = _runtime.LoadOptions()
-    options.backend, options.allow_native_code = backend, allow_native_code
+    options.backend, options.allow_native_code = _text("backend", backend), allow_native_code
     options.with_device(*_parse_device(device))
     return options
 
