@@ -26,6 +26,10 @@
  *
  *  Threads: every function may be called from any thread. One method may run in many threads at once. Closing
  *  a handle while another thread uses that same handle is undefined behaviour.
+ *
+ *  Floating point: every function that can fail works in the default environment (rounding to nearest, with
+ *  subnormal numbers, no traps), also in its threads, and gives the caller's back, with its flags: a result
+ *  does not depend on it. Threads that another part of the program has made in an engine keep theirs.
  */
 #ifndef CHIASM_CHIASM_H
 #define CHIASM_CHIASM_H

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/floats.h"
 #include "chiasm/chiasm.h"
 
 namespace chiasm::core {
@@ -14,9 +15,10 @@ using namespace base;
 /** A status for the exception that is being handled; never throws. */
 chiasm_status* status_from_current_exception() noexcept;
 
-/** Run `body` and turn whatever it throws into a status. */
+/** Run `body` in the default floating-point environment and turn whatever it throws into a status. */
 template <class Body>
 chiasm_status* guarded(Body&& body) noexcept {
+  const DefaultFloats floats;
   try {
     body();
     return nullptr;

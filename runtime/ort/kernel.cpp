@@ -9,6 +9,7 @@
 
 #include "backends/onnx/code_in_text.h"
 #include "backends/onnx/dtype.h"
+#include "base/floats.h"
 #include "base/pool.h"
 #include "core/signature_text.h"
 #include "core/status.h"
@@ -100,6 +101,7 @@ OrtStatus* Kernel::create(const Node& node, void** kernel) noexcept {
 
 OrtStatus* Kernel::compute(OrtKernelContext* context) noexcept {
   try {
+    const base::DefaultFloats floats;
     run(context);
     return nullptr;
   } catch (...) {

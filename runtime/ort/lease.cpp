@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "artifact/spin.h"
+#include "base/floats.h"
 
 namespace chiasm::ort {
 namespace {
@@ -89,6 +90,7 @@ void Lease::fork(Body body, void* argument) {
 }
 
 void Lease::serve() {
+  const base::DefaultFloats floats;
   uint64_t last = region_.load(std::memory_order_acquire);
   const int32_t index = joined_.fetch_add(1, std::memory_order_acq_rel);
   Waiting waiting;

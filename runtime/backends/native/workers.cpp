@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "artifact/spin.h"
+#include "base/floats.h"
 
 namespace chiasm::native {
 namespace {
@@ -77,6 +78,7 @@ struct Workers::Worker {
   }
 
   void serve() {
+    const base::DefaultFloats floats;
     for (;;) {
       Job* work = next();
       int32_t count;

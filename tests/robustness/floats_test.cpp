@@ -1,0 +1,75 @@
+/** Callers with a floating-point environment of their own: results are the same, no signal comes, and the
+ *  environment stays the caller's. */
+#include <fenv.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "calls.h"
+#include "child.h"
+
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
+
+namespace chiasm::testing {
+namespace {
+
+using std::chrono::seconds;
+
+class Floats : public ::testing::TestWithParam<std::string> {
+ protected:
+  const std::string bundle_ = bundle_path("filters.sobel");
+
+  /** Every other value is subnormal, so that an environment without such numbers gives another answer. */
+  Inputs image() const {
+    Inputs inputs = make_inputs(Bundle::open(bundle_).methods().at(0), 1, 700);
+    auto* const values = reinterpret_cast<float*>(inputs.bytes[0].data());
+    for (size_t i = 0; i < inputs.bytes[0].size() / sizeof(float); i += 2) values[i] = 1e-39f;
+    return inputs;
+  }
+
+  /** Rounds up and has no subnormal numbers; where `traps`, every exception is a signal. */
+  static void set_odd_environment(bool traps) {
+    ::fesetround(FE_UPWARD);
+#if defined(__x86_64__)
+    constexpr unsigned kFlushToZero = 0x8000, kSubnormalsAreZeros = 0x0040;
+    _mm_setcsr(_mm_getcsr() | kFlushToZero | kSubnormalsAreZeros);
+#endif
+    if (traps) ::feenableexcept(FE_ALL_EXCEPT);
+  }
+};
+
+TEST_P(Floats, TheCallersEnvironmentDoesNotCount) {
+  const Inputs inputs = image();
+  const Ending plain = in_child(seconds(60), [&] { return load(GetParam(), bundle_)(inputs); });
+  ASSERT_TRUE(plain.well()) << plain.text();
+  // In a session of the program's own, ONNX Runtime's code is in the caller's environment.
+  const bool traps = GetParam() != "plugin";
+  for (const bool odd_first : {true, false}) {
+    const Ending child = in_child(seconds(60), [&]() -> std::string {
+      set_num_threads(2);
+      fenv_t before;
+      ::fegetenv(&before);
+      if (odd_first) set_odd_environment(traps);
+      const Callable sobel = load(GetParam(), bundle_);
+      const std::string first = sobel(inputs);
+      ::fesetenv(&before);
+      if (!odd_first) set_odd_environment(traps);
+      const std::string second = sobel(inputs);
+      const bool kept =
+          odd_first || (::fegetround() == FE_UPWARD && ::fegetexcept() == (traps ? FE_ALL_EXCEPT : 0));
+      ::fesetenv(&before);
+      if (!kept) return "the environment is not the caller's any more";
+      return first != plain.words ? "another answer" : second != plain.words ? "later another answer" : "";
+    });
+    EXPECT_TRUE(child.well()) << child.text();
+    EXPECT_EQ(child.words, "") << (odd_first ? "the first call" : "a later call");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Built, Floats, ::testing::ValuesIn(ways_to_call()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace chiasm::testing
