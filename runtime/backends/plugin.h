@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -74,6 +75,13 @@ class MemoryFile {
   int fd() const { return fd_; }
 
   void write(const void* data, size_t size) {
+    // A write beyond the limit is a signal, which ends the process.
+    rlimit limit{};
+    if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && size > limit.rlim_cur)
+      throw Error(CHIASM_IO_ERROR, "a file in memory of " + std::to_string(size) +
+                                       " bytes is larger than the process may write, " +
+                                       std::to_string(limit.rlim_cur) +
+                                       " bytes: raise RLIMIT_FSIZE (ulimit -f)");
     const char* p = static_cast<const char*>(data);
     while (size > 0) {
       const ssize_t n = ::write(fd_, p, std::min<size_t>(size, size_t{1} << 30));

@@ -251,6 +251,27 @@ TEST_P(Limits, TooFewFiles) {
   EXPECT_EQ(child.words, "");
 }
 
+/** ONNX Runtime writes files of its own, and the signal ends the process there. */
+TEST(NativeLimits, TooSmallFilesAreOneError) {
+  const std::string bundle = bundle_path("filters.sobel");
+  const Inputs image = make_inputs(Bundle::open(bundle).methods().at(0), 1, 16);
+  const Ending child = in_child(seconds(60), [&]() -> std::string {
+    rlimit before{};
+    ::getrlimit(RLIMIT_FSIZE, &before);
+    rlimit limit = before;
+    limit.rlim_cur = 10 << 10;
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    int code = 0;
+    const std::string said = error_of([&] { load("native", bundle); }, &code);
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    load("native", bundle)(image);
+    return std::to_string(code) + ": " + said;
+  });
+  ASSERT_TRUE(child.well()) << child.text();
+  EXPECT_THAT(child.words, HasSubstr(std::to_string(CHIASM_IO_ERROR) + ": "));
+  EXPECT_THAT(child.words, HasSubstr("10240 bytes: raise RLIMIT_FSIZE"));
+}
+
 TEST(NativeLimits, WithoutProcOneErrorSaysSo) {
   const std::string bundle = bundle_path("filters.sobel");
   const Ending child = in_child(seconds(60), [&]() -> std::string {
