@@ -11,15 +11,16 @@
  *      const chiasm_api* api = chiasm_get_api(CHIASM_API_VERSION);
  *
  *  and check for NULL (the library is older than this header). Members are never removed, reordered or
- *  changed; new ones are appended and marked with the version since when they exist.
+ *  changed; new ones are appended and marked with the version that added them.
  *
- *  Errors: a function that can fail returns `chiasm_status*`: NULL is success; anything else carries a code
- *  and a message that names the argument, what was expected and what came, and is freed with `status_free`.
- *  No function throws.
+ *  Errors: a function that can fail returns a `chiasm_status*`. NULL means success. Any other status holds a
+ *  code and a message, which names the argument, the expected and the actual value; free it with
+ *  `status_free`. No function throws.
  *
- *  Structs are led by their size, so that either side may be the newer one: set `struct_size` to sizeof in
- *  every struct that you pass. Step through an array of structs that the library returns by the `struct_size`
- *  of its first element, not by sizeof, because a newer library may have appended members.
+ *  Every struct begins with its size, so that the program or the library may be the newer one: set
+ *  `struct_size` to sizeof in every struct that you pass. Step through an array of structs that the library
+ *  returns by the `struct_size` of its first element, not by sizeof, because a newer library may have
+ *  appended members.
  *
  *  Ownership: a `chiasm_method` keeps its bundle and backend alive, so handles may be closed in any order.
  *  Strings and info structs returned by a handle live as long as that handle.
@@ -65,12 +66,12 @@ typedef enum chiasm_code {
   CHIASM_NOT_FOUND = 16,        /**< no such file, method, or artifact for this machine */
   CHIASM_CORRUPT = 17,          /**< truncated, tampered with, or not a bundle; the message names the file */
   CHIASM_VERSION_MISMATCH = 18, /**< written by a newer schema, or for another interface version */
-  /** since 2: refused by the trust policy: not signed, or not by a trusted key */
+  /** since 2: rejected by the trust policy: not signed, or not by a trusted key */
   CHIASM_UNTRUSTED = 19,
   /* the machine */
   /** a backend, engine library or device is missing; the message says how to get it */
   CHIASM_UNAVAILABLE = 32,
-  /** since 2: the message says how many bytes were asked for, where that is known */
+  /** since 2: the message says how many bytes were requested, if known */
   CHIASM_OUT_OF_MEMORY = 33,
   /** since 2: the system refused a file: no permission, too many open files, a failing disk */
   CHIASM_IO_ERROR = 34,
@@ -106,13 +107,13 @@ typedef enum chiasm_device_type { CHIASM_CPU = 0, CHIASM_CUDA = 1 } chiasm_devic
 
 /** A non-owning view of a tensor.
  *
- *  `data` is aligned to the size of one element, and is not NULL, also where a dimension is 0. `strides`
- *  counts elements, not bytes; NULL means dense row-major. A dimension of size 1 may have any stride.
+ *  `data` is aligned to the size of one element, and is not NULL, even if a dimension is 0. `strides` counts
+ *  elements, not bytes; NULL means dense row-major. A dimension of size 1 may have any stride.
  *
- *  On the CPU elements in row-major order may have gaps between them: a region of a larger image, rows that a
- *  camera pads, the first three channels of four. Engines see dense memory, so a run copies what has gaps: an
- *  input before it, an output after it. (On CUDA memory is dense.) Any other stride (transposed, repeated,
- *  backwards) is refused with a message, never misread.
+ *  On the CPU, elements in row-major order may have gaps between them: a region of a larger image, rows that
+ *  a camera pads, the first three channels of four. Engines read dense memory, so a run copies such inputs at
+ *  its start and such outputs at its end. (On CUDA, memory must be dense.) Any other strides (transposed,
+ *  repeated, backwards) are rejected with a message, never misread.
  */
 typedef struct chiasm_tensor {
   size_t struct_size; /**< sizeof(chiasm_tensor) */
@@ -139,15 +140,16 @@ typedef struct chiasm_tensor_info {
   size_t struct_size;
   const char* name;
   const char* description;
-  const char* layout;    /**< "NCHW", "HWC", ... or ""; of "NHWC", (B, H, W, C), run also takes a frame alone,
-                              (H, W, C), or (H, W) of one channel, and gives outputs that lack the same */
+  const char* layout;    /**< "NCHW", "HWC", ... or "". For "NHWC", (B, H, W, C), run also accepts a single
+                              frame, (H, W, C), or (H, W) if it has one channel; outputs then lack the same
+                              dimensions */
   const char* color;     /**< "RGB", "BGR", "GRAY", "HSV" or "" */
   const int32_t* dtypes; /**< the dtypes accepted, each a chiasm_dtype */
   /** more than one: the method is generic, and all generic tensors of a call agree */
   int32_t dtype_count;
   int32_t ndim;
   const chiasm_dim_info* dims;
-  double value_min, value_max; /**< nominal range of the values; both 0 where none is stated; not checked */
+  double value_min, value_max; /**< nominal range of the values; both 0 if not stated; not checked */
 } chiasm_tensor_info;
 
 /** A method's signature, known without loading any engine. */
@@ -159,7 +161,7 @@ typedef struct chiasm_method_info {
   const chiasm_tensor_info* outputs;
 } chiasm_method_info;
 
-/** What a bundle says of itself, known without loading any engine. */
+/** A bundle's description of itself, known without loading any engine. */
 typedef struct chiasm_bundle_info {
   size_t struct_size;
   const char* name;    /**< e.g. "filters.sobel" */
@@ -176,12 +178,12 @@ typedef struct chiasm_backend_info {
   size_t struct_size;
   const char* name;
   int32_t available;          /**< 1 or 0 */
-  int32_t has_cuda;           /**< 1 where the engine can use a CUDA device that is present */
-  const char* engine_version; /**< e.g. "onnxruntime 1.31.1"; "" where not available */
-  const char* problem;        /**< "" where available; else what is missing and how to get it */
+  int32_t has_cuda;           /**< 1 if the engine can use a CUDA device that is present */
+  const char* engine_version; /**< e.g. "onnxruntime 1.31.1"; "" if not available */
+  const char* problem;        /**< "" if available; else what is missing and how to get it */
 } chiasm_backend_info;
 
-/** How to load a method. Start from CHIASM_LOAD_OPTIONS_INIT. NULL stands for that. */
+/** How to load a method. Start from CHIASM_LOAD_OPTIONS_INIT. NULL means the same. */
 typedef struct chiasm_load_options {
   size_t struct_size;
   /** "native", "torch", "onnx", ...; NULL or "auto": the first, by priority, that can run it here */
@@ -191,30 +193,30 @@ typedef struct chiasm_load_options {
   /** The native and torch artifacts are programs: loading one runs code that came with the bundle. The
    *  manifest's hash protects against damage, not against an author whom you do not trust. 1 (what
    *  CHIASM_LOAD_OPTIONS_INIT sets, because a bundle is normally shipped with the product that opens it)
-   *  allows them; 0 refuses them and leaves artifacts that are data: those of the onnx backend. */
+   *  allows them; 0 rejects them and leaves the artifacts that are data: those of the onnx backend. */
   int32_t allow_native_code;
-  /** for generic methods: load the artifact for this chiasm_dtype; -1: float32, else the first there is.
+  /** for generic methods: load the artifact for this chiasm_dtype; -1: float32, else the first available.
    *  (Zero is CHIASM_BOOL, so start from CHIASM_LOAD_OPTIONS_INIT.) */
   int32_t dtype;
   /** 1: run once on the smallest valid input, so that the first real run is not the slow one */
   int32_t warm_up;
-  /** onnx on the CPU: 1 (the default) runs the method's native code as one node inside ONNX Runtime, where
-   *  the bundle has both forms and libchiasm_ort is installed; 0, or no allow_native_code, leaves the graph
-   *  of standard operators. */
+  /** onnx on the CPU: 1 (the default) runs the method's native code as one node inside ONNX Runtime, if the
+   *  bundle has both forms and libchiasm_ort is installed. If `fused` or allow_native_code is 0, ONNX Runtime
+   *  runs the graph of standard operators. */
   int32_t fused;
   /** Since 3: how many threads a run of this method may use, on every backend; 0 (the default): as many as
-   *  the process may (set_num_threads), which is also the upper limit. A server that runs several methods at
-   *  once gives each 1: a run then wakes no thread and waits for none. */
+   *  the process may use (set_num_threads), which is also the upper limit. A server that runs several methods
+   *  at once gives each 1: a run then wakes no thread and waits for none. */
   int32_t num_threads;
-  /** Since 3: options of the backend that is named, as "key=value" texts, then NULL. NULL: none. An unknown
-   *  key is refused with those that the backend has. */
+  /** Since 3: options of the backend named above: "key=value" texts, then NULL. NULL: no options. An unknown
+   *  key is rejected with a message that lists the backend's keys. */
   const char* const* options;
 } chiasm_load_options;
 
 #define CHIASM_LOAD_OPTIONS_INIT \
   { sizeof(chiasm_load_options), NULL, CHIASM_CPU, 0, 1, -1, 0, 1, 0, NULL }
 
-/** How to run a method. NULL stands for the defaults. */
+/** How to run a method. NULL means the defaults. */
 typedef struct chiasm_run_options {
   size_t struct_size;
   /** CUDA: the `cudaStream_t` to enqueue on; NULL is the default stream. The call returns when the work is
@@ -236,11 +238,11 @@ typedef struct chiasm_self_test_row {
   const char* dtype;
   int32_t passed;      /**< 1 pass, 0 fail, -1 not run (the message says why) */
   double max_error;    /**< largest absolute difference to the golden output */
-  double tolerance;    /**< the absolute part of what was allowed */
+  double tolerance;    /**< the absolute part of the tolerance */
   const char* message; /**< "" or what went wrong */
 } chiasm_self_test_row;
 
-/** Called once a row; the row's strings live until it returns. */
+/** Called once per row; the row's strings live until it returns. */
 typedef void (*chiasm_self_test_callback)(const chiasm_self_test_row* row, void* user);
 
 /** The function table. */
@@ -257,8 +259,8 @@ typedef struct chiasm_api {
   const char* (*library_version)(void);
   /** How many backends are installed. They are numbered in the order in which "auto" tries them. */
   size_t (*backend_count)(void);
-  /** Opens the backend's engine, so the first call for one may take as long as that takes to load. The
-   *  strings live as long as the process. */
+  /** Opens the backend's engine, so the first call for a backend may take as long as its engine takes to
+   *  load. The strings live as long as the process. */
   chiasm_status* (*backend_info)(size_t index, chiasm_backend_info* info);
   /** The one thread policy of the process: how many threads a run may use, for every backend; 0 (the default)
    *  means all cores this process may run on. Fails with FAILED_PRECONDITION after the first method was
@@ -270,9 +272,9 @@ typedef struct chiasm_api {
   chiasm_status* (*bundle_open)(const char* path, chiasm_bundle** bundle);
   void (*bundle_close)(chiasm_bundle* bundle); /**< NULL is allowed */
   const chiasm_bundle_info* (*bundle_get_info)(const chiasm_bundle* bundle);
-  /** Replay the golden vectors of every method on every backend present here, or on that, and for that dtype
-   *  and device, which `options` names. Returns a status only where the test could not be made; `*failed`
-   *  counts rows that failed. `callback` and `failed` may be NULL. */
+  /** Replay the golden vectors of every method on every backend present here. `options` limits the test to
+   *  one backend, dtype and device. Returns an error only if the test could not be run; `*failed` counts rows
+   *  that failed. `callback` and `failed` may be NULL. */
   chiasm_status* (*bundle_self_test)(chiasm_bundle* bundle, const chiasm_load_options* options,
                                      chiasm_self_test_callback callback, void* user, int32_t* failed);
 
@@ -288,8 +290,8 @@ typedef struct chiasm_api {
   chiasm_status* (*method_output_shape)(const chiasm_method* method, const chiasm_tensor* inputs,
                                         size_t input_count, size_t index, int64_t* shape, int32_t* ndim,
                                         int32_t* dtype);
-  /** Run into tensors that the library allocates, on the CPU. A method that was loaded for CUDA refuses this
-   *  with FAILED_PRECONDITION: allocate the outputs on the device and use method_run_into. */
+  /** Run into tensors that the library allocates, on the CPU. A method that was loaded for CUDA returns
+   *  FAILED_PRECONDITION: allocate the outputs on the device and use method_run_into. */
   chiasm_status* (*method_run)(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
                                const chiasm_run_options* options, chiasm_outputs** outputs);
   /** Run into the caller's tensors, whose dtype, shape and device must be those of `method_output_shape` and
@@ -305,11 +307,11 @@ typedef struct chiasm_api {
   void (*outputs_free)(chiasm_outputs* outputs); /**< NULL is allowed */
 
   /* since 2: trust */
-  /** The one trust policy of the process, a chiasm_trust_policy, in place of what the environment says:
+  /** Set the trust policy of the process, a chiasm_trust_policy. It replaces the environment variables
    *  CHIASM_TRUST_POLICY (`any`, `signed`, `data_only`) and CHIASM_TRUSTED_KEYS (separated by colons). A key
    *  is a minisign public key, or the path of a file that holds one; SIGNED needs at least one. The policy is
-   *  obeyed when a bundle is opened and again when a method is loaded, before anything of the bundle is run.
-   *  Fails with FAILED_PRECONDITION after the first load, whether that succeeded or not. */
+   *  checked when a bundle is opened and again when a method is loaded, before any code of the bundle runs.
+   *  Fails with FAILED_PRECONDITION after the first load, even if that load failed. */
   chiasm_status* (*set_trust)(int32_t policy, const char* const* keys, size_t key_count);
   /** The policy and the trusted keys, each of 56 characters; they live as long as the process. `keys` and
    *  `key_count` may be NULL. */
@@ -318,19 +320,19 @@ typedef struct chiasm_api {
   /* since 4: several runs in one call */
   /** Run on several sets of inputs, which may differ in their sizes, into the caller's tensors. `inputs` holds
    *  `runs` times `input_count` tensors, one run after the other, and `outputs` likewise. Images of different
-   *  sizes become one batch where the output of each run is its part of one tensor.
+   *  sizes become one batch if the output of each run is a part of one tensor.
    *
-   *  As many runs go on at once as use no more threads than the process may: methods that were loaded with
-   *  num_threads 1 gain most. On CUDA all are enqueued on the stream. All are checked before the first begins,
-   *  as method_run_into does, and the outputs of one must not overlap the tensors of another. If some fail the
-   *  others are finished; the status is that of the first that failed, and its message begins with the run's
-   *  number. */
+   *  As many runs execute at once as the process's number of threads allows: methods that were loaded with
+   *  num_threads 1 gain most. On CUDA all runs are enqueued on the stream. All are checked as by
+   *  method_run_into before the first begins, and the outputs of one run must not overlap the tensors of
+   *  another. If some runs fail, the others are finished; the status is that of the first failed run, and its
+   *  message begins with the run's number. */
   chiasm_status* (*method_run_each)(chiasm_method* method, size_t runs, const chiasm_tensor* inputs,
                                     size_t input_count, const chiasm_tensor* outputs, size_t output_count,
                                     const chiasm_run_options* options);
 } chiasm_api;
 
-/** The function table, or NULL where the library does not have this version. The table lives as long as the
+/** The function table, or NULL if the library does not have this version. The table lives as long as the
  *  process. */
 CHIASM_EXPORT const chiasm_api* chiasm_get_api(uint32_t version);
 

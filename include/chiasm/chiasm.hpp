@@ -6,10 +6,10 @@
  *      auto out = sobel.run({chiasm::Tensor(image.data(), {1, 3, 256, 256})});
  *      const float* edges = out[0].data<float>();
  *
- *  Handles (Bundle, Method, Outputs) are move-only and may be destroyed in any order: a Method keeps what it
- *  needs of its bundle, and Outputs own their memory. A handle that was moved from may be destroyed, assigned
- *  to and asked `if (handle)`; anything else throws Error. Whatever fails throws Error. Nothing of the
- *  standard library crosses into libchiasm, so any compiler and any settings will do.
+ *  Handles (Bundle, Method, Outputs) are move-only and may be destroyed in any order: a Method keeps its
+ *  bundle alive, and Outputs own their memory. A moved-from handle may be destroyed, assigned to and tested
+ *  with `if (handle)`; any other use throws Error. Every failure throws Error. No type of the standard
+ *  library crosses the boundary to libchiasm, so any compiler and any settings work.
  */
 #ifndef CHIASM_CHIASM_HPP
 #define CHIASM_CHIASM_HPP
@@ -30,7 +30,7 @@
 
 namespace chiasm {
 
-/** What every failure throws. what() names the argument, what was expected and what came. */
+/** The exception of every failure. what() names the argument, the expected and the actual value. */
 class Error final : public std::runtime_error {
  public:
   Error(chiasm_code code, const std::string& message) : std::runtime_error(message), code_(code) {}
@@ -126,7 +126,7 @@ class Shape final {
   Shape() = default;
   Shape(std::initializer_list<int64_t> sizes) : Shape(sizes.begin(), sizes.size()) {}
   explicit Shape(const std::vector<int64_t>& sizes) : Shape(sizes.data(), sizes.size()) {}
-  /** Throws Error where `count` is more than CHIASM_MAX_DIMS. */
+  /** Throws Error if `count` is more than CHIASM_MAX_DIMS. */
   Shape(const int64_t* sizes, size_t count) : count_(count) {
     if (count > CHIASM_MAX_DIMS) {
       throw Error(CHIASM_INVALID_ARGUMENT, "a tensor has at most " + std::to_string(CHIASM_MAX_DIMS) +
@@ -161,8 +161,8 @@ class Shape final {
 
 /** A non-owning view of a tensor: pointer, dtype, shape, strides, device. Cheap to copy.
  *
- *  The memory must outlive every use of the view. Made from a pointer to const, the view is read-only: it may
- *  be an input, not an output.
+ *  The memory must outlive every use of the view. A view made from a pointer to const is read-only: it may be
+ *  an input, not an output.
  */
 class Tensor {
  public:
@@ -176,8 +176,8 @@ class Tensor {
   Tensor(const void* data, DType dtype, Shape shape, Device device = {})
       : Tensor(const_cast<void*>(data), dtype, shape, Shape(), device, true) {}
 
-  /** With strides, counted in elements. A run takes elements in row-major order with gaps between them, which
-   *  it copies, and refuses any other order with a message: see chiasm_tensor in chiasm.h. */
+  /** With strides, counted in elements. A run copies elements in row-major order with gaps between them, and
+   *  rejects any other order with a message: see chiasm_tensor in chiasm.h. */
   template <class T>
   static Tensor strided(T* data, Shape shape, Shape strides, Device device = {}) {
     return strided(data, dtype_of<T>, shape, strides, device);
@@ -189,7 +189,7 @@ class Tensor {
     return Tensor(const_cast<void*>(data), dtype, shape, check_strides(shape, strides), device, true);
   }
 
-  /** A view of what the C interface describes. */
+  /** A view of a tensor of the C interface. */
   explicit Tensor(const chiasm_tensor& tensor)
       : data_(tensor.data),
         dtype_(static_cast<DType>(tensor.dtype)),
@@ -198,8 +198,8 @@ class Tensor {
         device_{static_cast<chiasm_device_type>(tensor.device_type), tensor.device_index},
         has_strides_(tensor.strides != nullptr) {}
 
-  /** The elements. Throws Error where T is not the tensor's type, or is not const and the view is
-   *  read-only. */
+  /** The elements. Throws Error if T is not the tensor's type, or if the view is read-only and T is not
+   *  const. */
   template <class T>
   T* data() const {
     if (dtype_of<T> != dtype_) {
@@ -213,7 +213,7 @@ class Tensor {
   void* data() const noexcept { return data_; }
   DType dtype() const noexcept { return dtype_; }
   const Shape& shape() const noexcept { return shape_; }
-  /** In elements; those of dense row-major memory where none were given. */
+  /** In elements; those of dense row-major memory if none were given. */
   Shape strides() const noexcept {
     if (has_strides_) return strides_;
     Shape dense = shape_;
@@ -277,7 +277,7 @@ class Tensor {
 
 namespace detail {
 
-/** The function table. Throws Error where the library is older than this header. */
+/** The function table. Throws Error if the library is older than this header. */
 inline const chiasm_api& api() {
   static const chiasm_api* const table = chiasm_get_api(CHIASM_API_VERSION);
   if (table == nullptr) {
@@ -288,14 +288,14 @@ inline const chiasm_api& api() {
   return *table;
 }
 
-/** Throws what a status says, and frees it. */
+/** Frees the status, and throws its error if it holds one. */
 inline void check(chiasm_status* status) {
   if (status == nullptr) return;
   const std::unique_ptr<chiasm_status, void (*)(chiasm_status*)> owned(status, api().status_free);
   throw Error(static_cast<chiasm_code>(api().status_code(status)), api().status_message(status));
 }
 
-/** The i-th of an array of structs that a newer library may have made longer than this header knows them. */
+/** The i-th struct of an array. A newer library's structs may be longer than those of this header. */
 template <class T>
 const T& element(const T* array, size_t i) noexcept {
   return *reinterpret_cast<const T*>(reinterpret_cast<const char*>(array) + i * array->struct_size);
@@ -329,7 +329,7 @@ struct FreeOutputs {
   void operator()(chiasm_outputs* outputs) const noexcept { api().outputs_free(outputs); }
 };
 
-/** The handle, or Error where it was moved from. */
+/** The handle. Throws Error if it was moved from. */
 template <class Handle>
 auto* use(const Handle& handle, const char* what) {
   if (handle == nullptr)
@@ -349,9 +349,9 @@ struct DimInfo {
 /** One input or output of a signature. */
 struct TensorInfo {
   std::string name, description, layout, color;
-  std::vector<DType> dtypes; /**< those accepted; more than one: all generic tensors of a call agree */
+  std::vector<DType> dtypes; /**< the dtypes accepted; if several, all generic tensors of a call agree */
   std::vector<DimInfo> dims;
-  double value_min = 0, value_max = 0; /**< nominal range; both 0 where none is stated */
+  double value_min = 0, value_max = 0; /**< nominal range; both 0 if not stated */
 };
 
 /** A method's signature. */
@@ -360,7 +360,7 @@ struct MethodInfo {
   std::vector<TensorInfo> inputs, outputs;
 };
 
-/** What a bundle says of itself. */
+/** A bundle's description of itself. */
 struct BundleInfo {
   std::string name, version, summary, path;
   std::string manifest; /**< its JSON text */
@@ -371,8 +371,8 @@ struct BackendInfo {
   std::string name;
   bool available = false;
   bool has_cuda = false;
-  std::string engine_version; /**< "" where not available */
-  std::string problem;        /**< "" where available; else what is missing and how to get it */
+  std::string engine_version; /**< "" if not available */
+  std::string problem;        /**< "" if available; else what is missing and how to get it */
 };
 
 /** One row of a self-test. */
@@ -381,7 +381,7 @@ struct SelfTestRow {
   std::string method, backend, artifact, dtype;
   Result result = Result::NotRun;
   double max_error = 0; /**< largest absolute difference to the golden output */
-  double tolerance = 0; /**< the absolute part of what was allowed */
+  double tolerance = 0; /**< the absolute part of the tolerance */
   std::string message;  /**< "" or what went wrong */
 };
 
@@ -391,14 +391,14 @@ struct LoadOptions {
   std::string backend = "auto";
   Device device;
   bool allow_native_code = true; /**< false: only the onnx backend, whose artifacts are data; see chiasm.h */
-  int32_t dtype = -1;            /**< a generic method for this DType; -1: float32, else the first there is */
-  /** onnx: native code inside ONNX Runtime where there is some; see chiasm.h */
+  int32_t dtype = -1;            /**< for generic methods; -1: float32, else the first available */
+  /** onnx: run native code inside ONNX Runtime if the bundle has it; see chiasm.h */
   bool fused = true;
   /** run once on the smallest input, so that the first real run is not the slow one */
   bool warm_up = false;
   /** threads of a run of this method; 0: as many as the process may use; see chiasm.h */
   int32_t num_threads = 0;
-  std::vector<std::string> options; /**< of the backend that is named, each "key=value" */
+  std::vector<std::string> options; /**< options of the backend named above, each "key=value" */
 
   LoadOptions& with_backend(std::string value) {
     backend = std::move(value);
@@ -463,9 +463,9 @@ class CLoadOptions final {
 
 }  // namespace detail
 
-/** A view of an output of Outputs that end with this statement: `b.run({a.run({x})[0]})`. What would keep its
- *  memory is not offered: `float* p = a.run({x})[0].data<float>()` does not compile. Keep the Outputs in a
- *  variable. */
+/** A view of an output of temporary Outputs, whose memory is freed at the end of the statement:
+ *  `b.run({a.run({x})[0]})`. Functions that return a pointer to the memory are deleted: `float* p =
+ *  a.run({x})[0].data<float>()` does not compile. Keep the Outputs in a variable. */
 class TemporaryTensor final : public Tensor {
  public:
   explicit TemporaryTensor(const Tensor& tensor) : Tensor(tensor) {}
@@ -482,7 +482,7 @@ class Outputs final {
   explicit operator bool() const noexcept { return handle_ != nullptr; }
 
   size_t size() const { return detail::api().outputs_count(detail::use(handle_, "Outputs")); }
-  /** A view, valid as long as these Outputs. Throws Error where there is no such output. */
+  /** A view, valid as long as these Outputs. Throws Error if there is no such output. */
   Tensor operator[](size_t i) const& {
     const chiasm_tensor* const tensor = detail::api().outputs_get(detail::use(handle_, "Outputs"), i);
     if (tensor == nullptr) {
@@ -497,7 +497,7 @@ class Outputs final {
   std::unique_ptr<chiasm_outputs, detail::FreeOutputs> handle_;
 };
 
-/** The shape and dtype of a tensor that is yet to be. */
+/** The shape and dtype of an output, known before the run. */
 struct TensorType {
   Shape shape;
   DType dtype = DType::Float32;
@@ -509,9 +509,9 @@ class Method final {
   explicit Method(chiasm_method* method) noexcept : handle_(method) {}
   explicit operator bool() const noexcept { return handle_ != nullptr; }
 
-  /** Run into memory that the library allocates (on the CPU; with CUDA use run_into). Throws Error, before
-   *  any engine sees them, for inputs that the method does not take. `stream`: the cudaStream_t to enqueue
-   *  on. */
+  /** Run into memory that the library allocates (on the CPU; with CUDA use run_into). Throws Error for inputs
+   *  that do not fit the method's signature, before any engine reads them. `stream`: the cudaStream_t to
+   *  enqueue on. */
   Outputs run(std::initializer_list<Tensor> inputs, void* stream = nullptr) const {
     return run(inputs.begin(), inputs.size(), stream);
   }
@@ -548,9 +548,9 @@ class Method final {
         detail::api().method_run_into(handle(), in.data(), in.size(), out.data(), out.size(), &options));
   }
 
-  /** Several runs in one call, several at once: `inputs[i]` and `outputs[i]` are those of run i. Load the
-   *  method with one thread (LoadOptions::with_num_threads), and each core takes runs of its own. Frames of
-   *  different sizes become one batch where the outputs are its parts:
+  /** Several runs in one call, several of them at once: run i reads `inputs[i]` and writes `outputs[i]`. Load
+   *  the method with one thread (LoadOptions::with_num_threads), so that each core does runs of its own.
+   *  Frames of different sizes become one batch if the outputs are parts of one tensor:
    *
    *      std::vector<float> batch(frames.size() * 3 * 640 * 640);
    *      for (size_t i = 0; i < frames.size(); ++i) {
@@ -588,7 +588,7 @@ class Method final {
                                                 output_count, &options));
   }
 
-  /** What output `index` will be for these inputs, which are checked as for a run. */
+  /** The type that output `index` will have for these inputs, which are checked as for a run. */
   TensorType output_type(const std::vector<Tensor>& inputs, size_t index = 0) const {
     const detail::TensorList list(inputs.data(), inputs.size());
     int64_t shape[CHIASM_MAX_DIMS];
@@ -716,8 +716,8 @@ class Bundle final {
 /** The version of the library, "0.1.0". */
 inline std::string library_version() { return detail::api().library_version(); }
 
-/** The backends that are installed, in the order in which "auto" tries them, also those whose engine is
- *  missing. Opens the engine of each, which may take a while. */
+/** The installed backends, including those whose engine is missing, in the order in which "auto" tries them.
+ *  Opens the engine of each, which may take a while. */
 inline std::vector<BackendInfo> backends() {
   std::vector<BackendInfo> all;
   for (size_t i = 0; i < detail::api().backend_count(); ++i) {
@@ -729,8 +729,8 @@ inline std::vector<BackendInfo> backends() {
   return all;
 }
 
-/** How many threads a run may use, in every backend; 0: all cores of this process. Before the first method is
- *  loaded. */
+/** How many threads a run may use, in every backend; 0: all cores of this process. Call it before the first
+ *  method is loaded. */
 inline void set_num_threads(int32_t count) { detail::check(detail::api().set_num_threads(count)); }
 inline int32_t get_num_threads() { return detail::api().get_num_threads(); }
 
@@ -741,8 +741,8 @@ enum class TrustPolicy : int32_t {
   DataOnly = CHIASM_TRUST_DATA_ONLY
 };
 
-/** The trust policy of the process, in place of the environment's; before the first load. `keys`, for Signed:
- *  minisign public keys, or paths of files that hold one; see chiasm.h. */
+/** Sets the trust policy of the process, which replaces the environment's. Call it before the first load.
+ *  `keys`, for Signed: minisign public keys, or paths of files that hold one; see chiasm.h. */
 inline void set_trust(TrustPolicy policy, const std::vector<std::string>& keys = {}) {
   std::vector<const char*> c_keys;
   for (const std::string& key : keys) c_keys.push_back(key.c_str());

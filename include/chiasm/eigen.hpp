@@ -8,8 +8,8 @@
  *      std::vector<Eigen::Isometry3f> poses = ...;
  *      auto inverses = chiasm::unpack<Eigen::Isometry3f>(invert.run({chiasm::pack(poses)})[0]);
  *
- *  Eigen's own order is column-major: the view of such a matrix says so in its strides, and run refuses it
- *  rather than misread it. `row_major(m)` makes the copy that engines take.
+ *  Eigen's default order is column-major. The strides of a view of such a matrix show this, and run rejects
+ *  the view instead of misreading it. `row_major(m)` makes a copy that engines accept.
  */
 #ifndef CHIASM_EIGEN_HPP
 #define CHIASM_EIGEN_HPP
@@ -61,11 +61,11 @@ Tensor view(const Eigen::DenseBase<Derived>& matrix) {
   return detail::view_eigen(matrix.derived(),
                             static_cast<const typename Derived::Scalar*>(matrix.derived().data()));
 }
-/** A temporary matrix would be gone before the run. */
+/** Deleted: a temporary matrix would be destroyed before the run. */
 template <class Derived>
 Tensor view(const Eigen::PlainObjectBase<Derived>&& matrix) = delete;
 
-/** A dense row-major copy of any matrix or expression, which `view` makes a tensor that engines take. */
+/** A dense row-major copy of any matrix or expression. Engines accept a `view` of it. */
 template <class Derived>
 auto row_major(const Eigen::DenseBase<Derived>& matrix) {
   constexpr int rows = Derived::RowsAtCompileTime, cols = Derived::ColsAtCompileTime;
@@ -90,8 +90,8 @@ Eigen::Quaternion<std::remove_const_t<T>> quaternion_from_wxyz(T* values) {
 
 namespace detail {
 
-/** How one Eigen object lies in chiasm's memory: matrices by rows, transforms as their matrix, quaternions as
- *  (w, x, y, z). */
+/** The layout of one Eigen object in chiasm's memory: matrices by rows, transforms as their matrix,
+ *  quaternions as (w, x, y, z). */
 template <class T, class = void>
 struct EigenLayout;
 
@@ -132,7 +132,8 @@ struct EigenLayout<T, std::enable_if_t<std::is_base_of_v<Eigen::QuaternionBase<T
 
 }  // namespace detail
 
-/** Copies of Eigen objects in chiasm's layout; an input wherever a Tensor is one, for as long as it lives. */
+/** Copies of Eigen objects in chiasm's layout. Converts to a Tensor, which is valid as long as this
+ *  object. */
 template <class Scalar>
 class Packed final {
  public:
@@ -145,8 +146,8 @@ class Packed final {
   Shape shape_;
 };
 
-/** Objects of one type and fixed size: (N, rows, cols) of matrices, transforms and their maps, (N, size) of
- *  vectors, and (N, 4) as (w, x, y, z) of quaternions, whatever their order in Eigen. */
+/** Copies objects of one type and fixed size: matrices, transforms and their maps become (N, rows, cols),
+ *  vectors (N, size), and quaternions (N, 4) in the order (w, x, y, z), whatever their order in Eigen. */
 template <class T, class Allocator>
 auto pack(const std::vector<T, Allocator>& items) {
   using Layout = detail::EigenLayout<T>;
@@ -165,16 +166,15 @@ auto pack(const T& item) {
   return Packed<typename Layout::Scalar>(std::move(values), Layout::shape(1));
 }
 
-/** The objects in a dense tensor of T's scalars: (N, rows, cols) or (rows, cols) as matrices or transforms,
- *  and so on as in `pack`; a column vector may also be (N, rows, 1). Throws Error where the tensor is
- *  something else. */
+/** The objects in a dense tensor of T's scalars: matrices or transforms from (N, rows, cols) or (rows, cols),
+ *  the other types as in `pack`; column vectors also from (N, rows, 1). Throws Error for any other tensor. */
 template <class T>
 auto unpack(const Tensor& tensor) {
   using Layout = detail::EigenLayout<T>;
   const Shape one = Layout::shape(1);
   const int64_t each = one.count();
   const Shape& shape = tensor.shape();
-  // The last dimensions must be an object's, but for a last one of 1.
+  // The last dimensions must be those of an object; vectors may have one more dimension, of size 1.
   size_t left = shape.size(), wanted = one.size();
   if (left > 1 && wanted == 2 && shape[left - 1] == 1 && one[1] != 1) --left;
   bool fits = tensor.is_contiguous();

@@ -93,19 +93,19 @@ Tensor view_mat(const cv::Mat& mat, Data* data) {
 
 }  // namespace detail
 
-/** A view of the image: shape (H, W, C), or (H, W) for one channel; the channels in the order of the Mat (BGR
- *  as a rule).
+/** A view of the image: shape (H, W, C), or (H, W) for one channel; the channels are in the Mat's order
+ *  (usually BGR).
  *
- *  The view does not keep the Mat's memory alive. A region of interest has gaps between its rows: a run takes
- *  it too, as an input and as an output, and copies the region (not the Mat).
+ *  The view does not keep the Mat's memory alive. A region of interest has gaps between its rows. A run also
+ *  accepts a region, as an input and as an output, and copies it (not the whole Mat).
  */
 inline Tensor view(cv::Mat& mat) { return detail::view_mat(mat, static_cast<void*>(mat.data)); }
 /** The same, read-only: an input, not an output. */
 inline Tensor view(const cv::Mat& mat) { return detail::view_mat(mat, static_cast<const void*>(mat.data)); }
 
-/** A Mat that shares the tensor's memory, which must outlive it: of (H, W) with one channel, of (H, W, C)
- *  with C channels. Other shapes throw Error, and so does a read-only tensor, because whoever has a Mat may
- *  write to it. bool comes as CV_8U. */
+/** A Mat that shares the tensor's memory, which must outlive the Mat: (H, W) becomes a Mat with one channel,
+ *  (H, W, C) one with C channels. Other shapes throw Error, and so does a read-only tensor, because a Mat is
+ *  always writable. bool becomes CV_8U. */
 inline cv::Mat to_mat(const Tensor& tensor) {
   const Shape& shape = tensor.shape();
   const Shape strides = tensor.strides();
@@ -135,10 +135,10 @@ inline cv::Mat to_mat(const Tensor& tensor) {
       shape[0] <= 1 ? size_t{cv::Mat::AUTO_STEP} : static_cast<size_t>(strides[0]) * CV_ELEM_SIZE1(type);
   return cv::Mat(static_cast<int>(shape[0]), static_cast<int>(shape[1]), type, tensor.data(), step);
 }
-/** The memory would be gone before the Mat is used: keep the Outputs in a variable. */
+/** Deleted: the memory would be freed before the Mat is used. Keep the Outputs in a variable. */
 cv::Mat to_mat(const TemporaryTensor& tensor) = delete;
 
-/** An image as planes, a tensor of shape (1, C, H, W), with its memory. */
+/** An image as planes, a tensor of shape (1, C, H, W) that owns its memory. */
 class Planes final {
  public:
   Planes(std::vector<unsigned char> memory, DType dtype, Shape shape)
@@ -188,17 +188,16 @@ inline Planes split_mat(const cv::Mat& mat, bool swap_rb) {
 inline Planes planes(const cv::Mat& mat) { return detail::split_mat(mat, false); }
 
 /** The same as float32, each value times `scale` (1 / 255.0 for bytes), with the first and the third channel
- *  swapped where `swap_rb`: OpenCV has BGR, ops take RGB. The arguments are those of
- *  cv::dnn::blobFromImage. */
+ *  swapped if `swap_rb`: OpenCV has BGR, ops take RGB. The arguments are those of cv::dnn::blobFromImage. */
 inline Planes planes(const cv::Mat& mat, double scale, bool swap_rb = false) {
   cv::Mat scaled;
   if (!mat.empty()) mat.convertTo(scaled, CV_32F, scale);
   return detail::split_mat(scaled, swap_rb);
 }
 
-/** Image `index` of a tensor of shape (C, H, W) or (B, C, H, W) as a Mat of its own memory, (H, W, C): each
- *  value times `scale`, rounded and saturated to `depth` (CV_8U, ...; negative: the tensor's own), the first
- *  and the third channel swapped where `swap_rb`. */
+/** Image `index` of a tensor of shape (C, H, W) or (B, C, H, W) as a new Mat (H, W, C): each value is
+ *  multiplied by `scale` and rounded and saturated to `depth` (CV_8U, ...; negative: the tensor's own); the
+ *  first and the third channel are swapped if `swap_rb`. */
 inline cv::Mat planes_to_mat(const Tensor& tensor, int depth = -1, double scale = 1, bool swap_rb = false,
                              int64_t index = 0) {
   const Shape& shape = tensor.shape();
