@@ -82,7 +82,7 @@ chiasm_status* set_trust_policy(int32_t policy, const char* const* keys, size_t 
   });
 }
 
-/** The texts of these keys, in memory that stays. */
+/** The texts of these keys, in memory that is never freed. */
 const std::vector<const char*>& interned(const std::vector<PublicKey>& keys) {
   static std::mutex& mutex = *new std::mutex;
   static auto& lists = *new std::map<std::vector<std::string>, std::vector<const char*>>;

@@ -5,7 +5,7 @@
 
 namespace chiasm::core {
 
-/** NULL where there is no such version. */
+/** NULL if there is no such version. */
 const chiasm_api* api_table(uint32_t version) noexcept;
 
 }  // namespace chiasm::core

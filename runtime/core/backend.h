@@ -1,8 +1,8 @@
 /** The interface between the core and a backend plug-in. docs/howto/backend.md writes one step by step.
  *
  *  A backend is a library `libchiasm_<name>.so` in a plug-in folder. It exports one symbol,
- *  `chiasm_backend_entry`, which returns a table. The core knows no backend by name: what it must know of one
- *  stands in that table.
+ *  `chiasm_backend_entry`, which returns a table. The core knows no backend by name; everything that it needs
+ *  is in that table.
  *
  *  Only plain C types cross this interface, because the core and a plug-in may be built with different C++
  *  settings. A plug-in catches every exception of its engine and returns it as a chiasm_code and a text.
@@ -16,7 +16,7 @@
 
 #include "chiasm/chiasm.h"
 
-/** The version of this interface. The core refuses a plug-in of another version and says so. */
+/** The version of this interface. The core rejects a plug-in of another version with a message. */
 #define CHIASM_BACKEND_ABI 5u
 
 #ifdef __cplusplus
@@ -42,7 +42,7 @@ typedef struct chiasm_backend_option {
   const char* description; /**< one sentence */
 } chiasm_backend_option;
 
-/** What is loaded. Everything is valid only during the call. */
+/** The artifact to load. All pointers are valid only during the call. */
 typedef struct chiasm_backend_load {
   size_t struct_size;
   const void* data; /**< the artifact's bytes, whose hash the core has checked; NULL in a call of `rank` */
@@ -57,17 +57,16 @@ typedef struct chiasm_backend_load {
   int32_t input_count, output_count;
   const char* const* input_names; /**< in the method's order */
   const char* const* output_names;
-  /** The method's signature as a text (core/signature_text.h), which compiled code must have been made
-   *  for. */
+  /** The method's signature as a text (core/signature_text.h). Compiled code must carry the same text. */
   const char* signature;
-  /** Bit i is set where input (output) i begins with the dimension that counts independent samples of a
-   *  batch, so that a batch may be run in parts. All 0 where samples depend on each other. */
+  /** Bit i is set if the first dimension of input (output) i counts independent samples, so that a batch may
+   *  be run in parts. All 0 if samples depend on each other. */
   uint64_t batched_inputs, batched_outputs;
   const char* bundle;          /**< the bundle's folder */
   const char* manifest_sha256; /**< the hash of the manifest that the core has checked */
-  /** What the manifest says for this backend about this artifact: "key=value" texts, then NULL. */
+  /** The artifact's options in the manifest, for this backend: "key=value" texts, then NULL. */
   const char* const* artifact_options;
-  /** What the user asks of this backend: "key=value" texts, then NULL. The core has checked the keys. */
+  /** The user's options for this backend: "key=value" texts, then NULL. The core has checked the keys. */
   const char* const* options;
 } chiasm_backend_load;
 
@@ -75,7 +74,7 @@ typedef struct chiasm_backend {
   size_t struct_size;
   uint32_t abi;     /**< CHIASM_BACKEND_ABI */
   const char* name; /**< as in the library's file name: lower-case letters, digits and underscores */
-  /** `auto` takes the backend with the highest that can run a method; by name where equal */
+  /** `auto` takes the backend with the highest priority that can run a method; the name breaks ties */
   int32_t priority;
   const chiasm_backend_format* formats; /**< ends with a NULL name */
   uint32_t devices;                     /**< bit CHIASM_CPU, bit CHIASM_CUDA: 1u << chiasm_device_type */
@@ -84,10 +83,10 @@ typedef struct chiasm_backend {
   /** Opens the engine and fills in engine_version and has_cuda. Called once. Its error text says how to get
    *  the engine. */
   int32_t (*probe)(chiasm_backend_info* info, chiasm_error_text* error);
-  /** Which of a method's artifacts to take on a machine that fits them all: the highest; below 0: not this
-   *  one. May be NULL. Called before `probe`: it must not open the engine. */
+  /** Ranks one of the method's artifacts that fit the machine: the core takes the highest, and none below 0.
+   *  May be NULL. Called before `probe`: it must not open the engine. */
   int32_t (*rank)(const chiasm_backend_load* request);
-  /** Where it returns CHIASM_UNAVAILABLE or CHIASM_VERSION_MISMATCH, the core tries the next artifact or
+  /** If it returns CHIASM_UNAVAILABLE or CHIASM_VERSION_MISMATCH, the core tries the next artifact or
    *  backend. */
   int32_t (*load)(const chiasm_backend_load* request, void** model, chiasm_error_text* error);
   /** Reads `inputs`, writes `outputs`. The core has checked them against the manifest: dense, right shape and
@@ -97,7 +96,7 @@ typedef struct chiasm_backend {
   void (*unload)(void* model);
 } chiasm_backend;
 
-/** The one symbol of a plug-in. NULL where it does not speak this `abi`. */
+/** The type of the plug-in's one symbol. It returns NULL if the plug-in does not support this `abi`. */
 typedef const chiasm_backend* (*chiasm_backend_entry_fn)(uint32_t abi);
 #define CHIASM_BACKEND_ENTRY "chiasm_backend_entry"
 

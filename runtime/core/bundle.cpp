@@ -8,7 +8,7 @@ namespace {
 constexpr const char* kManifest = "manifest.json";
 constexpr const char* kSignature = "manifest.json.minisig";
 
-/** None where there is no such file. */
+/** None if there is no such file. */
 std::optional<std::string> read_text(const Folder& folder, const char* name, uint64_t limit) {
   try {
     const Bytes bytes = folder.read(name, limit);
@@ -29,7 +29,7 @@ Bundle::Bundle(const char* path, const Trust& trust) : path_(path) {
   text_ = std::move(*text);
   text_sha256_ = sha256(text_.data(), text_.size());
   signature_ = read_text(folder, kSignature, kMaxSignatureSize);
-  check_signature(trust);  // before the manifest is read: who made it is not known
+  check_signature(trust);  // before the manifest is parsed: its author is not yet known
   manifest_ = parse_manifest(text_, file_path(kManifest));
   std::set<std::string> files = manifest_.files;
   files.insert({kManifest, kSignature});

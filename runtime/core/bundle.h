@@ -23,11 +23,12 @@ class Bundle final {
 
   const Manifest& manifest() const { return manifest_; }
   const chiasm_bundle_info& info() const { return info_; }
-  /** Of the manifest, as it was read: who knows it knows every file of the bundle. */
+  /** Of the manifest as it was read. It identifies every file of the bundle, whose hashes the manifest
+   *  holds. */
   const std::string& manifest_sha256() const { return text_sha256_; }
   std::string file_path(const std::string& file) const { return path_ + "/" + file; }
 
-  /** Throws Error (NOT_FOUND) that lists the methods there are. */
+  /** Throws Error (NOT_FOUND) that lists the bundle's methods. */
   const MethodSpec& method(const char* name) const;
 
   /** The file's bytes, checked against the manifest. */
@@ -35,14 +36,15 @@ class Bundle final {
     return Folder(path_).read_checked(file.file, file.size, file.sha256);
   }
 
-  /** Before anything of the bundle is run. Throws Error: UNTRUSTED, or what is wrong with a document. */
+  /** To be called before any code of the bundle runs. Throws Error: UNTRUSTED, or the error of a damaged
+   *  document. */
   void check_trust(const Trust& trust) const;
 
  private:
   void check_signature(const Trust& trust) const;
 
   std::string path_, text_, text_sha256_;
-  /** read together with the manifest, so that it is of the same moment */
+  /** read together with the manifest, so that both are of one version */
   std::optional<std::string> signature_;
   Manifest manifest_;
   std::vector<MethodInfo> methods_;

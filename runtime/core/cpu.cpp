@@ -25,7 +25,7 @@ bool cpu_supports(Isa isa) {
              __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
              __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
 #elif defined(__aarch64__)
-    // Of what 8.1 and 8.2 brought, compilers use atomic instructions and rounding products of integers.
+    // Of the additions of Armv8.1 and 8.2, compilers use the atomics and the rounding multiplications.
     case Isa::armv8_2_a: {
       constexpr unsigned long kNeeded = HWCAP_ASIMD | HWCAP_ATOMICS | HWCAP_ASIMDRDM;
       return (getauxval(AT_HWCAP) & kNeeded) == kNeeded;

@@ -36,7 +36,7 @@ class Expression final {
   int64_t operand() const { return code_[0].operand; }
   /** As it was written. */
   const std::string& text() const { return text_; }
-  /** The symbols that occur in it, each once or more. */
+  /** The symbols that occur in it, perhaps repeated. */
   std::vector<size_t> symbols() const;
 
  private:

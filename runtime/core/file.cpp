@@ -32,7 +32,7 @@ class Descriptor final {
   int value_;
 };
 
-/** Throws what errno says of the file. */
+/** Throws the error in errno, with the file's name. */
 [[noreturn]] void fail_by_system(const std::string& path) {
   const int reason = errno;
   const chiasm_code code = reason == ENOENT || reason == ENOTDIR ? CHIASM_NOT_FOUND
@@ -61,20 +61,20 @@ Bytes read_whole(int descriptor, const std::string& path, uint64_t limit) {
     const ssize_t got = ::read(file.value(), bytes.data() + done, bytes.size() - done);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) fail_by_system(path);
-    if (got == 0) break;  // cut while we read; the size check finds it
+    if (got == 0) break;  // truncated while we read; the size check reports it
     done += static_cast<size_t>(got);
   }
   bytes.resize(done);
   return bytes;
 }
 
-/** A name that anybody may have chosen, fit for a message. */
+/** An untrusted name, made safe to print. */
 std::string printable(std::string text) {
   for (char& c : text) c = static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? '?' : c;
   return text;
 }
 
-/** Where an open file is, as the system knows it; "" where it does not say. */
+/** The path of an open file by /proc; "" if unknown. */
 std::string place_of(int descriptor) {
   char place[PATH_MAX];
   const ssize_t size =
@@ -92,7 +92,7 @@ Bytes make_bytes(uint64_t size, const std::string& what) {
   fail(CHIASM_OUT_OF_MEMORY, what + ": out of memory: it needs " + std::to_string(size) + " bytes");
 }
 
-// O_NONBLOCK: the opening of a pipe must not wait for who writes it.
+// O_NONBLOCK: opening a pipe must not wait for its writer.
 Bytes read_file(const std::string& path, uint64_t limit) {
   return read_whole(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK), path, limit);
 }
@@ -126,7 +126,7 @@ Folder::~Folder() { ::close(descriptor_); }
 int Folder::open_file(const std::string& name) const {
   const int direct = ::openat(descriptor_, name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
   if (direct >= 0 || errno != ELOOP) return direct;
-  // A link. O_PATH touches nothing of what it leads to; that is read only where it is a file of this folder.
+  // A link. O_PATH finds its target without opening it; the target is opened only if it is in this folder.
   const Descriptor target(::openat(descriptor_, name.c_str(), O_PATH | O_CLOEXEC));
   if (target.value() < 0) return -1;
   const std::string inside = place_of(descriptor_) + "/", place = place_of(target.value());
@@ -160,7 +160,7 @@ Bytes Folder::read_checked(const std::string& name, uint64_t size, std::string_v
 
 void Folder::only(const std::set<std::string>& names) const {
   const int again = ::openat(descriptor_, ".",
-                             O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // the listing has a position of its own
+                             O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // it has a position of its own
   const std::unique_ptr<DIR, int (*)(DIR*)> listing(again < 0 ? nullptr : ::fdopendir(again), ::closedir);
   if (listing == nullptr) {
     const Descriptor closed(again);

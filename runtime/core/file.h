@@ -13,33 +13,33 @@ namespace chiasm::core {
 
 using Bytes = std::vector<unsigned char>;
 
-/** The file's content. Throws Error that names the file: NOT_FOUND where there is none, CORRUPT where it is
- *  no regular file or has more than `limit` bytes, OUT_OF_MEMORY, and IO_ERROR for what else the system
- *  says. */
+/** The file's content. Throws Error that names the file: NOT_FOUND if there is none, CORRUPT if it is no
+ *  regular file or has more than `limit` bytes, OUT_OF_MEMORY, and IO_ERROR for any other error of the
+ *  system. */
 Bytes read_file(const std::string& path, uint64_t limit);
 
-/** So many zeros. Throws Error (OUT_OF_MEMORY) that says for what, and how many. */
+/** `size` zeros. Throws Error (OUT_OF_MEMORY) that names `what` and the size. */
 Bytes make_bytes(uint64_t size, const std::string& what);
 
 /** Lower-case hexadecimal SHA-256. */
 std::string sha256(const void* data, size_t size);
 
-/** A bundle's folder, opened: its files are found from there, wherever its path leads later. */
+/** A bundle's open folder. Its files are opened relative to it, even if its path leads elsewhere later. */
 class Folder final {
  public:
-  /** The path may go through links. Throws Error: NOT_FOUND, IO_ERROR, CORRUPT where it is no folder. */
+  /** The path may go through links. Throws Error: NOT_FOUND, IO_ERROR, CORRUPT if it is no folder. */
   explicit Folder(const std::string& path);
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
   ~Folder();
 
-  /** As read_file. Where the file is a link, what it leads to must lie in this folder too (else CORRUPT). */
+  /** As read_file. If the file is a link, its target must be in this folder too (else CORRUPT). */
   Bytes read(const std::string& name, uint64_t limit) const;
 
-  /** The content, proved to be what the manifest says. Throws Error, as above. */
+  /** The content, after its size and hash have been compared with these. Throws Error, as above. */
   Bytes read_checked(const std::string& name, uint64_t size, std::string_view expected_sha256) const;
 
-  /** Throws Error (CORRUPT) that names an entry which is not among these. */
+  /** Throws Error (CORRUPT) if the folder has an entry that is not among `names`. */
   void only(const std::set<std::string>& names) const;
 
  private:

@@ -10,8 +10,8 @@
 namespace chiasm::core {
 namespace {
 
-/** A tensor's dimensions without those of size 1, and with those joined that follow each other without a gap:
- *  the fewest loops over its elements. */
+/** The fewest loops over a tensor's elements: dimensions of size 1 are dropped, and dimensions without a gap
+ *  between them are merged. */
 struct Loops {
   int64_t sizes[CHIASM_MAX_DIMS], strides[CHIASM_MAX_DIMS];
   int32_t count = 0;
@@ -50,7 +50,7 @@ void for_rows(const Loops& loops, const Each& each) {
   }
 }
 
-/** Elements of one size, one by one: what is of the size of T is moved by an instruction. */
+/** Copies element by element. T has an element's size, so that each copy is one instruction. */
 template <class T>
 void copy_elements(const Loops& loops, char* apart, char* dense, bool gather) {
   const int64_t count = loops.sizes[loops.count - 1],
@@ -63,7 +63,7 @@ void copy_elements(const Loops& loops, char* apart, char* dense, bool gather) {
   });
 }
 
-/** Between `tensor`, which has gaps, and dense memory: into that with `gather`, else out of it. */
+/** Copies `tensor`, which has gaps, to dense memory (`gather`), or dense memory to `tensor`. */
 void copy(const chiasm_tensor& tensor, void* dense, bool gather) {
   const Loops loops(tensor);
   const size_t size = base::kDTypes[tensor.dtype].size;
@@ -89,8 +89,8 @@ void copy(const chiasm_tensor& tensor, void* dense, bool gather) {
 }  // namespace
 
 Order order_of(const chiasm_tensor& tensor) {
-  int64_t bytes = static_cast<int64_t>(base::kDTypes[tensor.dtype].size);  // up to the last element, with it
-  int64_t needed = 1;  // what the next stride outwards is at least, so that no two elements share memory
+  int64_t bytes = static_cast<int64_t>(base::kDTypes[tensor.dtype].size);  // to the end of the last element
+  int64_t needed = 1;  // the smallest next outer stride with which no two elements share memory
   bool gaps = false;
   for (int32_t i = tensor.ndim - 1; i >= 0; --i) {
     const int64_t size = tensor.shape[i], stride = tensor.strides[i];

@@ -1,5 +1,6 @@
-/** Tensors with gaps: elements in row-major order that do not follow each other without a break, as those of a
- *  region of a larger image. Engines see dense memory: what has gaps is copied before and after a run. */
+/** Tensors with gaps: elements in row-major order with unused memory between them, as in a region of a larger
+ *  image. Engines read and write dense memory, so such inputs are copied before a run and such outputs after
+ *  it. */
 #pragma once
 
 #include <vector>
@@ -9,28 +10,29 @@
 
 namespace chiasm::core {
 
-/** How far the elements of a tensor are apart. */
+/** How the elements of a tensor lie in memory. */
 enum class Order {
   dense,
   gaps,     /**< row-major, with gaps: no two elements share memory */
   no_order, /**< transposed, repeated, backwards, or further apart than memory is large */
 };
 
-/** `tensor` has an element at least. */
+/** `tensor` must have at least one element. */
 Order order_of(const chiasm_tensor& tensor);
 
-/** The bytes from a tensor's first element to behind its last, with what is between them. */
+/** The bytes from a tensor's first element to the end of its last, including gaps. */
 size_t bytes_spanned(const chiasm_tensor& tensor);
 
-/** The dense memory that engines see in place of a call's tensors with gaps. It lives as long as the run. */
+/** Dense copies of a call's tensors with gaps, which the engine gets instead. Keep them until the run
+ *  ends. */
 class DenseCopies final {
  public:
-  /** Copies the inputs that have gaps, and gives the outputs that have them memory; `call` has it then.
-   *  `inputs` and `outputs` are the caller's, which were checked; `outputs` is NULL where it has none. Throws
-   *  Error (OUT_OF_MEMORY). */
+  /** Copies the inputs that have gaps, allocates memory for the outputs that have gaps, and enters both in
+   *  `call`. `inputs` and `outputs` are the caller's checked tensors; `outputs` may be NULL. Throws Error
+   *  (OUT_OF_MEMORY). */
   DenseCopies(Call& call, const chiasm_tensor* inputs, const chiasm_tensor* outputs);
 
-  /** After the run: what outputs with gaps got, to where the caller wants it. */
+  /** After the run: copies the results of outputs with gaps to the caller's memory. */
   void spread() const;
 
  private:

@@ -13,7 +13,7 @@ struct Comparison {
   bool passed = true;
   double max_error = 0;  /**< largest |a - b|; NaN equals NaN, infinities equal those of their sign */
   size_t mismatches = 0; /**< elements outside of the tolerance */
-  size_t worst = 0;      /**< the element of the largest excess, where one is outside */
+  size_t worst = 0;      /**< the element of the largest excess, if any is outside */
   double actual = 0, expected = 0; /**< the values there */
 };
 

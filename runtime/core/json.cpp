@@ -13,7 +13,7 @@ constexpr int kMaxDepth = 32;
 
 using Json = nlohmann::json;
 
-/** Watches the parser: depth and repeated keys, which it would let pass. */
+/** Rejects deep nesting and repeated keys, which the parser would accept. */
 class Guard final {
  public:
   explicit Guard(const std::string& origin) : origin_(origin) {}

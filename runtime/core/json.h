@@ -1,4 +1,4 @@
-/** Strict, typed access to JSON: every refusal names the file and the place in it. */
+/** Strict, typed access to JSON: every error names the file and the place in it. */
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace chiasm::core {
 
-/** Parse text that may hold anything. Throws Error (CHIASM_CORRUPT) for text that is not JSON, is nested
- *  deeper than 32 levels, or has the same key twice in one object. */
+/** Parse untrusted text. Throws Error (CHIASM_CORRUPT) for text that is not JSON, is nested deeper than 32
+ *  levels, or has the same key twice in one object. */
 nlohmann::json parse_json(std::string_view text, const std::string& origin);
 
 /** A value of a document together with its place. The document must outlive it. */
@@ -24,7 +24,7 @@ class JsonNode final {
   /** Throws Error: "ORIGIN: PATH: what". */
   [[noreturn]] void refuse(const std::string& what, chiasm_code code = CHIASM_CORRUPT) const;
 
-  /** This is an object which has no other keys than these. */
+  /** Throws Error unless this is an object that has no other keys than these. */
   void only(std::initializer_list<std::string_view> keys) const;
   bool has(const char* key) const;
   JsonNode at(const char* key) const;

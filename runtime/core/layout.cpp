@@ -1,5 +1,5 @@
-/** The frozen layout of the C interface: version 3 on a 64-bit machine. A line here never changes; new
- *  members get new lines, and then the struct a new size. */
+/** The frozen layout of the C interface and of the plug-in interface on a 64-bit machine. A line here never
+ *  changes; a new member gets a new line, and its struct a new size. */
 #include <cstddef>
 
 #include "chiasm/chiasm.h"
@@ -174,7 +174,7 @@ CHIASM_AT(chiasm_backend, run, 80);
 CHIASM_AT(chiasm_backend, unload, 88);
 CHIASM_SIZE(chiasm_backend, 96);
 
-// Values that bundles, plug-ins and programs keep.
+// Values that are stored in bundles and compiled into plug-ins and programs.
 static_assert(CHIASM_OK == 0 && CHIASM_INVALID_ARGUMENT == 1 && CHIASM_FAILED_PRECONDITION == 2 &&
               CHIASM_NOT_FOUND == 16 && CHIASM_CORRUPT == 17 && CHIASM_VERSION_MISMATCH == 18 &&
               CHIASM_UNAVAILABLE == 32 && CHIASM_INTERNAL == 48);

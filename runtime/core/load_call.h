@@ -1,4 +1,4 @@
-/** What a backend is told when it ranks or loads an artifact. */
+/** The request that a backend gets when it ranks or loads an artifact. */
 #pragma once
 
 #include <string>

@@ -19,7 +19,8 @@ constexpr size_t kMaxWhy = 4096;
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/** A letter or underscore, then those, digits and characters of `more`. */
+/** Whether `text` is a letter or underscore, followed by letters, underscores, digits and characters of
+ *  `more`. */
 bool is_name(std::string_view text, std::string_view more = "") {
   if (text.empty() || !is_letter(text[0])) return false;
   for (const char c : text) {
@@ -34,7 +35,7 @@ std::string read_name(const JsonNode& node, std::string_view more = "") {
   return text;
 }
 
-/** A plain name, which must not lead out of the bundle's folder, nor to the manifest and its signature. */
+/** A plain file name: no path out of the bundle's folder, and neither the manifest nor its signature. */
 std::string read_file_name(const JsonNode& node) {
   const std::string& text = node.string(255);
   bool good = !text.empty() && (is_letter(text[0]) || is_digit(text[0])) &&
@@ -60,7 +61,7 @@ BundleFile read_bundle_file(const JsonNode& node) {
   return file;
 }
 
-/** The name of a backend, a format or an engine: which there are is for the plug-ins to say. */
+/** The name of a backend, a format or an engine. Any name is accepted here: plug-ins define which exist. */
 std::string read_plugin_name(const JsonNode& node) {
   const std::string& text = node.string(64);
   if (!is_backend_name(text))
@@ -113,7 +114,7 @@ std::vector<int32_t> read_dtypes(const JsonNode& node) {
   return dtypes;
 }
 
-/** The place of the node's text among `names`. */
+/** The index of the node's text in `names`. */
 template <size_t N>
 size_t read_choice(const JsonNode& node, const char* const (&names)[N]) {
   const std::string& text = node.string(64);
@@ -125,7 +126,7 @@ size_t read_choice(const JsonNode& node, const char* const (&names)[N]) {
   node.refuse("expected one of " + all + "; got '" + text + "'");
 }
 
-/** Reads one manifest; holds what the parts need of each other. */
+/** Reads one manifest. The members are the state that its parts share. */
 class Reader final {
  public:
   explicit Reader(const JsonNode& root) : root_(root) {}
@@ -245,7 +246,7 @@ class Reader final {
     return artifact;
   }
 
-  /** The member, which manifests may have from a version of the schema on. */
+  /** The member `key`, which exists since this version of the schema. */
   JsonNode since(const JsonNode& node, const char* key, int64_t version) const {
     if (version_ < version) {
       node.refuse("'" + std::string(key) + "' is for schema version " + std::to_string(version) +
@@ -263,8 +264,8 @@ class Reader final {
     return why;
   }
 
-  /** `autograd` and `function` stand for options of the torch and the onnx backend since before there were
-   *  any. */
+  /** `autograd` and `function` are options of the torch and the onnx backend. They have members of their own
+   *  because they are older than `options`. */
   void read_options(const JsonNode& node, Artifact& artifact) const {
     if (node.has("autograd")) {
       const bool autograd = node.at("autograd").boolean();
@@ -312,8 +313,7 @@ class Reader final {
     manifest_.methods.push_back(std::move(method));
   }
 
-  /** Each symbol of a method must be, somewhere, a whole dimension of an input: that is where its value comes
-   *  from. */
+  /** Each symbol of a method must be a whole dimension of some input, which gives the symbol its value. */
   void check_symbols_bound(const JsonNode& node, const MethodSpec& method) const {
     std::set<size_t> bound;
     for (const TensorSpec& tensor : method.inputs) {
@@ -335,8 +335,8 @@ class Reader final {
     }
   }
 
-  /** The symbol that counts samples is the first dimension of every output and of some inputs, and of nothing
-   *  else a part. */
+  /** The symbol that counts samples must be the first dimension of every output and of some inputs, and occur
+   *  nowhere else. */
   void read_samples(const JsonNode& node, MethodSpec& method) const {
     const std::string& name = node.string(64);
     const auto found = std::find(symbol_names_.begin(), symbol_names_.end(), name);
@@ -398,7 +398,7 @@ class Reader final {
     }
   }
 
-  /** Each is a file of its own. */
+  /** Each document must be a file of its own. */
   void read_documents(const JsonNode& node) {
     for (const auto& member : node.members(0, 64)) {
       member.node.only({"file", "size", "sha256"});

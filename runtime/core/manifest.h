@@ -1,4 +1,5 @@
-/** A bundle's manifest, read strictly. What is here has been checked; nothing else of the file is trusted. */
+/** A bundle's manifest, read strictly. The fields below have been checked; nothing else of the file is
+ *  used. */
 #pragma once
 
 #include <array>
@@ -28,7 +29,7 @@ inline constexpr uint64_t kMaxManifestSize = 16u << 20;
 inline constexpr int32_t kGeneric = -1;
 
 enum class DevicePlacement { any, cpu, cuda };
-/** Instruction sets, of each family of CPUs from the least to the most. */
+/** Instruction sets, in ascending order within each family of CPUs. */
 enum class Isa { none, x86_64_v2, x86_64_v3, x86_64_v4, armv8_2_a };
 inline constexpr const char* kIsaNames[] = {"", "x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a"};
 
@@ -55,18 +56,18 @@ struct GlibcVersion {
 };
 
 struct Artifact : BundleFile {
-  std::string backend; /**< the name of the backend that loads it, which may be none that is installed here */
+  std::string backend; /**< the backend that loads it; perhaps not installed here */
   std::string format;
-  std::vector<int32_t> dtypes; /**< values of T that it serves */
+  std::vector<int32_t> dtypes; /**< values of T that it supports */
   DevicePlacement device = DevicePlacement::any;
   Isa isa = Isa::none;
-  int64_t sm = 0;                             /**< compute capability, 90 for 9.0; 0 where not stated */
-  GlibcVersion glibc;                         /**< the oldest that it runs with; 0.0 where not stated */
+  int64_t sm = 0;                             /**< compute capability, 90 for 9.0; 0 if not stated */
+  GlibcVersion glibc;                         /**< the oldest that it runs with; 0.0 if not stated */
   std::vector<std::string> needs;             /**< engines that it needs besides its backend's */
-  std::string why;                            /**< which operator needs them; "" where not stated */
-  std::map<std::string, std::string> options; /**< what its backend must know of it */
+  std::string why;                            /**< which operator needs them; "" if not stated */
+  std::map<std::string, std::string> options; /**< its options for the backend */
 
-  /** "" where there is none of that key. */
+  /** "" if there is no such key. */
   std::string option(const std::string& key) const {
     const auto found = options.find(key);
     return found == options.end() ? "" : found->second;
@@ -84,8 +85,8 @@ struct MethodSpec {
   std::array<std::optional<Tolerance>, kDTypeCount> tolerances;
   std::vector<Artifact> artifacts;
   bool generic = false; /**< whether some tensor is of dtype T */
-  /** Bit i is set where input (output) i begins with the symbol that counts independent samples; 0 where
-   *  there is none. */
+  /** Bit i is set if input (output) i begins with the symbol that counts independent samples; 0 if there is
+   *  no such symbol. */
   uint64_t batched_inputs = 0, batched_outputs = 0;
 };
 
@@ -107,13 +108,13 @@ struct Manifest {
   std::vector<MethodSpec> methods;
   BundleFile golden;
   std::vector<GoldenCase> golden_cases;
-  /** what travels with the bundle: a list of parts, where it comes from */
+  /** files about the bundle: its list of parts and its provenance */
   std::vector<BundleFile> documents;
   std::set<std::string> files; /**< the names of all these */
 };
 
 /** Read a manifest. `origin` is the file's name, for messages. Throws Error for anything that is not a valid
- *  manifest: VERSION_MISMATCH for a newer schema, CORRUPT for all else. */
+ *  manifest: VERSION_MISMATCH for a newer schema, CORRUPT for everything else. */
 Manifest parse_manifest(std::string_view text, const std::string& origin);
 
 }  // namespace chiasm::core

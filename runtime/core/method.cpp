@@ -105,8 +105,8 @@ Method::Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, con
 
 Method::~Method() { backend_.table()->unload(model_); }
 
-// What is trusted is the manifest that was parsed, and by its hash the artifact's bytes, which are read once:
-// those that are checked here are those that the backend gets.
+// The parsed manifest is trusted, and through the hash in it the artifact. The artifact is read once, so that
+// the backend gets exactly the bytes that were checked.
 void Method::load_model(const LoadCall& call) {
   const Trust& trust = use_trust();
   bundle_->check_trust(trust);
@@ -160,7 +160,7 @@ void Method::check(const chiasm_tensor* inputs, size_t input_count, const chiasm
 }
 
 size_t Method::runs_at_once() const {
-  // On a device runs are enqueued on one stream.
+  // On a GPU, runs are enqueued on one stream.
   if (device_type_ != CHIASM_CPU || num_threads_ == 0) return 1;
   return static_cast<size_t>(std::max(use_num_threads() / num_threads_, 1));
 }
@@ -189,7 +189,7 @@ void Method::warm_up() const {
   for (size_t i = 0; i < signature_.input_count(); ++i) supply(call.inputs[i]);
   for (size_t i = 0; i < signature_.output_count(); ++i) supply(call.outputs[i]);
   execute(call, nullptr);
-  // Wait: the buffers are about to go.
+  // Wait for the GPU: the buffers are about to be freed.
   if (!device.empty()) device.back().copy_to_host(host.back().data(), 1);
 }
 

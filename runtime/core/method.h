@@ -36,7 +36,7 @@ class Outputs final {
 /** Immutable once loaded; run may be called from many threads at once. */
 class Method final {
  public:
-  /** Load by the caller's wishes. Throws Error. */
+  /** Load the artifact that suits the request best. Throws Error. */
   static std::shared_ptr<Method> load(std::shared_ptr<const Bundle> bundle, const char* name,
                                       const LoadRequest& asked);
 
@@ -59,7 +59,7 @@ class Method final {
   /** The checks of run_into: fills `call`. */
   void check(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs,
              size_t output_count, const chiasm_run_options* options, Call& call) const;
-  /** How many runs at once use no more threads than the process may. */
+  /** How many concurrent runs the process's number of threads allows. */
   size_t runs_at_once() const;
   /** Run a call that was checked and has all its data. */
   void execute(const Call& call, const chiasm_run_options* options) const;

@@ -27,7 +27,7 @@ bool decode(std::string_view text, std::array<unsigned char, N>& bytes) {
   size_t size = 0;
   return sodium_base642bin(bytes.data(), N, text.data(), text.size(), nullptr, &size, nullptr,
                            sodium_base64_VARIANT_ORIGINAL) == 0 &&
-         size == N && encode(bytes) == text;  // it takes bytes above 127 for others
+         size == N && encode(bytes) == text;  // libsodium mistakes bytes above 127 for others
 }
 
 /** Takes a line, without its end, off the front of `text`. */
@@ -47,7 +47,7 @@ const unsigned char* bytes_of(std::string_view text) {
   return reinterpret_cast<const unsigned char*>(text.data());
 }
 
-/** As minisign shows it. */
+/** As minisign prints it. */
 std::string text_of(const KeyId& id) {
   std::string text;
   for (size_t i = id.size(); i-- > 0;) {

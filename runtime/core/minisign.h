@@ -17,21 +17,21 @@ struct PublicKey {
   std::array<unsigned char, 32> key;
 };
 
-/** A key's 56 characters, or the text of a key file, whose second line they are. Throws Error
+/** Reads a key: its 56 characters, or the text of a key file, whose second line has them. Throws Error
  *  (INVALID_ARGUMENT) that names `origin`. */
 PublicKey read_public_key(std::string_view text, const std::string& origin);
 
-/** Its 56 characters. */
+/** The key's 56 characters. */
 std::string text_of(const PublicKey& key);
 
-/** Proves that one of the keys has signed the message, and the signature's trusted comment, which is
- *  returned. Throws Error: CORRUPT where `signature` is no signature file, UNTRUSTED for all else; each names
- *  `origin`. */
+/** Checks that one of the keys has signed the message and the signature's trusted comment. Returns the
+ *  comment. Throws Error, which names `origin`: CORRUPT if `signature` is no signature file, UNTRUSTED for
+ *  everything else. */
 std::string verify_signature(std::string_view message, std::string_view signature,
                              const std::vector<PublicKey>& keys, const std::string& origin);
 
-/** Ed25519: the signature of a message by a secret key (seed, then public key), for what writes signature
- *  files. */
+/** Ed25519: the signature of a message by a secret key (seed, then public key), for programs that write
+ *  signature files. */
 std::array<unsigned char, 64> sign(std::string_view message, const std::array<unsigned char, 64>& secret_key);
 
 }  // namespace chiasm::core

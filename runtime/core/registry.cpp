@@ -42,7 +42,7 @@ std::string backend_of(const std::string& file) {
   return is_backend_name(name) ? name : "";
 }
 
-/** The paths of a folder's plug-ins, by name; none where the folder cannot be read. */
+/** The paths of a folder's plug-ins, by name; none if the folder cannot be read. */
 std::map<std::string, std::string> plugins_in(const std::string& folder) {
   std::map<std::string, std::string> found;
   const std::unique_ptr<DIR, int (*)(DIR*)> listing(::opendir(folder.c_str()), ::closedir);
@@ -135,7 +135,7 @@ void Backend::check_option(const std::string& option) const {
 
 const Backend::Engine& Backend::engine() const {
   std::call_once(probed_, [this] {
-    // a child could neither open a library nor begin again while its parent was opening one
+    // if the parent forked while it opened a library, the child could neither open one nor start again
     const ForkGate::Passage passage;
     probe();
   });

@@ -18,7 +18,7 @@ class Backend final {
   Backend(std::string name, const std::string& path);
 
   const std::string& name() const { return name_; }
-  /** NULL where the library is no plug-in that this core can use. */
+  /** NULL if the library is no plug-in that this core can use. */
   const chiasm_backend* table() const { return table_; }
 
   bool loads(const std::string& format) const { return format_of(format) != nullptr; }
@@ -28,14 +28,14 @@ class Backend final {
     return table_ != nullptr && (table_->devices >> device_type & 1u) != 0;
   }
   bool has_option(const std::string& key) const;
-  /** Throws Error (INVALID_ARGUMENT) where `option` is not "key=value" with a key that this backend knows. */
+  /** Throws Error (INVALID_ARGUMENT) if `option` is not "key=value" with a key that this backend knows. */
   void check_option(const std::string& option) const;
 
-  /** What the engine says of itself. The first call opens it, and may take as long as that takes. */
+  /** The engine's description of itself. The first call opens the engine, which may take long. */
   struct Engine {
     bool has_cuda = false;
     std::string version;
-    std::string problem; /**< "" where the backend can be used */
+    std::string problem; /**< "" if the backend can be used */
   };
   const Engine& engine() const;
 
@@ -50,18 +50,19 @@ class Backend final {
   mutable std::once_flag probed_;
 };
 
-/** Finds `libchiasm_<name>.so` in a list of folders. Of several with one name the first counts, also where it
- *  cannot be opened: a broken installation is reported, not hidden by an older one. Thread-safe. */
+/** Finds `libchiasm_<name>.so` in a list of folders. If several have the same name, the first one counts,
+ *  even if it cannot be opened: a broken installation is reported, not hidden by an older one.
+ *  Thread-safe. */
 class Registry final {
  public:
   explicit Registry(std::vector<std::string> folders);
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  /** Those that were found, in the order in which `auto` tries them: by priority, then by name. The first
-   *  call opens all. */
+  /** The backends that were found, in the order in which `auto` tries them: by priority, then by name. The
+   *  first call opens all plug-ins. */
   const std::vector<std::unique_ptr<Backend>>& all();
-  /** NULL where there is none of that name. */
+  /** NULL if there is no backend of that name. */
   const Backend* find(const std::string& name);
   /** A sentence that says where `libchiasm_<name>.so` was looked for. */
   std::string not_found(const std::string& name) const;
@@ -77,11 +78,11 @@ class Registry final {
   std::once_flag scanned_;
 };
 
-/** Whether it may be a backend's name: 1 to 64 lower-case letters, digits and underscores, the first a
+/** Whether `text` may be a backend's name: 1 to 64 lower-case letters, digits and underscores, the first a
  *  letter. */
 bool is_backend_name(const std::string& text);
 
-/** The parts of a list that is separated by colons; empty ones are left out. */
+/** The non-empty parts of a colon-separated list. */
 std::vector<std::string> split_path(const char* list);
 
 }  // namespace chiasm::core

@@ -21,10 +21,10 @@ struct Memory {
   bool is_output;
 };
 
-/** Throws unless nothing of an output is also another tensor's: of whole rows in one batch nothing is. */
+/** Throws if the memory of an output overlaps that of another tensor. Rows of one batch do not overlap. */
 void check_apart(std::vector<Memory>& all) {
   std::sort(all.begin(), all.end(), [](const Memory& a, const Memory& b) { return a.begin < b.begin; });
-  // Of those that begin before, the one that ends last, and of the outputs among them
+  // Of the tensors that begin earlier: the one that ends last, and the output that ends last
   const Memory *last = nullptr, *last_output = nullptr;
   for (const Memory& memory : all) {
     const Memory* const other = memory.is_output ? last : last_output;
@@ -39,7 +39,7 @@ void check_apart(std::vector<Memory>& all) {
   }
 }
 
-/** The error of a run, which it names. */
+/** Throws a run's error again, with the run's number. */
 [[noreturn]] void fail_in(size_t run, const std::exception_ptr& error) {
   try {
     std::rethrow_exception(error);
@@ -48,7 +48,7 @@ void check_apart(std::vector<Memory>& all) {
   }
 }
 
-/** The runs of a call, which threads take one after the other. */
+/** The runs of a call. Each thread takes the next run until none is left. */
 class Queue {
  public:
   explicit Queue(size_t runs) : runs_(runs) {}
@@ -119,7 +119,7 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
     others.reserve(at_once);
     while (others.size() + 1 < at_once) others.emplace_back(work);
   } catch (const std::system_error&) {
-    // The process may have no more threads: those that there are do the work.
+    // The system allows no more threads: the existing ones do the work.
   }
   work();
   for (std::thread& other : others) other.join();

@@ -13,7 +13,7 @@ namespace chiasm::core {
 struct StoredTensor {
   int32_t dtype = 0; /**< a chiasm_dtype */
   std::vector<int64_t> shape;
-  const unsigned char* data = nullptr; /**< perhaps not aligned */
+  const unsigned char* data = nullptr; /**< may be unaligned */
   size_t size = 0;
 };
 

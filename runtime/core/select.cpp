@@ -118,7 +118,7 @@ int32_t choose_dtype(const MethodSpec& method, const std::vector<int32_t>& dtype
       break;
     }
   }
-  if (offered.empty()) offered = dtypes;  // no artifact at all for that backend: `choose` says so
+  if (offered.empty()) offered = dtypes;  // no artifact at all for that backend: `choose` reports it
   const auto has = [&offered](int32_t dtype) {
     return std::find(offered.begin(), offered.end(), dtype) != offered.end();
   };
@@ -169,8 +169,8 @@ std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t
 
 namespace {
 
-/** The artifacts for a backend that fit, those for the highest CPU level first; `why_not` says why others do
- *  not. */
+/** The artifacts for a backend that fit, those for the highest CPU level first; `why_not` says why the others
+ *  do not. */
 std::vector<const Artifact*> fitting(const MethodSpec& method, const std::string& backend,
                                      const LoadRequest& request, int32_t dtype, const Machine& machine,
                                      std::string& why_not) {
@@ -190,8 +190,7 @@ std::vector<const Artifact*> fitting(const MethodSpec& method, const std::string
   return found;
 }
 
-/** Why the method has artifacts of a format that the backend loads, but for another backend; "" where it has
- *  none. */
+/** Why an artifact in a format of the backend needs another engine too; "" if there is none. */
 std::string needs_of(const MethodSpec& method, const Backend& backend) {
   for (const Artifact& artifact : method.artifacts) {
     if (artifact.needs.empty() || !backend.loads(artifact.format)) continue;
@@ -205,8 +204,8 @@ class Reasons final {
  public:
   void add(const std::string& backend, const std::string& reason, chiasm_code code = CHIASM_NOT_FOUND) {
     text_ += (text_.empty() ? " " : "; ") + backend + ": " + reason;
-    // What is missing on this machine says more than what is forbidden, and that more than what the bundle
-    // has not.
+    // Report the most useful code: something is missing on this machine, else something is forbidden, else
+    // the bundle lacks an artifact.
     if (code != CHIASM_NOT_FOUND && (code_ == CHIASM_NOT_FOUND || code == CHIASM_UNAVAILABLE)) code_ = code;
     last_.reset();
     ++count_;
@@ -306,7 +305,7 @@ void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype,
       reasons.add(backend.name(), "its options leave out each of its artifacts", CHIASM_INVALID_ARGUMENT);
     }
   }
-  // backends that the method has artifacts for, or that were asked for, and that are not here
+  // backends that were requested, or that the method has artifacts for, and that are not installed
   std::vector<std::string> missing;
   if (!request.backend.empty()) missing.push_back(request.backend);
   for (const Artifact& artifact : method.artifacts) {

@@ -64,7 +64,7 @@ chiasm_tensor view(const StoredTensor& stored, void* data, const LoadRequest& re
           stored.shape.data(),   nullptr};
 }
 
-/** Run one case and compare; throws Error where it cannot be run. */
+/** Run one case and compare; throws Error if it cannot be run. */
 void replay(const Method& method, const MethodSpec& spec, const GoldenCase& one, const Stored& stored,
             const LoadRequest& request, const std::string& file, Row& row) {
   std::vector<std::unique_ptr<Buffer>> buffers;
@@ -169,7 +169,7 @@ int32_t self_test(const std::shared_ptr<const Bundle>& bundle, const LoadRequest
           } catch (const Error& error) {
             const bool not_here =
                 error.code() == CHIASM_UNAVAILABLE || error.code() == CHIASM_VERSION_MISMATCH;
-            row.passed = not_here ? -1 : 0;  // like what has an obstacle
+            row.passed = not_here ? -1 : 0;  // as for an artifact with an obstacle
             row.message = error.what();
           } catch (const std::exception& error) {
             row.passed = 0;

@@ -9,7 +9,7 @@
 namespace chiasm::core {
 
 /** One row per golden case and artifact; returns how many failed. `request` limits backend, dtype and device.
- *  Throws Error where the golden file itself cannot be used. */
+ *  Throws Error if the golden file itself cannot be used. */
 int32_t self_test(const std::shared_ptr<const Bundle>& bundle, const LoadRequest& request, Registry& registry,
                   chiasm_self_test_callback callback, void* user);
 

@@ -19,7 +19,7 @@ std::string counted(size_t count, const char* kind) {
   return std::to_string(count) + " " + kind + (count == 1 ? "" : "s");
 }
 
-/** What a chiasm_tensor was when it was first published. */
+/** The size of chiasm_tensor when it was first published. */
 constexpr size_t kFirstSize = CHIASM_SIZE_THROUGH(chiasm_tensor, strides);
 
 void check_array(const chiasm_tensor* tensors, size_t count, size_t expected, const char* kind) {
@@ -27,8 +27,8 @@ void check_array(const chiasm_tensor* tensors, size_t count, size_t expected, co
     fail(CHIASM_INVALID_ARGUMENT, "expected " + counted(expected, kind) + ", got " + std::to_string(count));
   }
   if (tensors == nullptr) fail(CHIASM_INVALID_ARGUMENT, std::string("the array of ") + kind + "s is NULL");
-  // The upper bound: no version of the struct is that long, so the caller has not set it, and the next one
-  // would be anywhere.
+  // No version of the struct is longer than this. A larger size means that the caller has not set it, and it
+  // would lead to a wrong address for the next struct.
   constexpr size_t kLongest = 1024;
   const size_t size = tensors->struct_size;
   if (size < kFirstSize || size > kLongest || size % alignof(chiasm_tensor) != 0) {
@@ -47,7 +47,7 @@ bool looks_channels_last(const chiasm_tensor& tensor) {
   return strides[0] == 1 && strides[2] == shape[0] && strides[1] == shape[0] * shape[2];
 }
 
-/** Whether a tensor is a batch of frames, of which the caller may pass one alone. */
+/** Whether a tensor is a batch of frames, for which the caller may pass a single frame. */
 bool is_frames(const TensorSpec& spec) { return spec.layout == "NHWC" && spec.shape.size() == 4; }
 
 }  // namespace
@@ -138,8 +138,8 @@ void Signature::check_common(const chiasm_tensor& tensor, const TensorRule& rule
   }
 }
 
-// An input that may be a frame alone, as a batch. All frames of a call are alone, or none is; `first` is the
-// one that decides whether outputs of one channel lack its dimension.
+// An input that may be a single frame, as a batch. In a call either all frames are single or none is. The
+// `first` one decides whether outputs with one channel lack the channel dimension.
 chiasm_tensor Signature::as_batch(const chiasm_tensor& tensor, size_t n, bool first, Call& call) const {
   const TensorRule& rule = inputs_[n];
   if (!rule.frames) return tensor;
@@ -163,7 +163,7 @@ chiasm_tensor Signature::as_batch(const chiasm_tensor& tensor, size_t n, bool fi
 bool Signature::has_gaps(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const {
   if (tensor.strides == nullptr) return false;
   const int64_t* const end = tensor.shape + tensor.ndim;
-  if (std::find(tensor.shape, end, 0) != end) return false;  // no element, so no place of one
+  if (std::find(tensor.shape, end, 0) != end) return false;  // no elements, so the strides do not matter
   const Order order = order_of(tensor);
   if (order == Order::dense || (order == Order::gaps && device_type_ == CHIASM_CPU))
     return order == Order::gaps;
@@ -320,7 +320,7 @@ void Signature::check_outputs(const chiasm_tensor* outputs, size_t count, Call& 
   for (size_t n = 0; n < count; ++n) {
     const char* const name = outputs_[n].spec->name.c_str();
     for (size_t i = 0; i < inputs_.size(); ++i) {
-      // What has gaps is copied before the run or after it.
+      // Tensors with gaps are copied before or after the run, so they may overlap.
       if ((call.gaps_in_outputs >> n & 1) != 0 || (call.gaps_in_inputs >> i & 1) != 0) continue;
       if (overlap(call.outputs[n], call.inputs[i])) {
         refuse("output", name, "its memory overlaps that of input '" + inputs_[i].spec->name + "'");

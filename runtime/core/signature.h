@@ -1,4 +1,4 @@
-/** The checks between a caller and an engine: nothing reaches a backend that its method did not ask for. */
+/** The checks between a caller and an engine: a backend gets only tensors that fit its method's signature. */
 #pragma once
 
 #include <string>
@@ -8,13 +8,12 @@
 
 namespace chiasm::core {
 
-/** One call, as the checks leave it: on the stack, no memory of its own.
+/** One checked call. It is on the stack and allocates no memory.
  *
- *  The tensors are in the layout that engines see: dense row-major, strides NULL. What has gaps gets dense
- *  memory before it is run (DenseCopies). Where the signature has
- *  batches of frames (layout "NHWC"), the caller may pass a frame alone: (H, W, C), or (H, W) of one channel.
- *  Engines see a batch of one, and the caller gets outputs without the dimensions that the first of them
- *  lacked.
+ *  The tensors have the layout that engines get: dense row-major, strides NULL. Tensors with gaps get dense
+ *  memory before the run (DenseCopies). For a batch of frames (layout "NHWC"), the caller may pass a single
+ *  frame: (H, W, C), or (H, W) if it has one channel. The engine gets a batch of one, and the caller gets
+ *  outputs without the dimensions that the first such input lacks.
  */
 struct Call {
   chiasm_tensor inputs[kMaxTensors];
@@ -22,10 +21,10 @@ struct Call {
   int64_t output_shapes[kMaxTensors][CHIASM_MAX_DIMS];
   size_t output_bytes[kMaxTensors];
   int64_t symbols[kMaxSymbols];
-  int64_t frame_shapes[kMaxTensors][4]; /**< of inputs that came as frames alone */
-  int32_t missing = 0;                  /**< how many dimensions the first of them lacks */
+  int64_t frame_shapes[kMaxTensors][4]; /**< of inputs that are single frames */
+  int32_t missing = 0;                  /**< how many dimensions the first of these lacks */
 
-  /** What the caller sees of output n: of frames alone a frame alone. */
+  /** Output n as the caller sees it: a single frame if the inputs are single frames. */
   chiasm_tensor seen_output(size_t n) const;
   uint64_t frame_outputs = 0;   /**< by bit: which outputs are batches of frames */
   uint64_t gaps_in_inputs = 0;  /**< by bit: the caller's tensors that have gaps (core/gaps.h) */
@@ -42,18 +41,18 @@ class Signature final {
   size_t input_count() const { return inputs_.size(); }
   size_t output_count() const { return outputs_.size(); }
 
-  /** Check the inputs, and fill `call` but for the outputs' data. Throws Error (INVALID_ARGUMENT) whose
-   *  message names the tensor, what was expected and what came. */
+  /** Check the inputs, and fill `call` except the outputs' data. Throws Error (INVALID_ARGUMENT) whose
+   *  message names the tensor, the expected and the actual value. */
   void check_inputs(const chiasm_tensor* inputs, size_t count, Call& call) const;
 
   /** After check_inputs: check the caller's outputs and take them into `call`. */
   void check_outputs(const chiasm_tensor* outputs, size_t count, Call& call) const;
 
-  /** The call whose every symbol is at its minimum; data is NULL everywhere. `shapes` holds the inputs'
+  /** The call in which every symbol has its minimum; data is NULL everywhere. `shapes` holds the inputs'
    *  shapes. */
   void smallest_call(Call& call, int64_t (*shapes)[CHIASM_MAX_DIMS]) const;
 
-  /** Bytes of a dense tensor; throws where that is more than memory can be. */
+  /** Bytes of a dense tensor; throws Error if that exceeds the address space. */
   static size_t bytes_of(const chiasm_tensor& tensor, const char* kind, const char* name);
 
  private:

@@ -1,5 +1,5 @@
-/** A method's signature as a text, which native code carries too (python/chiasm/export/formats/native.py
- *  writes it): the two must be equal. */
+/** A method's signature as a text. Native code carries the same text (python/chiasm/export/formats/native.py
+ *  writes it); the two must be equal. */
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-/** Errors inside the core are exceptions; at the C border each becomes a chiasm_status. */
+/** Errors inside the core are exceptions; at the C boundary each becomes a chiasm_status. */
 #pragma once
 
 #include <string>

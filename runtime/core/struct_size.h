@@ -8,12 +8,12 @@
 
 namespace chiasm::core {
 
-/** The size of a struct that ends with `member`: what a caller's struct_size must be for the library to read
- *  that member. */
+/** The size of a struct that ends with `member`: the least struct_size of a caller for which the library may
+ *  read that member. */
 #define CHIASM_SIZE_THROUGH(type, member) (offsetof(type, member) + sizeof(type::member))
 
-/** Throws Error (INVALID_ARGUMENT) where a caller's struct is smaller than `first`, what it was when it was
- *  first published. */
+/** Throws Error (INVALID_ARGUMENT) if a caller's struct is smaller than `first`, its size when it was first
+ *  published. */
 inline void check_struct_size(size_t struct_size, size_t first, const std::string& what,
                               const std::string& remedy) {
   if (struct_size >= first) return;

@@ -18,10 +18,10 @@ struct Trust {
 /** Each key is a public key's text or a file's path. Throws Error: INVALID_ARGUMENT, FAILED_PRECONDITION once
  *  it was used. */
 void set_trust(int32_t policy, const std::vector<std::string>& keys);
-/** As set, else as the environment says. Throws Error (INVALID_ARGUMENT) where that is nonsense: nothing is
- *  run then. */
+/** The policy that was set, else the environment's. Throws Error (INVALID_ARGUMENT) if the latter is invalid,
+ *  so that nothing runs. */
 Trust get_trust();
-/** The policy, which from now on no longer changes. */
+/** The policy; from now on it can no longer be set. */
 const Trust& use_trust();
 
 }  // namespace chiasm::core
