@@ -1,5 +1,5 @@
-/** What the process may still have: engines that cannot make their threads, or allocate their tables, hang or
- *  end the process. */
+/** Checks how many threads and how much memory the process can still get: engines that cannot create their
+ *  threads, or allocate their tables, hang or end the process. */
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@
 
 namespace chiasm::plugin {
 
-/** How many threads more than those that are there the process may have now, up to `wanted`: they are made,
- *  and end at once. */
+/** How many more threads, up to `wanted`, the process can create now. It creates them to find out; they end
+ *  at once. */
 inline int32_t threads_left(int32_t wanted) {
   std::vector<std::thread> threads;
   std::mutex mutex;
@@ -33,8 +33,8 @@ inline int32_t threads_left(int32_t wanted) {
   return count;
 }
 
-/** What glibc maps for a moment when a thread first allocates: twice an arena's size, of which it keeps an
- *  aligned half. */
+/** What glibc maps for a moment at a thread's first allocation: twice the size of an arena, of which it keeps
+ *  the aligned half. */
 inline constexpr size_t kArenaBytes = size_t{128} << 20;
 
 /** Throws CHIASM_OUT_OF_MEMORY, naming `purpose`, unless the process may have `bytes` more now. */

@@ -1,4 +1,4 @@
-/** What every backend plug-in needs: the guard at the boundary, options, files in memory. */
+/** Helpers of every backend plug-in: the guard at the boundary, options, files in memory. */
 #pragma once
 
 #include <fcntl.h>
@@ -42,7 +42,7 @@ int32_t guard(chiasm_error_text* error, Body&& body) noexcept {
   }
 }
 
-/** The value of an option in a list of "key=value" texts that ends with NULL; `missing` where it is not
+/** The value of an option in a list of "key=value" texts that ends with NULL; `missing` if it is not
  *  there. */
 inline std::string option(const char* const* options, const std::string& key,
                           const std::string& missing = "") {
@@ -60,7 +60,7 @@ inline bool flag(const char* const* options, const std::string& key, bool missin
   return value == "1";
 }
 
-/** An anonymous file in memory. What is written cannot be changed once it is sealed. */
+/** An anonymous file in memory. Its content cannot be changed once it is sealed. */
 class MemoryFile {
  public:
   explicit MemoryFile(const char* name) : fd_(memfd_create(name, MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
@@ -96,7 +96,7 @@ class MemoryFile {
     }
   }
 
-  /** The kernel refuses while it holds a page itself (EBUSY), as it may for a moment when it moves pages. */
+  /** Tries again on EBUSY: the kernel may hold a page for a moment, for instance while it moves pages. */
   void seal() {
     constexpr int kAllSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL;
     for (int tries = 1; fcntl(fd_, F_ADD_SEALS, kAllSeals) != 0; ++tries) {
@@ -106,7 +106,7 @@ class MemoryFile {
     }
   }
 
-  /** Who opens it reads the bytes. */
+  /** Opening this path opens the file. */
   std::string path() const {
     std::string path = "/proc/self/fd/" + std::to_string(fd_);
     if (access(path.c_str(), R_OK) != 0)

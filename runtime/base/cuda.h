@@ -1,5 +1,5 @@
-/** What the core and its plug-ins do with the CUDA driver. It is found at run time: nothing is linked, and no
- *  CUDA headers are needed to build. */
+/** The functions of the CUDA driver that the core and its plug-ins use. The driver is opened at run time:
+ *  nothing is linked, and no CUDA headers are needed to build. */
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 namespace chiasm::base {
 
 /** A device's primary context, which is the one that the CUDA runtime uses as well. Throws
- *  Error(CHIASM_UNAVAILABLE) where there is no driver or no such device. */
+ *  Error(CHIASM_UNAVAILABLE) if there is no driver or no such device. */
 class CudaDevice final {
  public:
   explicit CudaDevice(int32_t index);
@@ -17,7 +17,7 @@ class CudaDevice final {
   CudaDevice& operator=(const CudaDevice&) = delete;
   ~CudaDevice();
 
-  /** While one lives, the device is the calling thread's current one. */
+  /** While a Current lives, its device is the calling thread's current device. */
   class Current final {
    public:
     explicit Current(const CudaDevice& device);
@@ -29,8 +29,8 @@ class CudaDevice final {
   /** The compute capability: 90 for 9.0. */
   int64_t capability() const;
 
-  /** Memory in the order of the stream: it may be released while work that uses it is still enqueued. NULL
-   *  where there is none left. The device must be current. */
+  /** Memory in the order of the stream: it may be released while work that uses it is still enqueued. NULL if
+   *  none is left. The device must be current. */
   static void* allocate(std::size_t bytes, void* stream) noexcept;
   static void release(void* data, void* stream) noexcept;
 
@@ -48,9 +48,9 @@ class CudaStream final {
   ~CudaStream();
 
   void* handle() const { return stream_; }
-  /** What is enqueued here from now on starts after what `caller` holds now. */
+  /** Work enqueued here from now on starts after the work that is on `caller` now. */
   void begin_after(void* caller) { order(caller, stream_); }
-  /** What is enqueued on `caller` from now on starts after what is enqueued here now. */
+  /** Work enqueued on `caller` from now on starts after the work that is here now. */
   void end_before(void* caller) { order(stream_, caller); }
 
  private:
@@ -78,8 +78,8 @@ class CudaBuffer final {
   void* data_ = nullptr;
 };
 
-/** A guess that costs no driver start (cuInit takes 100 ms and more): is there a device that this process may
- *  see? */
+/** Guesses whether this process can see a device, without starting the driver (cuInit takes 100 ms and
+ *  more). */
 bool cuda_device_present();
 
 }  // namespace chiasm::base

@@ -13,7 +13,7 @@ struct DTypeEntry {
   const char* safetensors; /**< as in a safetensors header */
   size_t size;             /**< bytes of one element */
   int32_t dlpack;          /**< its DLDataTypeCode */
-  char numpy_kind;         /**< numpy.dtype.kind; 'V' where NumPy has no such type */
+  char numpy_kind;         /**< numpy.dtype.kind; 'V' if NumPy has no such type */
   int32_t onnx;            /**< its TensorProto.DataType, which is ONNXTensorElementDataType too */
   int32_t torch;           /**< its c10::ScalarType */
 };
@@ -36,12 +36,12 @@ inline constexpr int32_t kDTypeCount = sizeof kDTypes / sizeof kDTypes[0];
 
 inline bool is_dtype(int64_t value) { return value >= 0 && value < kDTypeCount; }
 
-/** Also for values that are no dtype, as messages need. */
+/** Also accepts values that are no dtype, for messages. */
 inline const char* dtype_name(int64_t value) {
   return is_dtype(value) ? kDTypes[value].name : "an unknown dtype";
 }
 
-/** -1 where there is none of that name. */
+/** -1 if there is no dtype of that name. */
 inline int32_t dtype_from_name(std::string_view name) {
   for (int32_t i = 0; i < kDTypeCount; ++i) {
     if (name == kDTypes[i].name) return i;
@@ -56,7 +56,7 @@ inline size_t element_count(const chiasm_tensor& tensor) {
   return count;
 }
 
-/** The bytes of a dense tensor of a dtype that there is. */
+/** The bytes of a dense tensor, whose dtype must be valid. */
 inline size_t byte_count(const chiasm_tensor& tensor) {
   return element_count(tensor) * kDTypes[tensor.dtype].size;
 }

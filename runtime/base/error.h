@@ -1,4 +1,4 @@
-/** Errors inside libraries of ours are exceptions. At a library's border each becomes a code and a text. */
+/** Inside our libraries errors are exceptions. At a library's boundary each becomes a code and a text. */
 #pragma once
 
 #include <exception>
@@ -11,7 +11,7 @@
 
 namespace chiasm::base {
 
-/** A code and a message for the user. Whatever else is thrown counts as CHIASM_INTERNAL, or
+/** A code and a message for the user. Any other exception counts as CHIASM_INTERNAL or
  *  CHIASM_OUT_OF_MEMORY. */
 class Error : public std::exception {
  public:
@@ -37,7 +37,7 @@ auto report_current_exception(Report&& report) noexcept {
     return report(error.code(), error.what());
   } catch (const std::bad_alloc&) {
     return report(CHIASM_OUT_OF_MEMORY, "out of memory");
-  } catch (const std::length_error&) {  // of a container that was asked for more than there can be
+  } catch (const std::length_error&) {  // a container was asked for more than its max_size
     return report(CHIASM_OUT_OF_MEMORY, "out of memory");
   } catch (const std::exception& error) {
     return report(CHIASM_INTERNAL, error.what());

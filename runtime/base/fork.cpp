@@ -15,11 +15,11 @@
 namespace chiasm::base {
 namespace {
 
-/** Longer than any call of an engine should take. A fork that has waited so long goes on, at its own risk. */
+/** Longer than any call of an engine should take. After this time a fork goes on, at its own risk. */
 constexpr auto kPatience = std::chrono::seconds(10);
 
-/** How often a thread has gone to sleep, where it sleeps now; -1 where it does not. 0 where nothing is known of
- *  it, as without /proc. */
+/** How often a sleeping thread has gone to sleep; -1 if it is awake; 0 if that is unknown, as without
+ *  /proc. */
 int64_t sleeps_of(pid_t thread) noexcept {
   char path[64], text[4096];
   std::snprintf(path, sizeof path, "/proc/self/task/%d/status", static_cast<int>(thread));
@@ -80,7 +80,8 @@ void ForkGate::close() noexcept {
 }
 
 bool ForkGate::workers_sleep() const noexcept {
-  // One may wake another that was looked at before, so all must sleep twice, and not have been awake between.
+  // A thread may wake one that was checked before it. So all must be asleep in two checks, and none may have
+  // been awake between them.
   int64_t sleeps[2] = {0, 0};
   for (int64_t& sum : sleeps) {
     for (const pid_t worker : workers_) {

@@ -1,5 +1,5 @@
-/** Locks and forks. A child of fork has one thread: what the parent's others held at that moment would stay
- *  held in it for ever. */
+/** Locks and forks. A child of fork has one thread: locks that other threads of the parent held at that
+ *  moment would stay locked in the child for ever. */
 #pragma once
 
 #include <sys/types.h>
@@ -11,15 +11,15 @@
 
 namespace chiasm::base {
 
-/** Counts who is inside: a call of an engine, an opening of a library. A fork waits until nobody is, and who
- *  comes in the meantime waits until it is done; so a child finds the locks inside free. A passage takes 4
- *  ns. Passages of two gates must not be nested.
+/** Counts the threads inside the gate: those that call an engine or open a library. A fork waits until none
+ *  is inside, and threads that arrive meanwhile wait until the fork is done; so a child finds the engine's
+ *  locks free. A passage takes 4 ns. Passages of two gates must not be nested.
  *
- *  There is one gate in each library that this code is linked into, which is never unloaded or holds none at
- *  its end. */
+ *  Each library that this code is linked into has one gate. The library must never be unloaded, or only while
+ *  no thread is inside. */
 class ForkGate final {
  public:
-  /** While one lives, its thread is inside. */
+  /** While a Passage lives, its thread is inside. */
   class Passage final {
    public:
     Passage() noexcept : slot_(instance().enter()) {}
@@ -31,8 +31,8 @@ class ForkGate final {
     std::atomic<int64_t>& slot_;
   };
 
-  /** While one lives, a fork waits also until its thread sleeps: one of an engine's own, which works for calls
-   *  that are inside and may hold the engine's locks for a moment after them. */
+  /** For an engine's own thread, which works for calls that are inside and may hold the engine's locks for a
+   *  moment after them. While a Worker lives, a fork also waits until its thread sleeps. */
   class Worker final {
    public:
     Worker();
@@ -65,8 +65,8 @@ class ForkGate final {
   std::vector<pid_t> workers_;
 };
 
-/** For a mutex that guards what has no gate, in a handler of pthread_atfork that runs in the child: makes it
- *  usable. False where another thread held it: what it guards may be half changed. */
+/** Makes a mutex that no gate protects usable in the child; call it in a child handler of pthread_atfork.
+ *  Returns false if another thread held the mutex: the data that it guards may be half changed. */
 bool free_in_child(std::mutex& mutex) noexcept;
 
 }  // namespace chiasm::base

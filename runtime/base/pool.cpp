@@ -34,7 +34,7 @@ Pool& Pool::instance() {
 
 void Pool::go_on_in_child() noexcept {
   if (free_in_child(mutex_)) return;
-  count_ = 0;  // the blocks are lost: which are whose is not known
+  count_ = 0;  // leaks the blocks: the list may be half changed
   kept_bytes_ = 0;
 }
 

@@ -9,8 +9,8 @@
 
 namespace chiasm::base {
 
-/** Blocks of memory aligned to 64 bytes. Big blocks are kept when they are released, up to a limit, the ones
- *  released last: the page faults on a fresh block of 6 MB cost more than a stencil over it. Thread-safe. */
+/** Blocks of memory aligned to 64 bytes. Released big blocks are kept for reuse, the latest ones up to a
+ *  limit: the page faults on a fresh block of 6 MB cost more than a stencil over it. Thread-safe. */
 class Pool final {
  public:
   static constexpr std::size_t kAlignment = 64;
@@ -24,16 +24,16 @@ class Pool final {
   /** The pool of the library that this code is in. Never destroyed: a thread may still run at exit. */
   static Pool& instance();
 
-  /** NULL where there is no memory left. */
+  /** NULL if no memory is left. */
   void* allocate(std::size_t bytes) noexcept;
   /** `bytes` is what the block was allocated with. */
   void release(void* data, std::size_t bytes) noexcept;
-  /** Gives everything that is kept back to the system. */
+  /** Returns all kept blocks to the system. */
   void trim() noexcept;
   std::size_t kept_bytes() noexcept;
 
  private:
-  /** In a child of fork, whose parent's other threads may have been at work here. */
+  /** For a child of fork: other threads of the parent may have been using the pool. */
   void go_on_in_child() noexcept;
 
   struct Block {

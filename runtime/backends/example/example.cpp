@@ -65,7 +65,7 @@ class Program {
 };
 
 // The engine is this file, so there is nothing to open. A real probe opens the engine's library and throws
-// Error(CHIASM_UNAVAILABLE, "... is not found: install it with ...") where it cannot.
+// Error(CHIASM_UNAVAILABLE, "... is not found: install it with ...") if it cannot.
 int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
   return guard(error, [&] {
     info->engine_version = "toy engine 1.0";
@@ -84,7 +84,7 @@ int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outpu
 
 void unload(void* model) { delete static_cast<Program*>(model); }
 
-// The text is data: loading it runs nothing that came with the bundle. So it is allowed where programs are
+// The text is data: loading it runs nothing that came with the bundle. So it is allowed even if programs are
 // not.
 constexpr chiasm_backend_format kFormats[] = {{"toy", 0}, {nullptr, 0}};
 constexpr chiasm_backend_option kOptions[] = {

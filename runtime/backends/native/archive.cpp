@@ -5,8 +5,8 @@
 
 #include "base/error.h"
 
-// The format is that of APPNOTE.TXT, the specification of PKWARE, without what Python's zipfile does not
-// write for stored files of less than 4 GiB: compression, encryption, several disks, ZIP64.
+// The format is PKWARE's specification, APPNOTE.TXT, without the features that Python's zipfile does not use
+// for stored files of less than 4 GiB: compression, encryption, several disks, ZIP64.
 namespace chiasm::native {
 namespace {
 
@@ -16,7 +16,7 @@ constexpr std::size_t kLongestComment = 65535;
 
 [[noreturn]] void corrupt(const std::string& what) { base::fail(CHIASM_CORRUPT, what); }
 
-/** Reads numbers and parts of the archive; what lies outside of it is an error. */
+/** Reads numbers and parts of the archive; reading outside of it is an error. */
 class Reader final {
  public:
   Reader(const void* data, std::size_t size) : data_(static_cast<const unsigned char*>(data)), size_(size) {}

@@ -11,11 +11,10 @@ struct Bytes {
   std::size_t size;
 };
 
-/** A `.pt2` is a zip archive whose entries are stored, not compressed. Returns its one `*.so`, which lies in
- *  the archive's own bytes; throws Error (CORRUPT) where the archive is damaged, compressed, or has none or
- *  several.
+/** A `.pt2` is a zip archive whose entries are stored, not compressed. Returns its one `*.so`, a view of the
+ *  archive's own bytes; throws Error (CORRUPT) if the archive is damaged, compressed, or has none or several.
  *
- *  Checksums are not compared: whoever has the bytes has compared their hash with the manifest's. */
+ *  Checksums are not compared: the caller has compared the hash of the bytes with the manifest's. */
 Bytes find_library(const void* data, std::size_t size);
 
 }  // namespace chiasm::native

@@ -18,10 +18,10 @@ using base::CudaDevice;
 using base::Error;
 using plugin::MemoryFile;
 
-// dlopen knows libraries by the text of their path, and takes one that it has for one that has just been
-// written where the number of a closed file is used again. So each path is new: "/" and "/./" between its
-// parts spell a number, made of a count and of where this code is: it is in two libraries of ours, which may
-// be in one process.
+// dlopen identifies libraries by the text of their path. If a closed file's descriptor is reused, it would
+// return the old library for the path of a new file. So each path is unique: "/" and "/." between its parts
+// spell a number, made of a counter and of the address of this code, because two of our libraries contain it
+// and may be in one process.
 std::string unique_path(const MemoryFile& file) {
   static std::atomic<uint64_t> count{0};
   std::string path = "/proc/self/fd";
@@ -41,8 +41,8 @@ MemoryFile memory_file(const Bytes& library) {
   return file;
 }
 
-// The manifest promises what `expected` says; code that was compiled for anything else would read and write
-// outside of its tensors.
+// `expected` is the manifest's signature. Code that was compiled for another one would read and write outside
+// of its tensors.
 void check_signature(const std::string& compiled, const std::string& expected) {
   if (compiled == expected) return;
   size_t start = 0;  // of the first line that differs
@@ -96,7 +96,7 @@ CompiledOp::~CompiledOp() {
   try {
     const auto current = make_current();
     api_->destroy(model_);
-  } catch (...) {  // the device is gone: so is what the model held there
+  } catch (...) {  // the device is gone, and so is the model's memory there
   }
 }
 
@@ -119,8 +119,9 @@ bool CompiledOp::worth_forking(const chiasm_tensor* inputs, const chiasm_tensor*
 
 int64_t CompiledOp::count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs,
                                 int32_t threads) const {
-  // Of samples in and out: what an op stores on its way is some times as much, and should stay in the second
-  // cache. Smaller parts would do what is shared by all samples, such as a map or a table, more often.
+  // Bytes of a part's inputs and outputs. An op's intermediate results are several times as large, and should
+  // stay in the L2 cache. Smaller parts would repeat the work that all samples share, such as a map or a
+  // table, more often.
   constexpr size_t kPart = 4 << 20;
   if (request_.batched_outputs == 0) return 1;
   const int64_t samples = outputs[0].shape[0];

@@ -1,4 +1,4 @@
-/** One loaded native artifact, whoever runs it: the native backend, or a node of ONNX Runtime. */
+/** One loaded native artifact, which the native backend or a node of ONNX Runtime runs. */
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ class Library final {
   Library& operator=(const Library&) = delete;
   ~Library();
 
-  /** Throws Error where the library is no native artifact of this version. */
+  /** Throws Error if the library is no native artifact of this version. */
   const chiasm_native_api* api() const;
 
  private:
@@ -38,7 +38,7 @@ class CompiledOp final {
     const char* signature = "";  // core::signature_text; not needed after the constructor
   };
 
-  /** Throws Error: CORRUPT (also where the code has another signature), VERSION_MISMATCH, UNAVAILABLE. */
+  /** Throws Error: CORRUPT (also if the code has another signature), VERSION_MISMATCH, UNAVAILABLE. */
   explicit CompiledOp(const Request& request);
   CompiledOp(const CompiledOp&) = delete;
   CompiledOp& operator=(const CompiledOp&) = delete;
@@ -55,8 +55,8 @@ class CompiledOp final {
 
   /** Dense tensors that fit the method's signature. The device of `host` is filled in here.
    *
-   *  A large batch of independent samples is run in parts, which stay in the caches from an op's first loop
-   *  to its last, and which the threads `share`: they wait for each other once, not after each loop. */
+   *  A large batch of independent samples is run in parts. A part stays in the caches from an op's first loop
+   *  to its last, and the threads `share` the parts: they wait for each other once, not after each loop. */
   void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host,
            Share share) const;
 
@@ -74,7 +74,7 @@ class CompiledOp final {
 
   Request request_;
   std::optional<base::CudaDevice> cuda_;
-  std::optional<Library> library_;  // outlives the model, whose code it is
+  std::optional<Library> library_;  // has the model's code, so it outlives the model
   const chiasm_native_api* api_ = nullptr;
   void* model_ = nullptr;
 };

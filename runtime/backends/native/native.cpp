@@ -1,6 +1,5 @@
-// The native backend: runs AOTInductor code that carries what it needs of libtorch, so that neither libtorch
-// nor any other engine is needed. An artifact is a zip archive with one shared library; the library is loaded
-// from memory.
+// The native backend: runs AOTInductor code that contains its own replacement of libtorch, so that no engine
+// is needed. An artifact is a zip archive with one shared library; the library is loaded from memory.
 #include <atomic>
 #include <string>
 

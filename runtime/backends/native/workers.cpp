@@ -21,8 +21,8 @@ namespace {
  *  than that between two frames. */
 constexpr int kSpins = 2000;
 
-/** How long a caller waits for idle workers: one that sleeps comes in 10 to 50 us, unless other work has its
- *  core; and to wait for that would take longer than to go on without it. */
+/** How long a caller waits for idle workers. A sleeping worker comes in 10 to 50 us, unless its core is busy;
+ *  then going on without the worker is faster than waiting. */
 constexpr auto kPatience = std::chrono::microseconds(50);
 
 }  // namespace
@@ -35,7 +35,7 @@ struct Workers::Job {
 
   void wait_for(int32_t others) const {
     for (int spins = 0; returned.load(std::memory_order_acquire) != others; ++spins) {
-      // The others began when this thread did and have as much to do; one that is late has lost its core.
+      // The others began when this thread did, with as much work; a late one has lost its core.
       if (spins < kSpins)
         relax();
       else
@@ -46,7 +46,7 @@ struct Workers::Job {
 
 struct Workers::Worker {
   std::atomic<bool> taken{false};
-  // on offer: whoever exchanges it for nullptr, the worker or the caller, has it
+  // the offered job; the thread that exchanges it for nullptr, the worker or the caller, gets it
   std::atomic<Job*> job{nullptr};
   int32_t index = 0;    // in the team; written before the job's count
   bool asleep = false;  // guarded by the mutex
@@ -59,7 +59,7 @@ struct Workers::Worker {
     if (asleep) wake.notify_one();
   }
 
-  /** True where the worker has not seen the offer, and now will not. */
+  /** Withdraws the offer; false if the worker has already taken it. */
   bool withdraw(Job* work) { return job.compare_exchange_strong(work, nullptr); }
 
   Job* next() {
@@ -98,13 +98,13 @@ Workers::Workers(int32_t count) : process_(getpid()) {
     try {
       std::thread(&Worker::serve, worker.get()).detach();
     } catch (const std::system_error&) {
-      return;  // the process may have no more threads: runs share those that there are
+      return;  // the system allows no more threads: runs share the existing ones
     }
     workers_.push_back(worker.release());
   }
 }
 
-/** The idle workers that a job was offered to; all others' until they have returned. */
+/** The idle workers that a job was offered to. Nobody else can take them until they have returned. */
 class Workers::Offers {
  public:
   Offers(const Workers& workers, Job& job, int32_t most) : job_(job) {
@@ -123,7 +123,7 @@ class Workers::Offers {
                        [](const Worker* w) { return w->job.load(std::memory_order_relaxed) == nullptr; });
   }
 
-  /** Takes the job back from those that have not come. Returns how many have. */
+  /** Withdraws the job from the workers that have not come. Returns how many have come. */
   int32_t close() {
     size_t come = 0;
     for (size_t i = 0; i < count_; ++i) {
@@ -136,7 +136,7 @@ class Workers::Offers {
     return static_cast<int32_t>(come);
   }
 
-  /** Those that have come, from 1 on. They must be waiting for the job's count. */
+  /** Numbers the workers that have come, from 1 on. They must be waiting for the job's count. */
   void number() {
     for (size_t i = 0; i < count_; ++i) workers_[i]->index = static_cast<int32_t>(i + 1);
   }

@@ -21,19 +21,18 @@ class Workers final {
   Workers& operator=(const Workers&) = delete;
 
   /** Calls body(argument, i, n) at the same time on n threads, this one being 0, and returns when all have
-   *  returned. n is 1 and however many workers are idle and come at once, at most `others`. Must not
-   *  throw. */
+   *  returned. n is 1 plus the number of idle workers that come at once, at most `others`. Must not throw. */
   void fork(Body body, void* argument, int32_t others);
 
   /** Calls body(argument, ...) on this thread and on at most `others` idle workers, also on those that come
-   *  late, and returns when all have returned. For dynamically scheduled work: the numbers that body gets
-   *  mean nothing, and late workers may find nothing to do. Must not throw. */
+   *  late, and returns when all have returned. For dynamically scheduled work: body must ignore its index and
+   *  count, and late workers may find nothing to do. Must not throw. */
   void share(Body body, void* argument, int32_t others);
 
   size_t count() const { return workers_.size(); }
 
-  /** The process's workers: made at the first call, with that call's count; in a child of fork anew. Never
-   *  destroyed. */
+  /** The process's workers: created at the first call, with that call's count, and again in a child of fork.
+   *  Never destroyed. */
   static Workers& instance(int32_t count);
 
  private:

@@ -1,5 +1,5 @@
-/** How libchiasm_ort tells the onnx backend a chiasm_code through ONNX Runtime, which passes on the text of
- *  an error alone. */
+/** libchiasm_ort passes a chiasm_code to the onnx backend inside the text of an error, because ONNX Runtime
+ *  passes on nothing else. */
 #pragma once
 
 #include <cstdio>
@@ -7,12 +7,12 @@
 
 #include "chiasm/chiasm.h"
 
-/** What a message ends with, for printf. */
+/** The end of such a message, as a printf format. */
 #define CHIASM_CODE_IN_TEXT " [chiasm code %d]"
 
 namespace chiasm::onnx {
 
-/** Takes the code out of the text; CHIASM_OK where it has none. */
+/** Removes the code from the text and returns it; CHIASM_OK if the text has none. */
 inline chiasm_code take_code(std::string& text) {
   const size_t at = text.rfind(" [chiasm code ");
   int code = CHIASM_OK;

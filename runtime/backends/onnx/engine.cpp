@@ -21,7 +21,7 @@ using plugin::require_memory;
 
 constexpr uint32_t kOldestApi = 17;
 
-// What ONNX Runtime's start takes is about a third of this: the schemas of all operators.
+// ONNX Runtime's start takes about a third of this, for the schemas of all operators.
 constexpr size_t kStartBytes = size_t{96} << 20;
 
 void* open_library() {
@@ -44,8 +44,8 @@ void* open_library() {
 // Never closed: ONNX Runtime's threads and static objects do not survive it.
 std::string open_and_initialise() {
   require_memory(kStartBytes, "opening ONNX Runtime");
-  // ONNX Runtime notes the stack with each error. The first time that loads a library, and where there is no
-  // memory for it ends the process.
+  // ONNX Runtime records the stack with each error. The first time, this loads a library, and if there is no
+  // memory for it, the process ends.
   void* frame = nullptr;
   backtrace(&frame, 1);
   void* library = open_library();
@@ -67,9 +67,10 @@ std::string open_and_initialise() {
 
 // Spinning threads would hold every core between two frames, so it is off.
 Ort::Env make_environment(int32_t num_threads) {
-  // Where a thread of the pool cannot be made, ONNX Runtime waits for ever. It makes one more, for itself.
+  // If a thread of the pool cannot be created, ONNX Runtime waits for ever. It creates one more, for itself.
   const int32_t workers = std::max(plugin::threads_left(num_threads) - 1, 0);
-  // It ends the process where an allocation fails, also one of a moment in which a new thread maps its arena.
+  // It ends the process if an allocation fails, even if only for the moment in which a new thread maps its
+  // arena.
   require_memory(kStartBytes + static_cast<size_t>(2 + workers) * plugin::kArenaBytes,
                  "starting ONNX Runtime");
   Ort::ThreadingOptions threads;
@@ -104,14 +105,14 @@ OrtCustomThreadHandle begin_thread(void* /*options*/, OrtThreadWorkerFn work, vo
     });
     return reinterpret_cast<OrtCustomThreadHandle>(thread.release());
   } catch (const std::exception&) {
-    return nullptr;  // ONNX Runtime says that it could not make a thread
+    return nullptr;  // ONNX Runtime reports that it could not create a thread
   }
 }
 
 void join_thread(OrtCustomThreadHandle handle) noexcept {
   auto* thread = reinterpret_cast<Thread*>(const_cast<OrtCustomHandleType*>(handle));
   if (thread->generation != base::ForkGate::generation())
-    return;  // of the parent's: there is no such thread here
+    return;  // a thread of the parent does not exist in this child
   thread->thread.join();
   delete thread;
 }
@@ -130,7 +131,7 @@ const Ort::Env& environment(int32_t num_threads) {
 
 namespace {
 
-/** "" where it is not installed. */
+/** "" if it is not installed. */
 std::string find_custom_op_library() {
   Dl_info info{};
   if (dladdr(reinterpret_cast<const void*>(&custom_op_library), &info) == 0) return "";

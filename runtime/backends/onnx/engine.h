@@ -11,24 +11,24 @@
 
 namespace chiasm::onnx {
 
-/** Opens the library at the first call; throws base::Error(CHIASM_UNAVAILABLE), with what to do, where it
- *  cannot. Looked for in this order: already in the process, the path in CHIASM_ONNXRUNTIME_LIBRARY, the
- *  plug-in's run path and the system's folders. Returns e.g. "1.31.1". */
+/** Opens the library at the first call, and returns its version, e.g. "1.31.1". It tries, in this order: a
+ *  library that is already in the process, the path in CHIASM_ONNXRUNTIME_LIBRARY, the plug-in's run path and
+ *  the system's folders. Throws base::Error(CHIASM_UNAVAILABLE), which says what to do. */
 const std::string& open_engine();
 
 /** The environment, with one thread pool and one arena that all sessions share; made with the first call's
  *  number. */
 const Ort::Env& environment(int32_t num_threads);
 
-/** How ThreadingOptions and SessionOptions get the threads of their pools: a fork waits until these sleep, for
- *  they hold locks of their pool for a moment after a run. */
+/** Creates the threads of the pools of ThreadingOptions and SessionOptions. A fork waits until these threads
+ *  sleep, because they hold locks of their pool for a moment after a run. */
 OrtCustomThreadHandle begin_thread(void* options, OrtThreadWorkerFn work, void* argument) noexcept;
 void join_thread(OrtCustomThreadHandle thread) noexcept;
 
 /** Whether libchiasm_ort.so is installed with this plug-in. */
 bool has_custom_op_library();
 /** The path of libchiasm_ort.so, which is installed with this plug-in; throws base::Error(CHIASM_UNAVAILABLE)
- *  where it is not. */
+ *  if it is not. */
 std::string custom_op_library();
 
 /** Whether this build of ONNX Runtime has the provider, e.g. "CUDAExecutionProvider". */

@@ -1,10 +1,10 @@
 // The onnx backend: one ONNX Runtime session per artifact, which reads the caller's inputs where they are and
 // writes the caller's outputs directly.
 //
-// On CUDA a run returns when its work is enqueued. ONNX Runtime ties a session to one stream when it is made,
-// while each run names its own; so the session works on a stream of ours, and events order the two: the work
-// starts after what the caller's stream held before, and what the caller enqueues there later starts after
-// the work. Runs of one model are enqueued one after the other.
+// On CUDA a run returns when its work is enqueued. ONNX Runtime ties a session to one stream at its creation,
+// but each run names its own stream. So the session works on a stream of ours, which events order with the
+// caller's: the run starts after the work that is on the caller's stream, and work that the caller enqueues
+// later starts after the run. Runs of one model are enqueued one after the other.
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -49,14 +49,14 @@ chiasm_code code_of(OrtErrorCode code) {
   }
 }
 
-// Runs `body`, and gives an error of the engine our code.
+// Runs `body`, and maps an error of the engine to our code.
 template <class Body>
 void translated(Body&& body) {
   try {
     body();
   } catch (const Ort::Exception& e) {
     std::string text = e.what();
-    // of native code inside it
+    // an error of native code inside ONNX Runtime
     if (const chiasm_code code = chiasm::onnx::take_code(text); code != CHIASM_OK) throw Error(code, text);
     for (const char* words : {"out of memory", "Failed to allocate memory", "bad_alloc", "bad allocation"}) {
       if (text.find(words) != std::string::npos) throw Error(CHIASM_OUT_OF_MEMORY, text);
@@ -94,7 +94,7 @@ class Session {
       if (std::strcmp(request.format, kFused) == 0)
         append_native_code(options, request.bundle, request.manifest_sha256);
       if (request.device_type == CHIASM_CUDA) append_cuda(options, request.device_index);
-      // Where an allocation fails, it may end the process.
+      // If an allocation fails, ONNX Runtime may end the process.
       chiasm::plugin::require_memory((size_t{48} << 20) + 8 * request.size + chiasm::plugin::kArenaBytes,
                                      "making a session of ONNX Runtime");
       session_.emplace(env, request.data, request.size, options);
@@ -126,7 +126,7 @@ class Session {
   }
 
  private:
-  // A pool of the session's own, which does not spin, as the process's does not.
+  // Gives the session its own pool, which does not spin either.
   static void use_own_threads(Ort::SessionOptions& options, int32_t num_threads) {
     const int32_t workers = chiasm::plugin::threads_left(num_threads) - 1;
     options.SetIntraOpNumThreads(1 + std::max(workers, 0));
@@ -143,7 +143,7 @@ class Session {
                   "the entry chiasm.bundles cannot name the folder " + bundle + ", which has a colon");
     options.AddConfigEntry("chiasm.bundles", bundle.c_str());
     options.AddConfigEntry("chiasm.checked",
-                           manifest_sha256);  // where it has no code for this CPU it says so: UNAVAILABLE
+                           manifest_sha256);  // fails with UNAVAILABLE without code for this CPU
     options.RegisterCustomOpsLibrary(custom_op_library().c_str());
   }
 
@@ -236,7 +236,7 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
   return guard(error, [&] {
     const ForkGate::Passage passage;
     open_engine();
-    chiasm::plugin::flag(request->options, "fused", true);  // refuses what is neither 0 nor 1
+    chiasm::plugin::flag(request->options, "fused", true);  // rejects values other than 0 and 1
     *model = new Session(*request);
   });
 }
@@ -254,14 +254,14 @@ void unload(void* model) {
   delete static_cast<Session*>(model);
 }
 
-// The fused form before the flat one, where it can run here and is wanted.
+// Ranks the fused form above the flat one, if it can run here and is wanted.
 int32_t rank(const chiasm_backend_load* request) {
   if (std::strcmp(request->format, kFused) != 0) return 0;
   try {
     const bool wanted = chiasm::plugin::flag(request->options, "fused", true);
     return wanted && request->device_type == CHIASM_CPU && chiasm::onnx::has_custom_op_library() ? 1 : -1;
   } catch (const std::exception&) {
-    return 1;  // `load` says what is wrong with the option
+    return 1;  // `load` reports what is wrong with the option
   }
 }
 

@@ -42,11 +42,11 @@ constexpr Step kSteps[] = {
 };
 constexpr uint32_t kTensorExternalData = 13, kTensorDataLocation = 14;
 
-/** As protobuf's own limit, so that what is deeper is read by nobody. */
+/** protobuf's own limit: no parser reads a deeper message. */
 constexpr int kMaxDepth = 100;
 
-/** Walks over protobuf's wire format. It must see every tensor that an engine's parser would see: what that
- *  would read otherwise, or would not read, is refused. */
+/** Walks over protobuf's wire format. It must see every tensor that an engine's parser would see, so it
+ *  rejects bytes that a parser would read differently or reject. */
 class Walk final {
  public:
   Walk(const unsigned char* data, const std::string& origin) : at_(data), origin_(origin) {}
@@ -72,7 +72,7 @@ class Walk final {
           inside(kind, field, at_ + size, depth);
           break;
         }
-        default: refuse("its bytes are damaged");  // groups too, which ONNX has none of
+        default: refuse("its bytes are damaged");  // also groups, which ONNX does not use
       }
     }
   }
@@ -121,7 +121,7 @@ class Walk final {
 }  // namespace
 
 void check_onnx(const unsigned char* data, size_t size, const std::string& origin) {
-  // ONNX Runtime reads its own format too, where it finds this mark.
+  // ONNX Runtime also reads its own format, which it recognises by this mark.
   if (size >= 8 && std::memcmp(data + 4, "ORTM", 4) == 0)
     fail(CHIASM_CORRUPT, origin + ": is in ONNX Runtime's own format, not ONNX");
   Walk(data, origin).message(Message::model, data + size, 0);

@@ -6,8 +6,8 @@
 
 namespace chiasm::onnx {
 
-/** Proves that the model holds all its data itself: none is in another file. Throws Error (CORRUPT) that
- *  names `origin`, also for bytes that are no ONNX model at all. */
+/** Checks that the model contains all its data, none of it in another file. Throws Error (CORRUPT) that names
+ *  `origin`, also for bytes that are no ONNX model. */
 void check_onnx(const unsigned char* data, size_t size, const std::string& origin);
 
 }  // namespace chiasm::onnx

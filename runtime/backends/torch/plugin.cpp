@@ -1,5 +1,5 @@
-// The torch backend's plug-in. It opens without libtorch, as every plug-in must: what uses libtorch is the
-// library chiasm_torch_engine.so beside it, which the first probe opens.
+// The torch backend's plug-in. Like every plug-in, it must open without its engine: only the library
+// chiasm_torch_engine.so beside it uses libtorch, and the first probe opens that library.
 #include <dlfcn.h>
 
 #include <string>
@@ -16,8 +16,8 @@ constexpr const char* kEngine = "chiasm_torch_engine.so";
 constexpr const char* kAdvice =
     "get libtorch with 'pip install torch' and put its folder site-packages/torch/lib on LD_LIBRARY_PATH";
 
-/** libtorch's static objects end the process where an allocation fails. With its mappings they take half of
- *  this. */
+/** libtorch's static objects end the process if an allocation fails. Together with its mappings they take
+ *  half of this. */
 constexpr size_t kLibtorchBytes = size_t{768} << 20;
 
 bool is_open(const char* library) {
@@ -45,7 +45,7 @@ const chiasm_backend& open_engine() {
   return *table;
 }
 
-/** Never closed: libtorch does not survive it. Throws Error where it cannot be opened. */
+/** Never closed: libtorch does not survive it. Throws Error if it cannot be opened. */
 const chiasm_backend& engine() {
   static const chiasm_backend& table = open_engine();
   return table;

@@ -69,12 +69,12 @@ Tensors views(const chiasm_tensor* tensors, size_t count, at::Device device) {
   return result;
 }
 
-// libtorch_cuda. It and the libraries behind it are large, so they come with the first CUDA method and
-// nothing of them is linked: one plug-in serves the CPU and the CUDA builds of torch, and needs no CUDA
-// headers. Once opened it registers itself with libtorch_cpu.
+// libtorch_cuda. It and its dependencies are large, so they are opened for the first CUDA method and not
+// linked: one plug-in works with the CPU and the CUDA builds of torch, and needs no CUDA headers. Once
+// opened, libtorch_cuda registers itself with libtorch_cpu.
 class Cuda {
  public:
-  // Throws where there is no such device.
+  // Throws if there is no such device.
   static const Cuda& open(int32_t device_index) {
     static const Cuda instance;
     const int count = static_cast<uint8_t>(c10::impl::getDeviceGuardImpl(at::kCUDA)->deviceCount());
@@ -84,7 +84,7 @@ class Cuda {
     return instance;
   }
 
-  // Without opening it.
+  // Whether libtorch_cuda is there; does not open it.
   static bool present() {
     Dl_info cpu{};
     if (!chiasm::base::cuda_device_present() ||
@@ -94,7 +94,7 @@ class Cuda {
     return access((path.substr(0, path.rfind('/') + 1) + "libtorch_cuda.so").c_str(), R_OK) == 0;
   }
 
-  // While one lives, torch enqueues the calling thread's work on this stream.
+  // While a StreamGuard lives, torch enqueues the calling thread's work on its stream.
   class StreamGuard {
    public:
     StreamGuard(const Cuda& cuda, void* stream, int32_t device_index) : cuda_(cuda) {
@@ -151,7 +151,7 @@ class ByteBuffer : public std::streambuf {
   }
 };
 
-// What runs an artifact's forward.
+// Runs an artifact's forward.
 class Program {
  public:
   virtual ~Program() = default;
@@ -215,10 +215,10 @@ class Script final : public Program {
 
 class Package final : public Program {
  public:
-  // The loader wants a path: it gets one of a sealed file in memory, which nobody else can change.
+  // The loader needs a path. It gets that of a sealed file in memory, which nobody can change.
   Package(const chiasm_backend_load& request, at::Device device) {
-    // The code in the package names libtorch.so, which we do not link; the linker knows it by name once it is
-    // open.
+    // The code in the package depends on libtorch.so, which we do not link; once it is open, the dynamic
+    // linker finds it by name.
     static void* const libtorch = dlopen("libtorch.so", RTLD_NOW | RTLD_LOCAL);
     if (libtorch == nullptr) throw Error(CHIASM_UNAVAILABLE, dlerror());
     MemoryFile file("chiasm-artifact");
@@ -278,7 +278,7 @@ class LoadedProgram {
       if (autograd_) {
         run_gradients(inputs, outputs);
       } else {
-        // a step of an optimisation takes gradients itself; of other programs nothing is recorded
+        // an optimisation step computes gradients itself; for other programs autograd records nothing
         const at::AutoGradMode enabled(true);
         write(program_->forward(views(inputs, input_count_, device_)), outputs);
       }
@@ -400,7 +400,7 @@ class LoadedProgram {
 
   at::Device device_;
   int32_t num_threads_, process_threads_;
-  const Cuda* cuda_ = nullptr;  // where the device is one
+  const Cuda* cuda_ = nullptr;  // set if the device is a CUDA device
   size_t input_count_, output_count_;
   std::unique_ptr<Program> program_;
   bool autograd_ = false;
@@ -413,11 +413,11 @@ void* libtorch_cpu() {
   return library;
 }
 
-// Built against one version of libtorch's C++ interface, which changes from one to the next, the plug-in
-// would crash with another in ways that nobody can read.
+// libtorch's C++ interface changes with every version. With another version than the one it was built for,
+// the plug-in would crash without a useful message.
 void check_version() {
-  // Not by at::show_config: it asks for CUDA's version, and where libtorch_cuda is not open yet, libtorch takes it
-  // from then on that there is none.
+  // Not by at::show_config: it asks for CUDA's version, and if libtorch_cuda is not open yet, libtorch
+  // assumes from then on that there is none.
   const auto version = reinterpret_cast<uint64_t (*)()>(dlsym(libtorch_cpu(), "aoti_torch_abi_version"));
   const uint64_t found = version != nullptr ? version() : 0;
   const auto byte = [](uint64_t number, int place) { return std::to_string(number >> 8 * place & 255); };
@@ -429,10 +429,10 @@ void check_version() {
                                         ", or build chiasm against this one");
 }
 
-/** A call of libtorch. OpenMP keeps a team of threads for each calling thread; where it can make none it ends
- *  the process, and in a child of fork it waits for the parent's team. So each thread's first call looks
- *  whether there are threads to be had, and a child's calls work on one thread. Which number of threads a
- *  method has is set for each call: in OpenMP it is the calling thread's own. */
+/** A call of libtorch. OpenMP keeps a team of threads for each calling thread. If it cannot create a team it
+ *  ends the process, and in a child of fork it waits for the parent's team. So each thread's first call
+ *  checks how many threads can be created, and a child's calls work on one thread. The number of threads of a
+ *  method is set at each call, because OpenMP keeps that number per calling thread. */
 class Call {
  public:
   Call(int32_t num_threads, int32_t process_threads) {
@@ -443,7 +443,7 @@ class Call {
       // Twice as many, since set_num_threads makes a second pool, which belongs to XNNPACK.
       most = generation == 0 ? 1 + chiasm::plugin::threads_left(2 * (process_threads - 1)) / 2 : 1;
       at::set_num_threads(most);
-      // The team is made now, while there are threads: by a loop that is long enough for all of it.
+      // Create the team now, while threads are available, by a loop that is long enough to use all of it.
       if (most > 1) at::empty({most * at::internal::GRAIN_SIZE}, at::kByte).fill_(1);
       prepared = generation;
       current = most;
@@ -496,7 +496,7 @@ void unload(void* model) {
   delete static_cast<LoadedProgram*>(model);
 }
 
-// What stands for the choice of a backend is in plugin.cpp.
+// The members by which the core chooses a backend are in plugin.cpp.
 const chiasm_backend engine{sizeof(chiasm_backend),
                             CHIASM_BACKEND_ABI,
                             "torch",
