@@ -31,7 +31,7 @@ OrtErrorCode code_of(int32_t code) {
   }
 }
 
-/** Compiled reductions make room for a partial result of each of this many threads. */
+/** Compiled reductions allocate a partial result for each of this many threads. */
 int32_t most_threads() {
   static const auto count =
       static_cast<int32_t>(std::clamp(std::thread::hardware_concurrency(), 1u, unsigned{Lease::kMost}));
@@ -81,7 +81,7 @@ OrtStatus* status_from_current_exception(const OrtApi& api) noexcept {
   } catch (const OrtError& error) {
     return error.status;
   } catch (...) {
-    // ONNX Runtime passes the text on, not the code: chiasm's own backend reads it off the text.
+    // ONNX Runtime passes on the text, not the code: chiasm's own backend reads the code from the text.
     return base::report_current_exception([&api](chiasm_code code, const char* text) {
       char message[2048];
       std::snprintf(message, sizeof message, "%.2000s" CHIASM_CODE_IN_TEXT, text, static_cast<int>(code));

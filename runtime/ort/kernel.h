@@ -1,4 +1,4 @@
-/** What runs where a model has the node `chiasm::<function>`. */
+/** The kernel of a model's node `chiasm::<function>`. */
 #pragma once
 
 #include <onnxruntime_c_api.h>

@@ -11,12 +11,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/** A pool thread that is awake comes within microseconds, one that sleeps takes some tens. */
+/** A pool thread that is awake comes within microseconds, a sleeping one within tens of them. */
 constexpr auto kPatience = std::chrono::microseconds(60);
 constexpr int kSpins = 4000;
 
-/** For who waits on threads that all are at work: pauses, and gives the core away where one of them has lost
- *  its own. */
+/** Waits for threads that are all at work: pauses, then yields this core in case one of them has lost its
+ *  own. */
 class Waiting {
  public:
   void step() {
@@ -38,7 +38,7 @@ OrtStatus* Lease::run(void (*run)(void*), void* argument) {
   const auto iteration = [](void* self, size_t) { static_cast<Lease*>(self)->take_part(); };
   OrtStatus* status = api_.KernelContext_ParallelFor(context_, iteration, kMost, 0, this);
   const int32_t before = experience_.load(std::memory_order_relaxed), now = seen_.load();
-  // Slowly down, so that one run in which the pool was busy does not make the next go on alone.
+  // Decrease slowly, so that after one run with a busy pool the next one still waits for threads.
   experience_.store(before == 0 || now > before ? now
                     : before > now              ? before - 1
                                                 : now,

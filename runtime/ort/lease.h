@@ -14,7 +14,7 @@ namespace chiasm::ort {
  *  ONNX Runtime offers a parallel loop, whose iterations may run one after the other; a compiled op needs
  *  threads that run at the same time, because they wait for each other. So the loop is used to collect
  *  threads: the caller's iteration runs the op, any other thread that turns up serves it until it ends, and
- *  each parallel region is done by those that are there by then.
+ *  each parallel region runs on the threads that have turned up by then.
  */
 class Lease final {
  public:

@@ -16,8 +16,8 @@
 namespace chiasm::ort {
 namespace {
 
-/** The version of ONNX Runtime's interface that OrtCustomOp is filled in for: what every version from 1.17 on
- *  reads. */
+/** The version of ONNX Runtime's interface for which OrtCustomOp is filled in. Every version from 1.17 on
+ *  reads it. */
 constexpr uint32_t kInterface = 17;
 
 const Node& self(const OrtCustomOp* op) { return *static_cast<const Node*>(op); }
@@ -78,8 +78,8 @@ std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api,
   const core::Machine machine = core::this_machine(CHIASM_CPU, 0);
   std::vector<std::unique_ptr<Node>> nodes;
   for (const core::MethodSpec& method : bundle->manifest().methods) {
-    // All or none of a function's dtypes: ONNX Runtime looks no further than the name before it drops the
-    // body.
+    // Register all of a function's dtypes or none: if an operator has the function's name, ONNX Runtime drops
+    // the body, whatever the dtype.
     std::vector<std::unique_ptr<Node>> made;
     std::string why_not = request.programs_refused();
     for (const core::Artifact& fused : method.artifacts) {

@@ -1,9 +1,10 @@
-// libchiasm_ort.so: a custom-op library of ONNX Runtime. Where it is registered with a session, the nodes
-// `chiasm::<function>` of fused models run native code; elsewhere ONNX Runtime runs the functions' bodies.
+// libchiasm_ort.so: a custom-op library of ONNX Runtime. In a session that registers it, the nodes
+// `chiasm::<function>` of fused models run native code; in other sessions ONNX Runtime runs the functions'
+// bodies.
 //
 // It serves the bundles that the session's configuration entry `chiasm.bundles` names (folders, separated by
-// colons), or where there is no such entry, those in the folder that this library is in: for servers that
-// take a library's name and no more. It obeys the process's trust policy (docs/signing.md).
+// colons), or without such an entry, those in the folder of this library: for servers that accept only the
+// name of a library. It follows the process's trust policy (docs/signing.md).
 #include <dirent.h>
 #include <dlfcn.h>
 #include <cstring>
@@ -33,7 +34,7 @@ constexpr const char* kEntry = "chiasm.bundles";
 constexpr const char* kCheckedEntry = "chiasm.checked";
 constexpr const char* kDomain = "chiasm";
 
-/** Links are not followed: a link to this library, put beside bundles, serves those. */
+/** Links are not followed, so that a link to this library serves the bundles beside the link. */
 std::string folder_of_this_library() {
   Dl_info info{};
   if (dladdr(reinterpret_cast<const void*>(&folder_of_this_library), &info) == 0) return ".";
@@ -56,7 +57,7 @@ std::vector<std::string> bundles_beside_this_library() {
   return found;
 }
 
-/** None where the session has no such entry. */
+/** None if the session has no such entry. */
 std::optional<std::string> entry_of(const OrtApi& api, const OrtSessionOptions* options, const char* name) {
   int present = 0;
   check(api.HasSessionConfigEntry(options, name, &present));
@@ -74,7 +75,7 @@ std::vector<std::string> wanted_bundles(const OrtApi& api, const OrtSessionOptio
   return entry ? core::split_path(entry->c_str()) : bundles_beside_this_library();
 }
 
-/** The trust policy of libchiasm, where the program has that too and may have set one; else the
+/** The trust policy of libchiasm if the program has loaded it, since it may have set one; else the
  *  environment's. */
 core::Trust trust_of_process() {
   const std::unique_ptr<void, int (*)(void*)> library(
@@ -98,8 +99,8 @@ core::Trust trust_of_process() {
 
 using Bundles = std::vector<std::shared_ptr<const core::Bundle>>;
 
-/** Opens the bundles and proves that they may be run: by the policy and, where `checked` is given, by having
- *  that manifest still. */
+/** Opens the bundles and checks that they may be run: by the policy and, if `checked` is given, by the hash
+ *  of their manifest. */
 Bundles open_bundles(const std::vector<std::string>& paths, const core::Trust& trust,
                      const std::optional<std::string>& checked) {
   Bundles bundles;
@@ -145,9 +146,9 @@ void add_domain(const OrtApi& api, OrtSessionOptions* options) {
   const core::Trust trust = trust_of_process();
   const Bundles bundles = open_bundles(wanted_bundles(api, options), trust, checked);
   const core::LoadRequest request = core::under(trust, {});
-  // Sessions keep pointers into a domain and do not say when they end, so each is made once and kept. What a
-  // session needs of a bundle is only its manifest; the code is a kernel's, and goes with the session. Never
-  // destroyed, like ONNX Runtime's own.
+  // Sessions keep pointers into a domain and do not say when they end, so each is made once and kept. A
+  // domain needs only the manifest of a bundle; the code belongs to a kernel and is freed with its session.
+  // Never destroyed, like ONNX Runtime's own domains.
   static std::mutex& mutex = *new std::mutex;
   static auto& domains = *new std::map<std::pair<const OrtApi*, std::string>, std::unique_ptr<Domain>>;
   std::string key = request.programs_refused() + "\n";
@@ -155,7 +156,8 @@ void add_domain(const OrtApi& api, OrtSessionOptions* options) {
   const std::lock_guard<std::mutex> lock(mutex);
   auto& domain = domains[{&api, key}];
   if (domain == nullptr) domain = make_domain(api, bundles, request);
-  // chiasm's own backend has another artifact then; who registers this library by hand is told.
+  // chiasm's own backend then loads another artifact. A program that registers this library itself gets the
+  // report.
   if (checked && !domain->report.empty()) core::fail(CHIASM_UNAVAILABLE, domain->report);
   std::fputs(domain->report.c_str(), stderr);
   if (!domain->nodes.empty()) check(api.AddCustomOpDomain(options, domain->handle));

@@ -28,8 +28,8 @@ Library library_from_name(const std::string& name) {
   throw Error(CHIASM_INVALID_ARGUMENT, "returns: expected 'numpy', 'torch' or 'dlpack', got '" + name + "'");
 }
 
-// A cudaStream_t from an int, or from what has one: torch.cuda.Stream, or the protocol `__cuda_stream__`.
-// None stands for torch's current stream where tensors are torch's, and for the default stream elsewhere.
+// A cudaStream_t from an int, a torch.cuda.Stream, or an object with the protocol `__cuda_stream__`. None
+// means torch's current stream for torch tensors, and the default stream for others.
 void* stream_from(const py::object& stream, const Arguments& arguments) {
   py::object number = stream;
   if (stream.is_none()) {
@@ -225,7 +225,7 @@ class PythonMethod {
     check(status);
   }
 
-  // torch allocates on the device, for the stream that is current; of another it is told.
+  // torch allocates for its current stream, so record_stream tells it about another one.
   py::object run_on_cuda(const Arguments& arguments, const py::object& stream) const {
     using py::literals::operator""_a;
     const py::module_ torch = py::module_::import("torch");
@@ -329,8 +329,7 @@ void set_trust(const std::string& policy, const std::vector<std::string>& keys) 
 
 std::string get_trust() { return kPolicies[static_cast<int32_t>(chiasm::trust_policy())]; }
 
-// What chiasm.export signs with; a program that runs bundles has set_trust.
-/** What artifacts this CPU runs, the fastest first. */
+/** The instruction sets whose artifacts this CPU runs, the fastest first. */
 std::vector<std::string> instruction_sets() {
   std::vector<std::string> found;
   for (const core::Isa isa :
@@ -340,6 +339,7 @@ std::vector<std::string> instruction_sets() {
   return found;
 }
 
+// For chiasm.export, which signs bundles; a program that runs bundles only has set_trust.
 py::bytes sign(const std::string& message, const std::string& secret_key) {
   std::array<unsigned char, 64> key;
   if (secret_key.size() != key.size()) throw Error(CHIASM_INVALID_ARGUMENT, "secret_key: expected 64 bytes");

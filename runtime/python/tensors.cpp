@@ -43,7 +43,7 @@ int32_t dtype_from_numpy(const py::dtype& dtype) {
   for (int32_t i = 0; i < kDTypeCount; ++i) {
     if (kDTypes[i].numpy_kind == kind && bits_of(i) == bits && kind != 'V') return i;
   }
-  // Of the package ml_dtypes, whose kind is that of all types that NumPy does not know.
+  // A dtype of the package ml_dtypes: NumPy gives all types that it does not know the kind 'V'.
   return kind == 'V' && bits == 16 && py::str(dtype).cast<std::string>() == "bfloat16" ? CHIASM_BFLOAT16 : -1;
 }
 
@@ -88,12 +88,12 @@ struct Torch {
   py::object to_dlpack, from_dlpack;
 };
 
-// NULL until somebody imported torch: whoever holds one of its tensors did. Never destroyed.
+// NULL until torch is imported: a program that holds one of its tensors has imported it. Never destroyed.
 const Torch* imported_torch() {
   static const Torch* instance = nullptr;  // guarded by the GIL
   if (instance != nullptr) return instance;
   PyObject* found = PyDict_GetItemString(PyImport_GetModuleDict(), "torch");
-  if (found == nullptr || !py::hasattr(found, "Tensor")) return nullptr;  // not there, or only being imported
+  if (found == nullptr || !py::hasattr(found, "Tensor")) return nullptr;  // not (completely) imported
   const py::module_ dlpack = py::module_::import("torch.utils.dlpack");
   instance = new Torch{
       reinterpret_cast<PyTypeObject*>(py::handle(found).attr("Tensor").cast<py::object>().release().ptr()),

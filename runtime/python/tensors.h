@@ -18,10 +18,10 @@ namespace py = pybind11;
 
 /** The dtype's name in a manifest, "float32". */
 const char* dtype_name(int32_t dtype);
-/** Throws Error where there is no dtype of that name. */
+/** Throws Error if there is no dtype of that name. */
 int32_t dtype_from_name(const std::string& name);
 
-/** Who the results of a run are for. */
+/** The library whose arrays a run returns. */
 enum class Library { numpy, torch, dlpack };
 
 /** The inputs, or the caller's outputs, of one run: views of memory that Python objects own, kept alive with
@@ -57,7 +57,7 @@ class Arguments {
   Role role_;
   bool has_torch_ = false;
   int32_t cuda_device_ = -1;
-  // of the first tensor where several dtypes are accepted: all such tensors agree
+  // of the first tensor for which several dtypes are accepted: all such tensors agree
   int32_t generic_dtype_ = -1;
   std::vector<chiasm_tensor> views_;
   std::vector<std::unique_ptr<Storage>> storage_;
@@ -71,7 +71,7 @@ class Output {
 
   Output(Outputs outputs, size_t index);
 
-  /** A capsule in the DLPack protocol; `versioned` as in version 1 of it. */
+  /** A capsule in the DLPack protocol; `versioned`: as version 1 of the protocol defines it. */
   py::capsule capsule(bool versioned) const;
   py::tuple device() const;
   py::tuple shape() const;

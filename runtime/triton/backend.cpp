@@ -1,4 +1,4 @@
-/** The functions that Triton calls. Each is a few lines: no exception may pass. */
+/** The functions that Triton calls. Each is a few lines, because no exception may leave it. */
 #include <triton/core/tritonbackend.h>
 
 #include <memory>
@@ -12,7 +12,7 @@
 namespace chiasm::triton {
 namespace {
 
-/** One a server. */
+/** One per server. */
 struct Backend {
   Crew crew{static_cast<size_t>(get_num_threads() - 1)};
   MetricFamily family = make_metric_family();
@@ -63,7 +63,7 @@ TRITONSERVER_Error* TRITONBACKEND_Finalize(TRITONBACKEND_Backend* backend) {
   });
 }
 
-/** An instance a core, where a configuration says nothing of instances: each runs a request on one thread. */
+/** One instance per core, if a configuration does not set instances: each runs a request on one thread. */
 TRITONSERVER_Error* TRITONBACKEND_GetBackendAttribute(TRITONBACKEND_Backend* /*backend*/,
                                                       TRITONBACKEND_BackendAttribute* attributes) {
   return guarded([&] {

@@ -48,7 +48,7 @@ int32_t read_dtype(const std::string& value) {
   refuse("parameter 'dtype': expected one of " + all + ", got '" + value + "'");
 }
 
-/** An integer of a configuration, which Triton writes as a number or, of 64 bits, as a text. */
+/** An integer of a configuration. Triton writes it as a number, or as a text if it has 64 bits. */
 int64_t integer(const json& value) {
   if (value.is_number_integer()) return value.get<int64_t>();
   const std::string text = value.is_string() ? value.get<std::string>() : "";
@@ -59,7 +59,7 @@ int64_t integer(const json& value) {
   return number;
 }
 
-/** The dimensions that a configuration gives: numbers, and -1 for what differs from request to request. */
+/** The dimensions that a configuration gives: numbers, and -1 for sizes that differ between requests. */
 std::vector<int64_t> config_dims(const TensorInfo& tensor, bool batched) {
   std::vector<int64_t> dims;
   for (size_t i = batched ? 1 : 0; i < tensor.dims.size(); ++i) {
@@ -72,16 +72,16 @@ std::vector<int64_t> config_dims(const TensorInfo& tensor, bool batched) {
 json described(const TensorInfo& tensor, bool is_input, bool batched) {
   const std::vector<int64_t> dims = config_dims(tensor, batched);
   json entry = {{"name", tensor.name}, {"data_type", type_of(tensor.dtypes.at(0)).config}, {"dims", dims}};
-  if (dims.empty()) {  // Triton wants a dimension; of a batch it takes it away again
+  if (dims.empty()) {  // Triton requires a dimension; for a batch `reshape` removes it again
     entry["dims"] = {1};
     if (batched) entry["reshape"] = {{"shape", json::array()}};
   }
-  // Requests are not gathered, so that those of a batch may differ in shape
+  // Triton does not concatenate the requests of a batch, so they may differ in shape
   if (is_input && batched) entry["allow_ragged_batch"] = true;
   return entry;
 }
 
-/** The dimensions that an entry of the user's gives to the backend. */
+/** The dimensions that the backend gets by an entry of the user's configuration. */
 std::vector<int64_t> given_dims(const json& entry) {
   const json& list = entry.contains("reshape") ? entry["reshape"].value("shape", json::array())
                                                : entry.value("dims", json::array());
@@ -115,7 +115,7 @@ void check_entry(const json& entry, const char* kind, const TensorInfo& tensor, 
            (batched ? " besides the batch's" : "") + ", got " + shown(dims));
 }
 
-/** The list "input" or "output" of a configuration: made where it is empty, else checked. */
+/** The list "input" or "output" of a configuration: filled in if it is empty, else checked. */
 void complete_list(json& config, const char* kind, const std::vector<TensorInfo>& tensors, bool batched) {
   json& list = config[kind];
   if (list.empty()) {
@@ -193,7 +193,7 @@ json complete(json config, const Signature& signature) {
   if (batch > 0 && batch > signature.most_samples)
     refuse("max_batch_size is " + std::to_string(batch) + ", the bundle takes at most " +
            std::to_string(signature.most_samples) + " samples at once");
-  // Tensors that were written down without a batch size have their first dimension among the others
+  // Without max_batch_size, tensors in the user's configuration include the batch dimension in their dims
   if (batch == 0 && !says_tensors) batch = signature.most_samples;
   config["max_batch_size"] = batch;
   complete_list(config, "input", signature.method.inputs, batch > 0);

@@ -13,7 +13,7 @@ namespace chiasm::triton {
 
 class Crew final {
  public:
-  /** Of at most `size` threads, which are started when first there is something for them. */
+  /** A crew of at most `size` threads, which start when there is work for them. */
   explicit Crew(size_t size) : size_(size) {}
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;

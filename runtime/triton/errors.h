@@ -1,4 +1,4 @@
-/** Errors at the border to Triton: its functions return TRITONSERVER_Error*, ours throw. */
+/** Errors at the boundary to Triton: its functions return TRITONSERVER_Error*, ours throw. */
 #pragma once
 
 #include <triton/core/tritonbackend.h>
@@ -12,7 +12,7 @@
 
 namespace chiasm::triton {
 
-/** A refusal of this backend's own, or what a function of Triton said. */
+/** An error of this backend, or one that a function of Triton returned. */
 class Failure final : public std::exception {
  public:
   Failure(TRITONSERVER_Error_Code code, std::string message) : code_(code), message_(std::move(message)) {}
@@ -36,7 +36,7 @@ inline void check(TRITONSERVER_Error* error) {
   throw failure;
 }
 
-/** Where nobody is left to whom an error could be told: into the server's log. */
+/** Logs an error that can no longer be returned to anybody. */
 inline void log_failure(TRITONSERVER_Error* error) noexcept {
   if (error == nullptr) return;
   TRITONSERVER_Error* const lost =

@@ -19,14 +19,14 @@ uint64_t now() noexcept {
   return static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(time).count());
 }
 
-/** What the statistics say of a request: when it began, its run began, its run ended, and it ended. */
+/** A request's times for the statistics: begin, begin of the run, end of the run, end. */
 struct Times {
   uint64_t begin = 0, run = 0, ran = 0, end = 0;
   uint64_t samples = 1;
   bool good = false;
 };
 
-/** What a tensor without elements points to: the core takes no NULL. */
+/** The data of tensors without elements: the core does not accept NULL. */
 alignas(base::Pool::kAlignment) char nothing[base::Pool::kAlignment];
 
 [[noreturn]] void refuse_gpu(const char* kind, const std::string& name) {
@@ -38,8 +38,8 @@ bool is_aligned(const void* data, DType dtype) {
   return reinterpret_cast<uintptr_t>(data) % size_of(dtype) == 0;
 }
 
-/** Where a message's bytes are, which clients may have put anywhere and in pieces, while engines want them
- *  together and aligned. */
+/** The bytes of an input. Clients may send them in pieces and at any address, but engines need them
+ *  contiguous and aligned. */
 class InputMemory final {
  public:
   const void* gather(TRITONBACKEND_Input* input, const std::string& name, DType dtype, uint64_t bytes,
@@ -76,7 +76,7 @@ class InputMemory final {
   std::vector<base::PooledMemory> copies_;
 };
 
-/** The shape that Triton's protocols give to a tensor without dimensions, which they do not have. */
+/** The shape of a 0-d tensor in Triton's protocols, which have no 0-d tensors. */
 const Shape kNumber{1};
 
 /** The bytes of a dense tensor. */
@@ -109,8 +109,8 @@ Tensor read_input(TRITONBACKEND_Request* request, const TensorInfo& info, InputM
   return Tensor(memory.gather(input, info.name, dtype, bytes, pieces), dtype, shape);
 }
 
-/** Where a run writes: the response's own buffers, or memory beside them where the client did not ask for an
- *  output or put it at an address that is not aligned. */
+/** The memory that a run writes: the response's own buffer, or a temporary one if the client did not ask for
+ *  the output or placed it at an unaligned address. */
 class OutputMemory final {
  public:
   Tensor add(TRITONBACKEND_Response* response, const std::string& name, bool wanted, const TensorType& type) {
@@ -212,7 +212,7 @@ void report(TRITONBACKEND_ModelInstance* instance, TRITONBACKEND_Request** reque
     batch.ran = std::max(batch.ran, times.ran);
     batch.samples += times.samples;
   }
-  if (batch.samples == 0) return;  // of failures alone Triton counts nothing either
+  if (batch.samples == 0) return;  // Triton itself counts no batch in which all requests failed
   log_failure(TRITONBACKEND_ModelInstanceReportBatchStatistics(instance, batch.samples, batch.begin,
                                                                batch.run, batch.ran, batch.end));
 }

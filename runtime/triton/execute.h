@@ -1,4 +1,4 @@
-/** Requests, from Triton's buffers into each response's own. */
+/** Runs requests, from Triton's buffers into the buffers of their responses. */
 #pragma once
 
 #include <triton/core/tritonbackend.h>
@@ -10,8 +10,8 @@
 
 namespace chiasm::triton {
 
-/** Answers every request of a batch by itself, reports its statistics, and releases it. What it throws, it throws
- *  before the first answer, so that the requests are still Triton's. */
+/** Answers every request of a batch by itself, reports its statistics, and releases it. Throws only before
+ *  the first answer, so that Triton still owns the requests. */
 void execute(const Model& model, Crew& crew, TRITONBACKEND_ModelInstance* instance,
              TRITONBACKEND_Request** requests, uint32_t count);
 

@@ -20,7 +20,7 @@ struct DeleteFamily {
 using Metric = std::unique_ptr<TRITONSERVER_Metric, DeleteMetric>;
 using MetricFamily = std::unique_ptr<TRITONSERVER_MetricFamily, DeleteFamily>;
 
-/** chiasm_model_info; none where the server gives no metrics. */
+/** chiasm_model_info; none if the server has no metrics. */
 MetricFamily make_metric_family();
 
 class Model final {

@@ -15,8 +15,8 @@ struct TypeEntry {
   const char* config;
 };
 
-/** Indexed by chiasm_dtype. Triton's TYPE_BYTES (strings) and unsigned types of 32 and 64 bits have no place
- *  here. */
+/** Indexed by chiasm_dtype. chiasm has no dtype for Triton's TYPE_BYTES (strings) and unsigned types of 32
+ *  and 64 bits. */
 inline constexpr TypeEntry kTypes[] = {
     {TRITONSERVER_TYPE_BOOL, "TYPE_BOOL"},      //
     {TRITONSERVER_TYPE_UINT8, "TYPE_UINT8"},    //
