@@ -1,10 +1,9 @@
-"""Writes what follows from the declarations of the kernels
-(python/chiasm/primitives/kernels/declarations.py).
+"""Generates files from the declarations of the kernels (python/chiasm/primitives/kernels/declarations.py).
 
     generate.py build FOLDER    kernels.h, kernel_calls.h and kernel_calls.cpp, for CMake
     generate.py docs FILE       the page of kernels
 
-A file that is already as it should be is left alone, so that nothing is compiled again.
+A file whose content would not change is not written, so that nothing is compiled again.
 """
 
 import ast
@@ -15,7 +14,7 @@ from pathlib import Path
 from typing import Dict, Iterator, List
 
 HERE = Path(__file__).resolve().parent
-# Not by chiasm: its package needs torch
+# Not through the package chiasm, which needs torch
 sys.path.insert(0, str(HERE.parents[1] / "python" / "chiasm" / "primitives"))
 
 from kernels.schema import VARIABLES, Argument, DeclarationError, Kernel, identifiers  # noqa: E402
@@ -74,8 +73,8 @@ def cpp_type(kernel: Kernel, argument: Argument) -> str:
 
 
 def parameters(kernel: Kernel) -> Iterator[tuple[str, str, str]]:
-    """Type, name and value (in kernel_calls.cpp) of each of the C++ function's parameters: a tensor's data
-    and those of its sizes that are not there yet."""
+    """Type, name and value (in kernel_calls.cpp) of each parameter of the C++ function: a tensor's data and
+    those of its sizes that are not parameters yet."""
     there: set[str] = set()
     for argument in kernel.arguments:
         kind = cpp_type(kernel, argument)
@@ -311,7 +310,7 @@ def call(k: Kernel) -> List[str]:
 
 
 def bind(k: Kernel, a: Argument, dtype: str, bound: set[str]) -> Iterator[str]:
-    """Checks a tensor's type and shape and gives its sizes their names."""
+    """Checks a tensor's type and shape and binds its sizes to their names."""
     named = [s for s in a.shape or () if s != "..."]
     expected = ", ".join(s if s.isdigit() or s in bound else "kAny" for s in named)
     folded = "..." in (a.shape or ())
@@ -334,8 +333,7 @@ def bind(k: Kernel, a: Argument, dtype: str, bound: set[str]) -> Iterator[str]:
 
 
 def condition(k: Kernel, text: str) -> str:
-    """Refuses a call for which a condition does not hold, in the name of the first argument that it is
-    about."""
+    """Rejects a call for which a condition does not hold. The error names the condition's first argument."""
     cpp, names = (
         Expression(k).cpp(text),
         list(dict.fromkeys(n for n in identifiers(text, k.name) if n not in ("INT32_MAX", *CONSTANTS))),

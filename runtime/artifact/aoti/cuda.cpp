@@ -1,5 +1,6 @@
-// An artifact for CUDA: the CUDA driver in place of what AOTInductor's code calls of the CUDA runtime, the driver and
-// libtorch. The driver is found in the process, where the native backend has opened it; nothing of CUDA is linked.
+// An artifact for CUDA: implements, by the CUDA driver, the functions of the CUDA runtime, the driver and
+// libtorch that AOTInductor's code calls. The native backend has opened the driver in the process; no CUDA
+// library is linked.
 //
 // The contracts are those of cuda.h, cuda_runtime_api.h and torch/csrc/inductor/aoti_torch/c/shim.h.
 #include <cuda.h>
@@ -46,7 +47,7 @@ CUdeviceptr address(const void* data) { return reinterpret_cast<CUdeviceptr>(dat
 
 }  // namespace
 
-// Inductor's loops on the CPU alone have teams.
+// Only Inductor's loops on the CPU have teams.
 Run* run_of_this_thread() { return current_run(); }
 bool in_parallel_region() { return false; }
 
@@ -114,7 +115,8 @@ CUresult cuLaunchKernel(CUfunction function, unsigned grid_x, unsigned grid_y, u
 }
 
 // --- the runtime ----------------------------------------------------------------------------------------------
-// The driver's errors have the runtime's numbers since CUDA 10.1. The device is current: the native backend sees to it.
+// Since CUDA 10.1 the driver and the runtime number their errors alike. The native backend makes the device
+// current.
 
 const char* cudaGetErrorString(cudaError_t error) {
   const char* text = nullptr;
@@ -140,8 +142,9 @@ cudaError_t cudaMemcpy(void* to, const void* from, size_t bytes, cudaMemcpyKind)
   return static_cast<cudaError_t>(CHIASM_DRIVER(cuMemcpy)(address(to), address(from), bytes));
 }
 
-// AOTInductor does not use an instance of a model again before what it enqueued has run. Nothing of an instance changes
-// in a run, so there is nothing to wait for; and a query of an event would end the capture of a graph.
+// By these events AOTInductor waits until an instance's work has run before it uses the instance again. A run
+// changes nothing in an instance, so there is nothing to wait for; and querying an event would end the
+// capture of a graph.
 cudaError_t cudaEventCreate(cudaEvent_t* event) {
   *event = nullptr;
   return cudaSuccess;
@@ -152,7 +155,8 @@ cudaError_t cudaEventQuery(cudaEvent_t) { return cudaSuccess; }
 cudaError_t cudaEventSynchronize(cudaEvent_t) { return cudaSuccess; }
 
 // --- libtorch -------------------------------------------------------------------------------------------------
-// Guards make a device and a stream current; the native backend has done the first, and all here takes a stream.
+// Guards make a device and a stream current. The native backend has made the device current, and all
+// functions here take a stream.
 
 AOTITorchError aoti_torch_create_cuda_guard(int32_t, CUDAGuardHandle* guard) {
   *guard = nullptr;
@@ -171,7 +175,7 @@ AOTITorchError aoti_torch_get_current_cuda_stream(int32_t, void** stream) {
   return AOTI_TORCH_SUCCESS;
 }
 
-// An input that does not begin where vectors may, copied to memory that does.
+// Copies an input that is not aligned for vectors to memory that is.
 AOTITorchError aoti_torch_clone_preserve_strides(AtenTensorHandle self, AtenTensorHandle* result) {
   return aoti_torch_clone(self, result);  // inputs are dense
 }

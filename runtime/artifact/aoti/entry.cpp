@@ -1,15 +1,15 @@
 // Stands in for libtorch in a torch-free native artifact: the exporter links this statically with
 // AOTInductor's code.
 //
-// Outputs without a copy: AOTInductor allocates its outputs itself. But for loops, the generated code is
+// Outputs without a copy: AOTInductor allocates its outputs itself. Except for loops, the generated code is
 // straight-line, so the n-th allocation of a run is always the same buffer. The first run notes which
-// allocation became which output (the *plan*) and copies; later runs are handed the caller's memory at that
-// allocation, and the op writes straight into it. Where a loop ran for longer or shorter, another buffer may
-// get that memory; the results are then copied to where they belong.
+// allocation became which output (the *plan*) and copies; in later runs that allocation returns the caller's
+// memory, and the op writes into it directly. If a loop ran for more or fewer iterations, another buffer may
+// get that memory; the results are then copied to the right outputs.
 //
-// AOTInductor writes its interface of C functions into the code of every op, where compiling it took three
-// quarters of the time. The exporter leaves it out, and what of it is needed stands here: the op's code is
-// the class AOTInductorModel alone.
+// AOTInductor writes its interface of C functions into the code of every op, where it took three quarters of
+// the compile time. The exporter omits it, and this file has the part that is needed: an op's code is only
+// the class AOTInductorModel.
 #include <torch/csrc/inductor/aoti_runtime/model_container.h>
 #include <torch/csrc/inductor/aoti_torch/c/shim.h>
 
@@ -30,16 +30,16 @@ void __freeres();
 namespace chiasm::artifact {
 namespace {
 
-// libstdc++, of which every artifact has its own, sets 72 KB aside for exceptions when memory is short, and
-// forgets them when it is closed: a server that loads and unloads models all day would lose them each time.
+// Every artifact has its own libstdc++, which reserves 72 KB for exceptions when memory is short, and does
+// not free them when it is closed: a server that loads and unloads models all day would leak them each time.
 __attribute__((destructor)) void give_back_reserve() { __gnu_cxx::__freeres(); }
 
 // Plain memory: a thread_local with a destructor would pin the library in the process.
 thread_local char last_error[1024];
 thread_local bool out_of_memory;
 
-// How many threads may be inside a model before the next waits; a runner holds no memory between runs. On CUDA each
-// would load the op's code into the device, and a run only enqueues.
+// How many threads may be inside a model before the next waits; a runner holds no memory between runs. On
+// CUDA one is enough: each runner would load the op's code into the device, and a run only enqueues.
 const size_t kRunners = memory::host_can_read ? 16 : 1;
 
 struct CompiledModel {
@@ -60,7 +60,7 @@ int32_t fail(const std::string& text, char* error, size_t size, int32_t result =
   return result;
 }
 
-// Calls the engine. Its error is what was noted here, else what AOTInductor throws.
+// Calls the engine. The error is the noted one, else the exception of AOTInductor.
 template <class Call>
 int32_t engine(Call call, char* error, size_t size) {
   *last_error = 0;
@@ -131,7 +131,7 @@ int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outp
 
     Handles arguments(n_in), results(n_out);
     for (size_t i = 0; i < n_in; ++i) arguments.list[i] = borrow(inputs[i], *host);
-    auto stolen = std::exchange(arguments.list, {});  // the engine owns them from here on, also when it fails
+    auto stolen = std::exchange(arguments.list, {});  // from here on the engine owns them, even if it fails
     const auto work = [&] {
       model.container.run(stolen.data(), results.list.data(),
                           static_cast<torch::aot_inductor::DeviceStreamType>(host->stream), nullptr);
@@ -140,15 +140,15 @@ int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outp
     if (state.refused.load(std::memory_order_acquire))
       return fail(state.refusal, error, error_size, CHIASM_NATIVE_BAD_VALUE);
 
-    state.plan = nullptr;  // what is allocated from here on is scratch
+    state.plan = nullptr;  // later allocations are scratch
     for (size_t k = 0; k < n_out; ++k)
       for (size_t other = 0; other < n_out; ++other) {
         auto*& result = results.list[k];
         if (result->storage->data != outputs[other].data || !outputs[other].data) continue;
         if (other == k && result->is_dense() && result->offset == 0) continue;
-        // It has the memory of another output, or its own in another order (a transposed result is dense
-        // where a size is 1, which the plan may have been made from): it leaves before the outputs are
-        // written.
+        // The result is in the memory of another output, or in its own with other strides (a transposed
+        // result is dense if a size is 1, as it may have been in the run that made the plan): move it away
+        // before the outputs are written.
         std::unique_ptr<AtenTensorOpaque> moved(
             allocate(result->sizes, dense_strides(result->sizes), result->dtype));
         copy(*result, *moved);

@@ -1,8 +1,8 @@
 // The functions of g++'s OpenMP library that compiled ops call, over threads that the host lends
 // (chiasm_native_host::fork).
 //
-// So the threads are those of whoever runs the op: the native backend's, or the pool of an ONNX Runtime
-// session. All threads of a region run at the same time, which is what makes a barrier possible.
+// So an op runs on the threads of its host: the native backend's workers, or the pool of an ONNX Runtime
+// session. All threads of a region run at the same time, so a barrier is possible.
 #include <atomic>
 #include <utility>
 
@@ -57,7 +57,7 @@ extern "C" {
 int omp_get_thread_num() { return member.index; }
 int omp_get_num_threads() { return member.team ? member.count : 1; }
 
-// Compiled reductions make room for a partial result of each thread.
+// Compiled reductions allocate a partial result for each thread.
 int omp_get_max_threads() {
   const Run* run = current_run();
   return run ? run->host->num_threads : 1;
@@ -91,7 +91,7 @@ void GOMP_barrier() {
   team.barriers.wait(passed, std::memory_order_acquire);
 }
 
-// True in one thread of the team for each `single` block: the first that gets there.
+// True in one thread of the team for each `single` block: the first one to reach it.
 bool GOMP_single_start() {
   if (!member.team) return true;
   uint32_t met = member.singles++;

@@ -52,7 +52,7 @@ Matrix<T> broadcast(const AtenTensorOpaque& tensor, int64_t item, const Matrix<T
   return added;
 }
 
-// Number of values of a matrix; throws where it overflows.
+// Number of values of a matrix; throws if it overflows.
 template <class T>
 size_t count(int64_t rows, int64_t columns) {
   int64_t bytes = 0;
@@ -84,7 +84,8 @@ void multiply(const Matrix<T>& a, const Matrix<T>& b, const Matrix<T>& out, cons
   }
   const T* const values = dense.empty() ? a.data : dense.data();
   const int64_t down = dense.empty() ? a.down : depth;
-  // A task is a block of rows times a few panels, so that a product of few rows has work for all threads too.
+  // A task is a block of rows times a few panels, so that even a product with few rows has work for all
+  // threads.
   constexpr int64_t some = 8;
   const int64_t chunks = (panels + some - 1) / some;
 #pragma omp parallel for
@@ -111,7 +112,7 @@ void multiply(const Matrix<T>& a, const Matrix<T>& b, const Matrix<T>& out, cons
   }
 }
 
-// The same of tensors: matrices, or batches of them.
+// The same for tensors: matrices, or batches of them.
 AOTITorchError product(AtenTensorHandle out, AtenTensorHandle added, AtenTensorHandle a, AtenTensorHandle b,
                        size_t dimensions, double beta, double alpha) {
   return guarded([&] {

@@ -18,7 +18,7 @@ namespace chiasm::artifact {
 template <class T>
 using Key = std::conditional_t<sizeof(T) == 8, uint64_t, uint32_t>;
 
-// Where a value stands among all of its type: of two values the one that is taken first has the smaller key.
+// A key that orders all values of a type: of two values the one that is taken first has the smaller key.
 template <class T>
 Key<T> sort_key(T value, bool largest) {
   constexpr Key<T> kSign = Key<T>{1} << (8 * sizeof(T) - 1);
@@ -29,7 +29,7 @@ Key<T> sort_key(T value, bool largest) {
     if (value == T(0)) value = T(0);  // -0 equals 0
     std::memcpy(&key, &value, sizeof key);
     const bool descends =
-        std::is_floating_point_v<T> && (key & kSign) != 0;  // of negative numbers, by their size
+        std::is_floating_point_v<T> && (key & kSign) != 0;  // negative numbers are ordered by magnitude
     key ^= descends ? ~Key<T>{0} : kSign;
   }
   return largest ? ~key : key;
@@ -42,8 +42,8 @@ struct Keyed {
 };
 
 // Orders `items` by their keys, digit by digit from the lowest, each in a pass that keeps the order of equals
-// (D. Knuth, The Art of Computer Programming 3, 5.2.5, algorithm R). A digit that all have in common needs no pass.
-// `other` has room for as many; what is returned is one of the two.
+// (D. Knuth, The Art of Computer Programming 3, 5.2.5, algorithm R). A digit that all have in common needs no
+// pass. `other` has room for as many items. Returns one of the two arrays.
 template <class T>
 Keyed<T>* sort_by_digits(Keyed<T>* items, Keyed<T>* other, int64_t n) {
   constexpr int kBits = 11, kDigits = (8 * sizeof(Key<T>) + kBits - 1) / kBits;
@@ -63,7 +63,7 @@ Keyed<T>* sort_by_digits(Keyed<T>* items, Keyed<T>* other, int64_t n) {
   return items;
 }
 
-// The first k of a row of n, in order: their places.
+// The indices of the first k of a row of n, in order.
 template <class T>
 void first_places(const T* values, int64_t n, int64_t k, bool largest, int64_t* order) {
   std::iota(order, order + n, 0);
@@ -73,10 +73,11 @@ void first_places(const T* values, int64_t n, int64_t k, bool largest, int64_t* 
   });
 }
 
-// The k largest or smallest of each of `rows` rows of n, and their places.
+// The k largest or smallest of each of `rows` rows of n, and their indices.
 template <class T>
 void topk_rows(const T* values, int64_t rows, int64_t n, int64_t k, bool largest, T* top, int64_t* index) {
-  // A heap of few takes one look at most values. Below a thousand the counts of digits are what takes long.
+  // A small heap compares most values only once. Below a thousand values, counting digits takes most of the
+  // time.
   const bool by_digits = k >= n / 16 && n >= 1024 && n <= int64_t{UINT32_MAX};
   // Each part has scratch of its own. Allocated here, because nothing may be thrown inside the parallel region.
   const int64_t parts = std::min<int64_t>(omp_get_max_threads(), rows);

@@ -17,7 +17,7 @@ namespace chiasm::artifact {
 
 using Dims = std::vector<int64_t>;
 
-// What one call of `run` lends to the code that it runs.
+// What one call of `run` provides to the code that it runs.
 struct Run {
   const chiasm_native_host* host;
   const chiasm_tensor* outputs;
@@ -25,7 +25,7 @@ struct Run {
   // For each output, the ordinal of the allocation that became it in the first run, or -1: see entry.cpp.
   const std::vector<int64_t>* plan;
   int64_t allocations = 0;
-  // A value that is not allowed (chiasm/checked.h): `refuse` keeps the first text, from whatever thread.
+  // Set if a value is not allowed (chiasm/checked.h): `refuse` keeps the first text of any thread.
   std::atomic<bool> refused{false};
   char refusal[256] = "";
 
@@ -37,7 +37,7 @@ struct Run {
 // The run of this thread; null while a model is created.
 Run*& current_run();
 
-// The run that this thread works for, also as a member of a team; null where there is none.
+// The run that this thread works for, also as a member of a team; null if there is none.
 Run* run_of_this_thread();
 bool in_parallel_region();
 
@@ -48,7 +48,7 @@ void refuse(const char* text);
 struct Storage {
   char* data = nullptr;
   size_t bytes = 0;
-  // which allocation of its run it was, -1: not allocated by the run
+  // the number of this allocation in its run; -1: not allocated by the run
   int64_t ordinal = -1;
   const chiasm_native_host* owner = nullptr;  // null: borrowed
   ~Storage() {
@@ -112,7 +112,7 @@ inline Dims dense_strides(const Dims& sizes) {
   return strides;
 }
 
-// How many elements lie between a tensor's first and its last, with both.
+// The number of elements from a tensor's first to its last, inclusive.
 inline int64_t span(const Dims& sizes, const Dims& strides) {
   int64_t elements = 1;
   for (size_t i = 0; i < sizes.size(); ++i) {
@@ -128,14 +128,13 @@ inline int64_t span(const Dims& sizes, const Dims& strides) {
   return elements;
 }
 
-// A new tensor in scratch memory, or in the caller's output where the plan says that it will be returned as
-// such.
+// A new tensor in scratch memory, or in the caller's output if the plan says that it will become that output.
 AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype);
 
 // Copies between tensors of the same sizes and dtype, whatever their strides.
 void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target);
 
-// `tensor` itself where it is dense, else a dense copy, which `owner` keeps.
+// `tensor` itself if it is dense, else a dense copy, which `owner` keeps.
 inline const AtenTensorOpaque& dense(const AtenTensorOpaque& tensor,
                                      std::unique_ptr<AtenTensorOpaque>& owner) {
   if (tensor.is_dense()) return tensor;

@@ -1,6 +1,6 @@
 // The functions of AOTInductor's C interface that a compiled op calls, over chiasm::artifact's tensors.
-// Declared, with their contracts, in torch/csrc/inductor/aoti_torch/c/shim.h; only what compiled ops were
-// seen to need.
+// Declared, with their contracts, in torch/csrc/inductor/aoti_torch/c/shim.h; only those that compiled ops
+// were seen to need.
 #include <torch/csrc/inductor/aoti_torch/c/shim.h>
 
 #include <algorithm>

@@ -42,7 +42,7 @@ BINARY(atan2, u10)
 BINARY(hypot, u05)
 BINARY(pow, u10)
 
-// Exact by definition, so lane by lane loses nothing but time.
+// Exact by definition, so computing lane by lane costs only time.
 #define BY_LANES(name)                                        \
   extern "C" __m256 Sleef_##name##f8(__m256 x, __m256 y) {    \
     for (int i = 0; i < 8; ++i) x[i] = std::name(x[i], y[i]); \

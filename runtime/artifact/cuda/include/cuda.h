@@ -1,5 +1,6 @@
-/** What AOTInductor's code uses of CUDA's driver, in place of the toolkit's header: chiasm builds without the toolkit.
- *  Names, types and numbers are those of the driver's binary interface (NVIDIA, CUDA Driver API). */
+/** The part of CUDA's driver interface that AOTInductor's code uses, in place of the toolkit's header: chiasm
+ *  builds without the toolkit. Names, types and numbers are those of the driver's binary interface (NVIDIA,
+ *  CUDA Driver API). */
 #pragma once
 
 #include <stddef.h>

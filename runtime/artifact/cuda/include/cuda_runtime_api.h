@@ -1,4 +1,5 @@
-/** What AOTInductor's code uses of CUDA's runtime (NVIDIA, CUDA Runtime API); see cuda.h. aoti/cuda.cpp defines it. */
+/** The part of CUDA's runtime that AOTInductor's code uses (NVIDIA, CUDA Runtime API); see cuda.h.
+ *  aoti/cuda.cpp defines it. */
 #pragma once
 
 #include <cuda.h>

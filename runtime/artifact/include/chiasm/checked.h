@@ -1,7 +1,8 @@
-// Included by every compiled loop of an op (python/chiasm/export/patches/index_checks.py): what AOTInductor's
-// own code leaves undefined or ends the process for. An index or a divisor that comes from data and is not
-// allowed is noted for the run, and a harmless one takes its place: no loop reads or writes outside of its
-// tensors, no exception leaves a parallel region, and the run returns the error.
+// Included by every compiled loop of an op (python/chiasm/export/patches/index_checks.py), for the cases in
+// which AOTInductor's own code has undefined behaviour or ends the process. If data contain an index or a
+// divisor that is not allowed, the error is noted for the run and a harmless value is used instead: no loop
+// reads or writes outside of its tensors, no exception leaves a parallel region, and the run returns the
+// error.
 #pragma once
 
 #include <cmath>
@@ -29,13 +30,13 @@ namespace chiasm {
 [[gnu::cold, gnu::noinline]] void note_division();
 #endif
 
-// `index`, or 0 where it is outside of [0, size). `wrapped` says that `size` was added to negative indices
-// before. `reader` names what uses the index. Without `active` the index is not used.
+// `index`, or 0 if it is outside of [0, size). With `wrapped`, `size` was already added to negative indices.
+// `reader` names the operation that uses the index. Without `active` the index is not used.
 template <bool wrapped, class T>
 inline T checked_index(T index, int64_t size, const char* reader, bool active = true) {
   static_assert(std::is_integral_v<T>);
-  // From here on the compiler knows nothing of how the index was computed: where that was undefined (the
-  // conversion of NaN) it could take the check out.
+  // Hides from the compiler how the index was computed: if that was undefined (the conversion of NaN), it
+  // could remove the check.
   asm("" : "+r"(index));
   if (static_cast<uint64_t>(static_cast<int64_t>(index)) < static_cast<uint64_t>(size)) [[likely]]
     return index;
@@ -89,8 +90,8 @@ inline V larger(const V& a, const V& b) {
 }
 #endif
 
-// Quotients and remainders of integers, for divisors that may be zero, and for the one quotient that
-// overflows (which traps on x86, and wraps here). `body` gets operands that it can divide.
+// Quotients and remainders of integers, for divisors that may be zero and for the one quotient that overflows
+// (it traps on x86, and wraps here). `body` gets operands that are safe to divide.
 template <class T, class Body>
 inline T divided(T a, T b, Body body) {
   if (b == 0) [[unlikely]] {
@@ -139,7 +140,7 @@ inline auto mod(const A& a, const B& b) {
     return divided_each(a, b, [](auto x, auto y) -> decltype(x) { return x % y; });
 }
 
-// The remainder that has the divisor's sign. A divisor of -1 leaves none.
+// The remainder that has the divisor's sign. With a divisor of -1 it is 0.
 template <class A, class B>
 inline auto remainder_integral(const A& a, const B& b) {
   return divided_each(a, b, [](auto x, auto y) -> decltype(x) {

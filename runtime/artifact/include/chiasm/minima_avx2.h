@@ -1,4 +1,4 @@
-// Minima and maxima by AVX2's own instruction, which gives the second value where one is NaN.
+// Minima and maxima by AVX2's own instruction, which returns the second value if one is NaN.
 #pragma once
 
 #include <immintrin.h>
