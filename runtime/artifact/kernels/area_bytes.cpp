@@ -1,4 +1,5 @@
-// Bytes resized by areas: means of what each pixel of the output covers, exact before they are rounded.
+// Resizing of bytes by areas: the mean of the area that each pixel of the output covers, exact before
+// rounding.
 #include <bit>
 #include <cstring>
 
@@ -12,7 +13,7 @@ using Word = uint16_t;
 // The largest window whose sums fit into 16 bits.
 constexpr int64_t kSmall = 257;
 
-// Sums of whole windows of ky x kx pixels of one row of windows, at every value where a window may begin.
+// Sums of ky x kx pixels for one row of windows, at every value at which a window may begin.
 void sums_of_windows(const uint8_t* x, int64_t stride, int64_t ky, int64_t kx, int64_t step, int64_t values,
                      Word* down, Word* sums) {
   for_lanes<Word>(values, [=](auto d, auto, int64_t k) {
@@ -55,7 +56,7 @@ void whole_windows(const uint8_t* x, int64_t n, int64_t height, int64_t width, i
   const bool is_power = std::has_single_bit(static_cast<uint64_t>(area));
   const int64_t room = whole_lines<Word>(width);
   const auto memory = new_lines<Word>(3 * room * omp_get_max_threads());
-  // What is added keeps quotients that are whole from falling short by what float32 rounds.
+  // The bias keeps whole quotients from falling below their value by float32's rounding error.
   const float scale = 1.0f / static_cast<float>(2 * area), bias = static_cast<float>(area) + 0.5f;
 #pragma omp parallel for
   for (int64_t i = 0; i < n * new_height; ++i) {
@@ -81,7 +82,7 @@ void whole_windows(const uint8_t* x, int64_t n, int64_t height, int64_t width, i
   }
 }
 
-// Along an axis, which pixels each of `out` covers, and how much of each, in parts of 1 / out.
+// Along an axis: which pixels each pixel of the output covers, and how much of each, in units of 1 / out.
 struct Covered {
   int64_t each;
   std::vector<int64_t> first;

@@ -74,7 +74,7 @@ void scaled_bytes(const uint8_t* x, int64_t n, int64_t values, const int32_t* or
 
 namespace {
 
-// Whether bytes are from low to high: 255, else 0.
+// 255 for bytes from `low` to `high`, else 0.
 template <class D>
 hn::Vec<D> between(D d, hn::Vec<D> x, int32_t low, int32_t high) {
   const auto least = hn::Set(d, static_cast<uint8_t>(low)), most = hn::Set(d, static_cast<uint8_t>(high));

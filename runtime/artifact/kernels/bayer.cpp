@@ -1,11 +1,11 @@
-// Red, green and blue of Bayer images, whose pixels have one of them each.
+// Demosaicing: red, green and blue of Bayer images, whose pixels have one colour each.
 #include "interleaving.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// The mean of the means of two pairs of whole numbers, all rounded halves up, would be one too large where one
-// of the pair's was rounded and the last one is, too.
+// The mean of four whole numbers, rounded half up, as the mean of the means of two pairs. That would be one
+// too large if the mean of a pair was rounded up and the last mean is, too.
 template <class D>
 struct Means {
   hn::Vec<D> first, second, all;
@@ -17,8 +17,8 @@ struct Means {
   }
 };
 
-// A row of pixels, of which every other one, from the first or from the second on, has the row's own colour, red
-// or blue, and the others are green. `rows` has those above and below, too, and one pixel more at either end.
+// A row of pixels. Every other one, from the first or from the second on, has the row's own colour, red or
+// blue; the others are green. `rows` also has the rows above and below, and one more pixel at either end.
 template <bool kFromFirst, bool kRed, bool kInterleaved, class P>
 void make_row(const P* const* rows, int64_t n, P* out, int64_t plane) {
   const Lanes<P> d;

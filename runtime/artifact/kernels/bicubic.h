@@ -1,4 +1,4 @@
-// Images read at runs of positions by the cubic convolution kernel, on 4 x 4 pixels: R. Keys, Cubic
+// Reads images at runs of positions by the cubic convolution kernel, on 4 x 4 pixels: R. Keys, Cubic
 // Convolution Interpolation for Digital Image Processing, IEEE TASSP 29(6), 1981, with a = -0.75.
 #pragma once
 
@@ -15,11 +15,11 @@ HWY_INLINE hn::Vec<D> keys(D d, hn::Vec<D> x) {
   return hn::IfThenElse(hn::Lt(x, all(1)), near, hn::IfThenElseZero(hn::Lt(x, all(2)), far));
 }
 
-// Of each position the four columns and the four rows that are read, and their weights.
+// For each position, the four columns and the four rows that are read, and their weights.
 template <class T>
 struct CubicTaps {
-  // How a vector of positions is read: pixel by pixel; as four rows of four neighbours for each; or all of a
-  // row by loads of whole vectors, in which the neighbours of all positions lie.
+  // How a vector of positions is read: pixel by pixel; each position as four rows of four neighbours; or each
+  // row by loads of whole vectors, which contain the neighbours of all positions.
   enum class Way : uint8_t { kAnywhere, kInside, kTogether };
 
   alignas(64) int32_t column[4][kRun], row[4][kRun];
@@ -33,14 +33,14 @@ inline void cubic_axis(T* x, int64_t n, int64_t size, Padding padding, bool alig
                        int32_t (*pixel)[kRun], T (*weight)[kRun]) {
   const Lanes<T> d;
   const auto all = [=](auto value) { return hn::Set(d, static_cast<T>(value)); };
-  // Beyond three pixels outside nothing changes any more.
+  // More than three pixels outside, results no longer change.
   if (padding != Padding::kReflection) limit(x, n, T(-4), static_cast<T>(size + 3));
   T first[kRun], at[kRun];
   for (int64_t i = 0; i < n; i += kLanes<T>) {
     const auto given = hn::LoadU(d, x + i), whole = hn::Floor(given), fraction = hn::Sub(given, whole);
-    const auto known = hn::Eq(fraction, fraction);  // not of what is no number, nor of an infinity
+    const auto known = hn::Eq(fraction, fraction);  // false for NaN and infinities
     const auto kept = hn::IfThenElse(known, whole, all(-4));
-    // what is further away has no fraction to speak of
+    // numbers beyond 2^52 have no fraction
     hn::StoreU(smaller(larger(kept, all(-4503599627370496.0)), all(4503599627370496.0)), d, first + i);
     const hn::Vec<Lanes<T>> distances[] = {hn::Add(fraction, all(1)), fraction, hn::Sub(all(1), fraction),
                                            hn::Sub(all(2), fraction)};
@@ -67,7 +67,7 @@ inline void cubic_taps(T* x, T* y, int64_t n, int64_t height, int64_t width, int
   cubic_axis(y, n, height, padding, align_corners, taps.row, taps.down);
   for (int64_t i = 0; i < n; ++i)
     taps.index[i] = taps.row[3][i] * static_cast<int32_t>(stride) + taps.column[0][i];
-  // the last at which a vector can be loaded from the fourth pixel on
+  // the last index at which a vector can be loaded at the fourth pixel
   const int64_t last = height * stride - kLanes<T> - 3;
   for (int64_t i = 0; i + kLanes<T> <= n; i += kLanes<T>) {
     bool inside = true;

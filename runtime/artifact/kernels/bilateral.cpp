@@ -1,17 +1,16 @@
-// Bilateral filtering. The weight of two pixels is the same for both: it is computed once, for the later of
-// the two in reading order, and kept for as many rows as the window reaches down.
+// Bilateral filtering. The weight of a pair of pixels is the same for both: it is computed once, and kept for
+// as many rows as the window reaches down.
 #include "functions.h"
 #include "rows.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// Exponentials of numbers that are not positive; NaN stays. Weights below 1e-34 are 0: arithmetic with
-// numbers that have no exponent of their own takes many times as long, and next to a pixel's weight for
-// itself they are nothing.
+// Exponentials of numbers <= 0; NaN stays NaN. Weights below 1e-34 become 0: arithmetic with denormal numbers
+// takes many times as long, and they are negligible beside the weight of the centre.
 //
-// For float the function of S. Moshier's Cephes library (netlib.org/cephes), within the loop: a vector
-// library's calls spill registers.
+// For float, the function of S. Moshier's Cephes library (netlib.org/cephes) is inlined: calls of a vector
+// library spill registers.
 template <class D>
 hn::Vec<D> exp_of(D d, hn::Vec<D> x) {
   const auto least = hn::Set(d, -78), inside = larger(least, x);
@@ -26,8 +25,8 @@ hn::Vec<D> exp_of(D d, hn::Vec<D> x) {
          {1.3981999507e-3f, 8.3334519073e-3f, 4.1665795894e-2f, 1.6666665459e-1f, 5.0000001201e-1f})
       p = hn::MulAdd(p, r, hn::Set(d, c));
     const auto near = hn::Add(hn::MulAdd(p, hn::Mul(r, r), r), hn::Set(d, 1));
-    // Beside 1.5 * 2^23 a whole number's last bits are an integer's. The exponent's place is all that stays
-    // of the sum.
+    // After adding 1.5 * 2^23, the last bits of a float are the integer. The shift keeps only the exponent's
+    // bits.
     const Integers<D> integers;
     const auto power =
         hn::BitCast(d, hn::ShiftLeft<23>(hn::BitCast(integers, hn::Add(n, hn::Set(d, 12582912.0f + 127)))));
@@ -42,8 +41,8 @@ struct Offset {
   T space_weight;
 };
 
-// weights[x] = the weight of a distance times space_weight, of here[c][x] and there[c][x] in `depth` channels;
-// up to a whole vector at the end.
+// weights[x] = space_weight times the weight of the distance of here[c][x] and there[c][x] over `depth`
+// channels; whole vectors, also at the end.
 template <class T, class Likeness>
 void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n,
                  const Likeness& likeness, T space_weight, bool squares, T* weights) {
@@ -58,7 +57,7 @@ void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int
   }
 }
 
-// totals[x] = first + the sum of weights[k][x]; up to a whole vector at the end.
+// totals[x] = first + the sum of weights[k][x]; whole vectors, also at the end.
 template <class T, int64_t vectors>
 void add_weights(T first, const T* const* weights, int64_t count, int64_t x, T* totals) {
   const Lanes<T> d;
@@ -70,8 +69,8 @@ void add_weights(T first, const T* const* weights, int64_t count, int64_t x, T* 
   for (int64_t v = 0; v < vectors; ++v) hn::StoreU(total[v], d, totals + x + v * kLanes<T>);
 }
 
-// means[x] is the mean of first * centre[x] + the sum of weights[k][x] * values[k][x], and of totals[x]; up to
-// a whole vector at the end.
+// means[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]; whole vectors, also
+// at the end.
 template <class Likeness, class T, int64_t vectors>
 void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count,
                     const T* totals, int64_t x, T* means) {
@@ -85,8 +84,8 @@ void weighted_means(T first, const T* centre, const T* const* weights, const T* 
     hn::StoreU(Likeness::mean(d, sum[v], at(totals, v)), d, means + x + v * kLanes<T>);
 }
 
-// Calls four(x) for as many blocks of four vectors as n values fill, whose sums do not wait for each other,
-// and one(x) for the rest.
+// Calls four(x) for each block of four vectors, whose sums do not depend on each other, and one(x) for each
+// remaining vector.
 template <class T, class Four, class One>
 inline void for_blocks(int64_t n, const Four& four, const One& one) {
   constexpr int64_t lanes = kLanes<T>;
@@ -122,7 +121,7 @@ struct Falloff {
 // The entries of a table at whole distances, and quotients rounded halves up.
 struct Alike {
   const double* entries;
-  double last;  // what lies beyond a row's end has a distance of any size
+  double last;  // limits distances, which may have any size beyond a row's end
 
   double most() const { return entries[0]; }
 
@@ -166,7 +165,7 @@ void copy_pixels(const double* x, int64_t n, uint8_t* out) {
   });
 }
 
-// likeness_of(image) says what weight a distance has there.
+// likeness_of(image) returns the function from distances to weights for an image.
 template <class T, class Pixel, class LikenessOf>
 void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t guides_given, int64_t depth,
                     const T* space_weights, int64_t windows, int64_t ky, int64_t kx,
@@ -175,12 +174,12 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
   const int64_t channels = images.channels, height = images.height, width = images.width,
                 plane = height * width, rx = kx / 2, ry = ky / 2;
   const bool shared_guide = guides_given == 1;
-  // A view of the image's first planes, or of its first image, begins where the image does.
+  // A guide that is a view of the first planes, or of the first image, has the same address as the image.
   const bool own_guide = guide != x || depth != channels || (shared_guide && images.count > 1);
   const int64_t sources = channels + (own_guide ? depth : 0), guides = own_guide ? channels : 0,
                 count = ky * kx / 2;
-  // In scratch: a ring of ky padded rows of each source, one of ry + 1 rows of weights for each offset, the
-  // totals and the means.
+  // Scratch holds a ring of ky padded rows for each source, a ring of ry + 1 rows of weights for each offset,
+  // the totals and the means.
   const int64_t image_rows = sources * ky, rows = image_rows + count * (ry + 1) + 2;
   const int64_t pointer_count = 2 * depth + 4 * count;
   std::vector<const T*> all_pointers(static_cast<size_t>(pointer_count * omp_get_max_threads()));
@@ -198,7 +197,7 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
           return scratch + (image_rows + k * (ry + 1) + (y + 2 * ky * (ry + 1)) % (ry + 1)) * length + rx;
         };
         T *const totals = scratch + (rows - 2) * length, *const means = totals + length;
-        const auto offset = [&](int64_t k) {  // in the window's order, behind its centre
+        const auto offset = [&](int64_t k) {  // offsets after the centre, in the window's order
           const int64_t i = count + 1 + k;
           return Offset<T>{i / kx - ry, i % kx - rx, window[i]};
         };
@@ -220,11 +219,11 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
             extend(p, tile, width, rx, rx, border, T(0));
           }
         };
-        const auto weigh = [&](int64_t y) {  // row y with those below it
+        const auto weigh = [&](int64_t y) {  // of row y with the rows below it
           for (int64_t k = 0; k < count; ++k) {
             const auto [dy, dx, near] = offset(k);
-            // From where a pixel of the tile has its weight with the one before it, to the tile's end or
-            // beyond.
+            // Also left or right of the tile: pixels of the tile need their weights with earlier pixels
+            // there.
             const int64_t start = std::min<int64_t>(-dx, 0), end = columns + std::max<int64_t>(-dx, 0);
             for (int64_t c = 0; c < depth; ++c) {
               here[c] = source_row(guides + c, y) + start;
@@ -235,7 +234,7 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
         };
         for (int64_t y = tile.top - ry; y < tile.top + ry; ++y) fetch(y);
         for (int64_t y = tile.top - ry; y < tile.bottom; ++y) {
-          // The first rows' weights are for the rows below them, all of which are there.
+          // The weights of the first rows need only rows that have been fetched.
           if (y >= tile.top) fetch(y + ry);
           weigh(y);
           if (y < tile.top) continue;

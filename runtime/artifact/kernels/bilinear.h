@@ -1,4 +1,4 @@
-// Images read at runs of positions bilinearly.
+// Reads images at runs of positions bilinearly.
 #pragma once
 
 #include <cstring>
@@ -7,10 +7,10 @@
 
 namespace chiasm::kernels {
 
-// What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights
-// lie side by side, of a vector of positions those of the even ones before those of the odd ones. Where the
-// pairs of a vector of positions lie among a vector of pixels and one more in a row, which two loads have,
-// the first pixels' weights come before the second ones'.
+// What a run of positions reads. A pair of neighbours in a row is loaded together, so the two weights of a
+// pair are adjacent; in a vector of positions, the pairs of the even positions come before those of the odd
+// ones. If all pairs of a vector of positions lie in one vector of pixels and the next pixel (`near`, two
+// loads), the weights of all first pixels come before those of all second pixels.
 template <class T>
 struct Neighbours {
   alignas(64) int32_t index[kRun];
@@ -18,8 +18,8 @@ struct Neighbours {
   bool near[kRun / kLanes<T>];
 };
 
-// Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where
-// they are outside.
+// For each position the first pixel of the pair to read along an axis, and the weights of both, 0 for pixels
+// outside.
 template <class T>
 inline void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
   const Lanes<T> d;
@@ -38,15 +38,15 @@ inline void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weig
       put(i, from, hn::Sub(one, fraction), fraction);
       continue;
     }
-    // one pixel outside is as empty as a thousand; not a number is, too
+    // positions further outside, and NaN, get weights of 0 too
     const auto position = smaller(larger(given, least), greatest);
     const auto pixel = hn::Floor(position), fraction = hn::Sub(position, pixel),
                from = smaller(larger(pixel, zero), last);
     const auto near =
         hn::IfThenElseZero(hn::And(hn::Ge(pixel, zero), hn::Le(pixel, end)), hn::Sub(one, fraction));
     const auto far = hn::IfThenElseZero(hn::And(hn::Ge(pixel, hn::Neg(one)), hn::Lt(pixel, end)), fraction);
-    // Before the first pixel the second of the two is the pair's first, and at the last pixel the first is
-    // the pair's second.
+    // Left of the image, the second neighbour is the pair's first pixel; at the last pixel, the first
+    // neighbour is the pair's second.
     const auto same = hn::Eq(pixel, from);
     put(i, from, hn::Add(hn::IfThenElseZero(same, near), hn::IfThenElseZero(hn::Lt(pixel, from), far)),
         hn::Add(hn::IfThenElseZero(same, far), hn::IfThenElseZero(hn::Gt(pixel, from), near)));
@@ -63,7 +63,7 @@ inline void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int
   pair_up(x, n, width, column, left, right);
   pair_up(y, n, height, row, top, bottom);
   for (int64_t i = 0; i < n; ++i) taps.index[i] = row[i] * static_cast<int32_t>(stride) + column[i];
-  // the last that has a vector of pixels and one more in its row and below
+  // the last index at which a vector and one more pixel can be loaded in this row and the next
   const int64_t last = (height - 2) * stride + width - lanes - 1;
   for (int64_t i = 0; i < n; i += lanes) {
     const auto at = [=](const T* weights) { return hn::LoadU(d, weights + i); };
@@ -105,7 +105,7 @@ HWY_INLINE hn::Vec<D> pairs(D d, const T* p, const int32_t* index) {
   });
 }
 
-// Adds up the pairs, of which the even positions' are in one vector and the odd ones' in the other.
+// Adds up the pairs. Those of even positions are in one vector, those of odd positions in the other.
 template <class D>
 HWY_INLINE hn::Vec<D> sum_pairs(D d, hn::Vec<D> even, hn::Vec<D> odd) {
   return hn::Add(hn::OddEven(odd, even), hn::Reverse2(d, hn::OddEven(even, odd)));

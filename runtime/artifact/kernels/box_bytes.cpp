@@ -1,5 +1,5 @@
-// Means of windows of bytes: sums run down the columns, and along the rows they are put together of a few
-// shorter ones, so that the time hardly depends on the window.
+// Means of windows of bytes: running sums down the columns, and along the rows sums of a few shorter sums, so
+// that the time hardly depends on the window's size.
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -59,8 +59,8 @@ void lengthen(const Word* x, int64_t apart, int64_t n, Word* out) {
 template <class Word>
 class Mean;
 
-// In 16 bits: (sum + area / 2) / area by a product with a reciprocal that is rounded up, and one less where a
-// half became odd.
+// In 16 bits: (sum + area / 2) / area as a product with a reciprocal that is rounded up, minus one if a half
+// was rounded to an odd number.
 template <>
 class Mean<uint16_t> {
  public:
@@ -70,7 +70,7 @@ class Mean<uint16_t> {
     reciprocal_ = static_cast<uint16_t>((int64_t{65536} << shift_) / area + 1);
   }
 
-  // Whether the sums have room, and the reciprocal's error does not reach the next whole number.
+  // Whether the sums fit, and the reciprocal's error does not reach the next whole number.
   static bool is_exact(int64_t area) {
     if (area < 2 || area > 256) return false;
     const int64_t one = int64_t{65536} << Mean(area).shift_;
@@ -92,8 +92,9 @@ class Mean<uint16_t> {
   int shift_ = 0;
 };
 
-// In 32 bits: quotients of float32, which are rounded to a half only where they are one. No sum over an odd
-// area is a half; over a small one all are further from it than the error of a product with the reciprocal.
+// In 32 bits: quotients in float32. Only a true half may be rounded to a half. With an odd area there are no
+// halves; with a small area all other quotients are further from a half than the error of a product with the
+// reciprocal.
 template <>
 class Mean<uint32_t> {
  public:
@@ -133,7 +134,7 @@ void means(const uint8_t* x, const Planes& planes, int64_t ky, int64_t kx, Borde
   const int64_t above = (ky - 1) / 2, before = (kx - 1) / 2 * step, reach = kx / 2 * step;
   const int64_t levels = lengths_of_windows(kx), lead = whole_lines<Word>(reach);
   const Mean<Word> mean(ky * kx);
-  // The rows above a tile are added up anew: tiles are taller than the window.
+  // Each tile sums the rows above it again, so tiles are taller than the window.
   const int64_t most_rows = std::max(kTileRows, 4 * ky);
   for_tiles<Word>(
       planes, ky / static_cast<int64_t>(sizeof(Word)) + levels + 1, levels, lead + reach, border,
@@ -145,7 +146,7 @@ void means(const uint8_t* x, const Planes& planes, int64_t ky, int64_t kx, Borde
           const int64_t source = inside(y, height, border);
           return source < 0 ? nullptr : image + source * width + span.first;
         };
-        // Of window lengths 1, 4, 16, ..., as many as there are digits.
+        // The width is a sum of lengths 1, 4, 16, ..., by its digits in base 4.
         const Word* terms[2 * kMostTerms + 3 * 8];
         int64_t count = 0;
         int64_t at = -before, window = 1;

@@ -1,4 +1,4 @@
-// Boxes that overlap: which are kept, from the first to the last.
+// Non-maximum suppression: which of the overlapping boxes are kept, from the first box to the last.
 #include <algorithm>
 #include <numeric>
 
@@ -7,7 +7,7 @@
 namespace chiasm::kernels {
 namespace {
 
-// Boxes of one group that have been kept, coordinate by coordinate, in a part of arrays for all groups.
+// The kept boxes of one group, coordinate by coordinate, as a part of arrays for all groups.
 template <class T>
 struct Kept {
   T *left, *top, *right, *bottom, *area;
@@ -47,7 +47,7 @@ template <class T>
 void kept_boxes(const T* boxes, int64_t images, int64_t n, const int64_t* groups, T threshold, int64_t most,
                 bool* out) {
   const auto count = static_cast<size_t>(n);
-  // Every image has its own: where a box's group has its part, and how many of it have been kept.
+  // For each image: where the part of each group begins, and how many of its boxes have been kept.
   const auto places = static_cast<size_t>(images) * count;
   std::vector<int64_t> order(places), part(places), kept(places);
   std::vector<T> memory(5 * places);
@@ -71,7 +71,7 @@ void kept_boxes(const T* boxes, int64_t images, int64_t n, const int64_t* groups
       const int64_t at = begin[i];
       int64_t& taken = kept[static_cast<size_t>(first + at)];
       const Kept<T> others{own + at, own + n + at, own + 2 * n + at, own + 3 * n + at, own + 4 * n + at};
-      // What is not a number overlaps nothing.
+      // A box with NaN overlaps nothing.
       const bool known = std::all_of(box, box + 4, [](T x) { return x == x; });
       if (known && others.overlap(taken, box, area, threshold)) continue;
       out[first + i] = true;

@@ -41,7 +41,7 @@ void lengths(const T* smooth, const T* slope, int64_t n, T scale, T eps, T* out,
   });
 }
 
-// Beyond the end too, up to a whole vector, for which the rows have room.
+// Writes whole vectors, also at the end; the rows have room for them.
 template <class T>
 void magnitudes(const T* smooth, const T* slope, int64_t n, T eps, T* dx, T* dy, T* magnitude) {
   const Lanes<T> d;
@@ -53,8 +53,8 @@ void magnitudes(const T* smooth, const T* slope, int64_t n, T eps, T* dx, T* dy,
   }
 }
 
-// The gradient of three rows of a tile around the one that is thinned, as a ring; one column more at either
-// end.
+// A ring of the gradients of three rows: the row that is thinned and its neighbours, with one more column at
+// either end.
 template <class T>
 class Gradient {
  public:
@@ -105,7 +105,8 @@ class Gradient {
   T* const scratch_;
 };
 
-// The magnitudes where they are a ridge across the gradient's direction, rounded to 45 degrees, else 0.
+// The magnitude of each pixel that is a maximum along the gradient's direction, rounded to 45 degrees, else
+// 0.
 template <class T>
 void thin(const T* above, const T* here, const T* below, const T* dx, const T* dy, int64_t n, T* out) {
   for_lanes<T>(n, [=](auto d, auto, int64_t k) {

@@ -6,12 +6,12 @@
 namespace chiasm::kernels {
 namespace {
 
-// One channel of what is mixed: weights of the three channels, and what is added before the shift.
+// One channel of a mix: the weights of the three channels, and the offset that is added before the shift.
 struct Mix {
   int32_t weights[3], offset;
 };
 
-// Numbers from 0 to 255 that have been rounded, and others saturated.
+// Stores rounded numbers as bytes; numbers outside of 0 to 255 are saturated.
 template <class D>
 HWY_INLINE void store_levels(D, hn::Vec<Integers<D>> levels, uint8_t* out) {
   const hn::Rebind<uint8_t, D> bytes;
@@ -19,7 +19,7 @@ HWY_INLINE void store_levels(D, hn::Vec<Integers<D>> levels, uint8_t* out) {
 }
 
 // kRows sums of three planes of n bytes, `plane` bytes apart. Products of weights and bytes are whole numbers
-// that float32 holds, and a product of float32 is one instruction where that of int32 is two.
+// that float32 represents exactly, and a float32 product is one instruction, an int32 product two.
 template <int kRows>
 void mix_planes(const uint8_t* x, int64_t plane, const Mix* mixes, float scale, int64_t n, uint8_t* out,
                 int64_t out_plane) {
@@ -45,8 +45,8 @@ void mix_planes(const uint8_t* x, int64_t plane, const Mix* mixes, float scale, 
   });
 }
 
-// The same where no weight is below 0 and their high and their low bytes have sums of 16 bits: both are
-// weighted apart, twice as many values in a vector.
+// Whether no weight is negative and the sums of the weights' high and low bytes fit into 16 bits. Then both
+// are weighted separately, with twice as many values in a vector.
 bool fits_words(const Mix& mix, int64_t shift) {
   int32_t high = 0, low = 0;
   for (const int32_t weight : mix.weights) {
@@ -81,7 +81,7 @@ void mix_words(const uint8_t* x, int64_t plane, const Mix& mix, int64_t shift, i
   });
 }
 
-// Bytes as 16-bit numbers, those of even pixels and those of odd ones, and back.
+// Converts bytes to 16-bit numbers, even and odd pixels separately, and back.
 template <class D>
 struct Halves {
   using Words = hn::Repartition<int16_t, D>;
@@ -104,8 +104,8 @@ struct Halves {
   }
 };
 
-// Sums of four products for every pixel, of 16-bit numbers that stand in pairs, so that a sum of two products to 32
-// bits takes them.
+// Sums of four products for every pixel. The 16-bit numbers are in pairs, for the instruction that adds two
+// products to 32 bits.
 template <class D>
 struct Pairs {
   using Words = hn::Repartition<int16_t, D>;
@@ -125,7 +125,7 @@ struct Pairs {
     to[3] = hn::InterleaveUpper(words, a.odd, b.odd);
   }
 
-  // By two weights of each pair, plus an offset, over 2^by.
+  // Weights both numbers of each pair, adds an offset, and divides by 2^by.
   HWY_INLINE Halves<D> sums(hn::Vec<Words> by_first, hn::Vec<Words> by_second, hn::Vec<Integers> offset,
                             int by) const {
     const Words words;
@@ -140,15 +140,15 @@ struct Pairs {
   }
 };
 
-// Weights of 16 bits of the first, second, third channel, and of one of them again, which has room for a
-// weight that is longer.
+// 16-bit weights of the three channels, and a second weight for one of them, `again`, for a weight that does
+// not fit into 16 bits.
 struct WordMix {
   std::array<std::array<int16_t, 4>, 3> weights;
   std::array<int32_t, 3> offsets;
   int64_t again;
 };
 
-// Whether the weights are of 16 bits, but for those of one channel, which are of 17.
+// Whether the weights fit into 16 bits, except those of one channel, which may have 17.
 bool split_weights(const Mix* mixes, int64_t rows, WordMix& words) {
   words.again = 2;
   for (int64_t r = 0; r < rows; ++r)
@@ -209,7 +209,8 @@ void mix_pairs(const uint8_t* x, int64_t plane, const WordMix& mix, int64_t shif
   });
 }
 
-// A luma, and how far two channels are above it times factors, around 128; all in 1/2^14, rounded halves up.
+// A luma, and two chroma: 128 plus the difference of a channel and luma times a factor. Weights and factors
+// are in 1/2^14, and results are rounded half up.
 struct LumaChroma {
   int16_t weights[3], first, second;
 };
@@ -255,9 +256,9 @@ void luma_chroma_planes(const uint8_t* x, int64_t plane, const LumaChroma& mix, 
   });
 }
 
-// Hue in degrees / 2, and with it saturation and value, or lightness and saturation, 0 to 255: rounded halves to
-// even, of lightnesses up. Quotients are of whole numbers below 2^16: those that are no halves are further from
-// them than float32 rounds.
+// Hue in degrees / 2, with saturation and value, or lightness and saturation, 0 to 255: rounded half to even,
+// lightness half up. Quotients are of whole numbers below 2^16: a quotient that is no half is further from a
+// half than float32's rounding error.
 template <bool kLightness>
 void hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
   for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
@@ -290,9 +291,9 @@ void hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_
   });
 }
 
-// The reverse: red, green, blue, rounded halves up. A channel is a whole number below 2^21 over 30 * 255, or over
-// 15 * 255; to that number a half is added, so that a product with the reciprocal, and 2^-23 of it for what
-// float32 rounds, falls short of no whole quotient.
+// The reverse: red, green, blue, rounded half up. A channel is a whole number below 2^21, divided by 30 * 255
+// or 15 * 255. A half is added to that number, so that the rounding errors of the product with the reciprocal
+// (2^-23 of it) cannot make a whole quotient too small.
 template <bool kLightness>
 void from_hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
   for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
@@ -304,7 +305,8 @@ void from_hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, i
       const auto second = number(d, p + plane), third = number(d, p + 2 * plane);
       auto hue = number(d, p);
       hue = hn::IfThenElse(hn::Ge(hue, whole(180)), hn::Sub(hue, whole(180)), hue);
-      // How far the hue is from a channel's, in 1/30 of a sixth of a turn, from 0 to 30 more than a sixth.
+      // The distance of the hue from a channel's hue, in units of 1/30 of 60 degrees, limited to a ramp from
+      // 0 to 30.
       const auto from = [=](float at) { return hn::Abs(hn::Sub(hue, whole(at))); };
       const auto limited = [=](auto part) { return hn::Min(hn::Max(part, hn::Zero(d)), whole(30)); };
       const hn::Vec<decltype(d)> parts[] = {limited(hn::Sub(whole(60), from(90))),
@@ -327,7 +329,7 @@ void from_hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, i
   });
 }
 
-// What becomes of a pixel between three tables, in whole numbers.
+// Tables before, between and after two matrices, in whole numbers.
 struct Curves {
   const int32_t *first, *before, *middle, *after, *last;
   int64_t middles, lasts;

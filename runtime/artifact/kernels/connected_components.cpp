@@ -12,20 +12,20 @@ struct Run {
   int32_t first, end;
 };
 
-// The root of a tree of runs; on the way every other one is hung below its grandparent.
+// The root of a tree of runs, with path halving: every other run on the way is attached to its grandparent.
 int32_t root(int32_t* parent, int32_t i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
   return i;
 }
 
-// Hangs the higher of two roots below the lower.
+// Attaches the higher of two roots to the lower.
 void join(int32_t* parent, int32_t a, int32_t b) {
   a = root(parent, a);
   b = root(parent, b);
   parent[std::max(a, b)] = std::min(a, b);
 }
 
-// Bit x % 64 of word x / 64 says whether pixel x of a row is above 0; no bit behind the last pixel's is set.
+// Bit x % 64 of word x / 64 says whether pixel x of a row is above 0; bits after the last pixel are 0.
 // Vectors have at most 16 values.
 template <class T>
 void mark(const T* row, int64_t width, uint64_t* words) {
@@ -90,7 +90,7 @@ void connected_components(const T* x, Planes planes, int64_t* out) {
         const int32_t row = count;
         for_runs(set, width, [&](int32_t first, int32_t end) {
           parent[count] = count;
-          // those of the row before that end left of this run touch none of its followers either
+          // runs of the previous row that end left of this run touch no later run either
           while (above < row && runs[above].end < first) ++above;
           for (int32_t i = above; i < row && runs[i].first <= end; ++i)
             if (parent[count] == count)
@@ -102,7 +102,7 @@ void connected_components(const T* x, Planes planes, int64_t* out) {
         above = row;
         ends[y] = count;
       }
-      // A parent comes before its children; what it is replaced by is its component's number.
+      // A parent comes before its children, so it has already been replaced by its component's number.
       int32_t i = 0;
       for (int64_t y = 0; y < height; ++y) {
         int64_t* const to = out + plane * size + y * width;
@@ -124,7 +124,8 @@ template <class T>
 void canny_hysteresis(const T* x, Planes planes, T low, T high, bool* out) {
   const Lanes<T> d;
   const int64_t height = planes.height, width = planes.width, size = height * width;
-  // Every pixel is put aside at most once. The room is reserved here and not touched before it is used.
+  // Every pixel is queued at most once. The memory is allocated here, but its pages are not touched before
+  // they are used.
   const std::unique_ptr<int32_t[]> scratch(new int32_t[static_cast<size_t>(size * omp_get_max_threads())]);
   std::memset(out, 0, static_cast<size_t>(planes.count * size));
 #pragma omp parallel

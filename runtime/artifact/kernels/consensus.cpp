@@ -1,5 +1,5 @@
-// Random sample consensus: which of many models cost least. Most cost too much after a part of the points,
-// and are left there.
+// Random sample consensus: the models with the least cost. Most models cost too much after a part of the
+// points, and are abandoned there.
 #include <omp.h>
 
 #include <algorithm>
@@ -14,9 +14,9 @@
 namespace chiasm::kernels {
 namespace {
 
-constexpr int64_t kBlock = 128;  // points between two looks at the cost so far
+constexpr int64_t kBlock = 128;  // points between two checks of the cost so far
 
-// Sums are of so many series of points, whatever the CPU's vectors are, so that costs round the same.
+// The number of partial sums does not depend on the CPU's vectors, so that costs are rounded in the same way.
 template <class T>
 constexpr int64_t kSeries = 32 / sizeof(T);
 template <class T>
@@ -41,7 +41,7 @@ HWY_INLINE V errors_of(D d, const T* m, V x, V y, V u, V v) {
   }
 }
 
-// The errors at the points from i on, each at most its bound; the error where either is not a number.
+// The errors at the points from i on, each limited to its bound; if either is NaN, the error itself.
 template <bool kEpipolar, class D, class T>
 HWY_INLINE hn::Vec<D> costs_at(D d, const T* model, const T* planes, int64_t n, int64_t i) {
   const auto row = [=](int64_t k) { return hn::LoadU(d, planes + k * n + i); };
@@ -55,7 +55,7 @@ T total(const T* sums) {
   return sum;
 }
 
-// The model's cost where it is at most `most`; what costs more, or is not a number, costs infinity.
+// The model's cost, or infinity if the cost is more than `most` or NaN.
 template <bool kEpipolar, class T>
 T cost_of(const T* model, const T* planes, int64_t n, T most) {
   const Part<T> d;
@@ -78,7 +78,7 @@ T cost_of(const T* model, const T* planes, int64_t n, T most) {
   return cost <= most ? cost : std::numeric_limits<T>::infinity();
 }
 
-// Models with their costs, the least first, of equals the first.
+// Models with their costs, the cheapest first; ties by the lower index.
 template <class T>
 using Ranking = std::vector<std::pair<T, int64_t>>;
 

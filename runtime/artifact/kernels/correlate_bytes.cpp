@@ -1,4 +1,5 @@
-// Correlation of bytes with windows of whole numbers: float32 has the sums, in whatever order they are added.
+// Correlation of bytes with windows of whole numbers: float32 represents the sums exactly, in any order of
+// addition.
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -10,7 +10,7 @@ namespace {
 template <class T>
 constexpr T kInfinity = std::numeric_limits<T>::infinity();
 
-// How far the nearest pixel that is not set is up or down its column, of some columns of a plane.
+// The distance of each pixel to the nearest pixel of its column that is not set, for some columns of a plane.
 template <class T>
 void along_columns(const T* x, int64_t height, int64_t width, int64_t columns, T* out) {
   for (int64_t y = 0; y < height; ++y) {
@@ -33,12 +33,12 @@ void along_columns(const T* x, int64_t height, int64_t width, int64_t columns, T
   }
 }
 
-// So many pixels to either side are looked at by whole vectors, before a row takes the way whose time does
-// not depend on distances.
+// This many pixels to either side are searched by whole vectors, before a row takes the method whose time
+// does not depend on distances.
 constexpr int64_t kNear = 24;
 
-// The least squares[k + j] + j^2 of each pixel k of a row whose squares are continued by infinities, and
-// whether they all are within kNear.
+// The least squares[k + j] + j^2 for each pixel k of a row, which is continued by infinities. Returns whether
+// all minima are within kNear.
 template <class T>
 bool nearby(const T* squares, int64_t width, T* least) {
   const auto search = [=](auto d, int64_t k) {
@@ -60,7 +60,7 @@ bool nearby(const T* squares, int64_t width, T* least) {
   return true;
 }
 
-// Parabolas (x - at)^2 + height, each the lowest from column `first` to the next one's.
+// A parabola (x - at)^2 + height, the lowest one from column `first` to the next parabola's `first`.
 struct Parabola {
   int64_t at, height, first;
   int64_t operator()(int64_t x) const { return (x - at) * (x - at) + height; }
@@ -94,7 +94,7 @@ void by_envelope(const T* distances, int64_t width, Parabola* envelope, T* least
   }
 }
 
-// A plane whose edge is continued by `radius` pixels.
+// A plane whose edge is replicated by `radius` pixels.
 template <class T>
 class Replicated {
  public:
@@ -168,7 +168,8 @@ void grown_distances(const T* shape, int64_t planes, int64_t height, int64_t wid
   const int64_t padded_size = (height + 2 * radius) * (width + 2 * radius);
   const auto threads = static_cast<size_t>(omp_get_max_threads());
   const std::unique_ptr<T[]> pixels(new T[static_cast<size_t>(padded_size) * threads]);
-  // For each thread the step in which each pixel was looked at, and what was found in the last two steps.
+  // For each thread: the last step in which each pixel was visited, and the pixels found in the last two
+  // steps.
   const std::unique_ptr<int32_t[]> scratch(new int32_t[static_cast<size_t>(3 * size) * threads]);
 #pragma omp parallel for
   for (int64_t plane = 0; plane < planes; ++plane) {
@@ -177,14 +178,14 @@ void grown_distances(const T* shape, int64_t planes, int64_t height, int64_t wid
     int32_t *const seen = scratch.get() + 3 * size * thread, *front = seen + size, *found = front + size;
     T* const distances = out + plane * size;
     const T* const given = shape + plane * size;
-    // Among such values nothing that is on the shape is found again.
+    // With such values a pixel of the shape is never found again.
     const bool ordinary = std::all_of(given, given + size, [](T v) { return v >= 0 && v <= 1; });
     std::fill_n(seen, size, -1);
     std::fill_n(distances, size, T(0));
     grown.fill(given);
 
     int64_t count = 0;
-    // Looks at a pixel in step k.
+    // Visits a pixel in step k.
     const auto look = [&](int64_t y, int64_t x, int64_t k) {
       const int64_t i = y * width + x;
       const T* const middle = grown.at(y, x);
@@ -204,7 +205,7 @@ void grown_distances(const T* shape, int64_t planes, int64_t height, int64_t wid
       const int64_t reached = count;
       count = 0;
       for (int64_t i = 0; k == 0 && i < size; ++i) look(i / width, i % width, k);
-      for (int64_t i = 0; i < reached; ++i) {  // what lies near what was found in the step before
+      for (int64_t i = 0; i < reached; ++i) {  // the neighbours of the pixels found in the previous step
         const int64_t y = front[i] / width, x = front[i] % width;
         for (int64_t v = std::max<int64_t>(y - radius, 0); v <= std::min(y + radius, height - 1); ++v)
           for (int64_t u = std::max<int64_t>(x - radius, 0); u <= std::min(x + radius, width - 1); ++u)

@@ -6,7 +6,7 @@
 namespace chiasm::kernels {
 namespace {
 
-// Paints what is inside a row of columns first..end-1.
+// Paints columns first..end-1, as far as they are inside a row.
 template <class T>
 void paint(T* row, int64_t width, int64_t first, int64_t end, T color) {
   first = std::clamp<int64_t>(first, 0, width);
@@ -32,7 +32,7 @@ void draw_rectangles(const T* image, Images images, const int64_t* corners, int6
       const auto [x1, y1, x2, y2] = c;
       if (x2 < x1 || y2 < y1) continue;
       const T color = colors[plane * count + i];
-      // what is left out: rows and columns first..end-1
+      // the inner rows and columns, first..end-1, which are not painted
       const int64_t left = x1 + after + 1, right = x2 - before, top = y1 + after + 1, bottom = y2 - before;
       const bool hollow = !fill && left < right;
       const int64_t outer = fill ? 0 : before, beyond = fill ? 0 : after;

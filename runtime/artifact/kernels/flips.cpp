@@ -8,8 +8,8 @@ namespace {
 
 // The pixels of `bytes` each, from the last to the first.
 void reverse(const uint8_t* x, int64_t pixels, int64_t bytes, uint8_t* out) {
-  // As many whole pixels as 16 bytes have room for are turned round by one shuffle. They are the last of the
-  // bytes loaded, and become the first of those stored, whose rest is then overwritten.
+  // One shuffle reverses as many whole pixels as fit into 16 bytes. They are the last of the loaded bytes and
+  // become the first of the stored ones; later stores overwrite the rest.
   const hn::FixedTag<uint8_t, 16> d;
   const int64_t each = 16 / bytes, length = each * bytes;
   int64_t k = 0;

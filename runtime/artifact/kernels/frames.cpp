@@ -1,4 +1,4 @@
-// Interleaved bytes as numbers: of a camera's frame, pixels B, G, R.
+// Interleaved bytes of a camera's frame, pixels B, G, R, as numbers.
 #include <cstring>
 
 #include "resize_taps.h"
@@ -20,11 +20,11 @@ HWY_INLINE hn::Vec<D> numbers(D d, Pixels pixels, int channel) {
       d, hn::BitCast(Integers<D>(), hn::TableLookupBytesOr0(pixels, hn::LoadDup128(bytes, lanes))));
 }
 
-// Along a row of bytes, which pixel and its right neighbour are summed: weights of the one, three times, and
-// of the other, for each pixel.
+// For each pixel of the output, the pixel of a row and its right neighbour that are summed: the weight of the
+// first one, three times, and that of the second one.
 struct Pairs {
   std::vector<int64_t> first;  // as bytes
-  std::vector<float> weights;  // four for either pixel, the last of which is 0
+  std::vector<float> weights;  // four for each of both pixels, the last of which is 0
   int64_t inside = 0;          // how many of them have eight bytes in a row
 };
 
@@ -41,15 +41,14 @@ Pairs pairs_of(const Taps<float>& taps, int64_t width) {
   return pairs;
 }
 
-// Two pixels as four numbers each, of which three count: in one vector, or where four are all that it has
-// room for, in two.
+// Two pixels as four numbers each, of which three are used: in one vector of eight, or in two of four.
 using Part = hn::CappedTag<float, 8>;
 constexpr int64_t kParts = 8 / static_cast<int64_t>(hn::MaxLanes(Part()));
 static_assert(kParts == 1 || kParts == 2);
 
 template <bool kEnd>
 HWY_INLINE void load_pair(const uint8_t* p, hn::Vec<Part>* pixels) {
-  uint64_t eight = 0;  // or six, where what is behind them may be beyond the frame
+  uint64_t eight = 0;  // or six at the end of the frame, beyond which nothing may be read
   std::memcpy(&eight, p, kEnd ? 6 : 8);
   const Part d;
   const hn::Repartition<uint64_t, Part> words;

@@ -1,4 +1,4 @@
-// Functions that Highway has not: of value after value, but for what functions_avx2.h has.
+// Functions that Highway lacks: value by value, except those in functions_avx2.h.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace chiasm::kernels {
 
-/** function(a, b) of each two values. */
+/** function(a, b) for each pair of values. */
 template <class V, class Function>
 inline V of_each(V a, V b, const Function& function) {
   const hn::DFromV<V> d;

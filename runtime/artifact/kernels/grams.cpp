@@ -11,8 +11,8 @@ void weighted_grams(const double* x, int64_t batch, int64_t rows, int64_t size, 
   static_assert(kRoom % kLanes<double> == 0);
 #pragma omp parallel for
   for (int64_t set = 0; set < batch * sets; ++set) {
-    // Zeros from `size` up to the end of the last vector. Rows are added up in blocks, and then the blocks:
-    // fewer roundings follow each other.
+    // Zeros from `size` up to the end of the last vector. Rows are summed in blocks, and then the blocks,
+    // which accumulates less rounding error.
     double row[kRoom] = {}, block[kMostRows][kRoom], total[kMostRows][kRoom] = {};
     const double* const points = x + set / sets * rows * size;
     const double* const weight = weights + set / sets * rows * sets + set % sets;

@@ -10,11 +10,10 @@
 namespace chiasm::kernels {
 namespace {
 
-// Four tables in turn: an addition to a bin does not wait for the one before it, which often is to the same
-// bin.
+// Four tables in turn: an increment does not wait for the previous one, which is often to the same bin.
 constexpr int64_t kTables = 4;
 
-// Counts those of n numbers that are bins, or all of them where they are known to be.
+// Counts those of n numbers that are valid bins; all of them if they are `known` to be valid.
 template <bool known = false, class Index>
 void count(const Index* index, int64_t n, int64_t bins, int32_t* tables) {
   int32_t *const a = tables, *const b = a + bins, *const c = b + bins, *const d = c + bins;
@@ -32,11 +31,11 @@ void count(const Index* index, int64_t n, int64_t bins, int32_t* tables) {
     if (valid(index[k])) ++a[index[k]];
 }
 
-// Shares the counting of rows among threads: body(row, first, n, tables) counts n numbers into kTables tables
-// of zeros.
+// Shares the counting of rows among threads: body(row, first, n, tables) counts n numbers into kTables
+// tables, which are zero at first.
 template <class Body>
 void count_rows(int64_t rows, int64_t n, int64_t bins, int32_t* counts, const Body& body) {
-  // A task's own counting outweighs adding its tables to the others'.
+  // Tasks are so large that counting takes longer than adding up their tables.
   const int64_t size = std::max<int64_t>(65536, 32 * bins),
                 chunks = std::max<int64_t>(1, (n + size - 1) / size);
   const std::unique_ptr<int32_t[]> scratch(
@@ -95,7 +94,7 @@ Extent<T> extent(const T* x, int64_t n) {
         const auto v = hn::LoadU(d, x + k + i * lanes);
         low[i] = smaller(low[i], v);
         high[i] = larger(high[i], v);
-        order[i] = hn::Add(order[i], hn::Sub(v, v));  // NaN once a value is, or is infinite
+        order[i] = hn::Add(order[i], hn::Sub(v, v));  // becomes NaN if a value is NaN or infinite
       }
     T lows[lanes], highs[lanes];
     hn::StoreU(smaller(smaller(low[0], low[1]), smaller(low[2], low[3])), d, lows);
@@ -141,7 +140,8 @@ CHIASM_INSTANTIATE(aminmax)
 
 namespace {
 
-// The bins of n values, limited as numbers, for not every one is an integer; NaN is in the first.
+// The bins of n values, limited before the conversion, because not every value fits into an integer; NaN goes
+// to the first.
 template <class T>
 void place_in_bins(const T* x, int64_t n, T low, T span, T bins, int32_t* index) {
   for_lanes<T>(n, [=](auto d, auto, int64_t k) {
@@ -174,11 +174,10 @@ CHIASM_INSTANTIATE(row_histograms)
 
 namespace {
 
-// A number from 0 to 255 that is added to this has its nearest whole number, halves the even one, in its last
-// bits.
+// If a number from 0 to 255 is added to this, the last bits are the number rounded half to even.
 constexpr float kWhole = 8388608;
 
-// The values as bytes: the nearest, halves the even one; NaN is 0.
+// The values as bytes, rounded half to even; NaN becomes 0.
 template <class D>
 HWY_INLINE hn::Vec<hn::Rebind<uint8_t, D>> to_bytes(D d, hn::Vec<D> v) {
   const auto limited = smaller(larger(v, hn::Zero(d)), hn::Set(d, 255));
@@ -198,7 +197,7 @@ HWY_INLINE hn::Vec<D> load_floats(D d, const double* p) {
       d, [=](int64_t i) { return hn::DemoteTo(Part(), hn::LoadU(hn::Rebind<double, Part>(), p + i)); });
 }
 
-// The levels of n values, halves up. NaN is the lowest.
+// The levels of n values, rounded half up. NaN becomes the lowest.
 template <class T>
 void find_levels(const T* x, int64_t n, uint8_t* levels) {
   for_lanes<float>(n, [=](auto d, auto, int64_t k) {
@@ -208,7 +207,7 @@ void find_levels(const T* x, int64_t n, uint8_t* levels) {
     const hn::RebindToUnsigned<decltype(d)> integers;
     const auto half_down = hn::RebindMask(
         integers, hn::Eq(hn::Sub(scaled, hn::Sub(rounded, hn::Set(d, kWhole))), hn::Set(d, 0.5f)));
-    // of a mask -1 or 0
+    // the mask as integers is -1 or 0
     const auto level = hn::Sub(hn::BitCast(integers, rounded), hn::VecFromMask(integers, half_down));
     hn::StoreU(hn::TruncateTo(hn::Rebind<uint8_t, decltype(d)>(), level), hn::Rebind<uint8_t, decltype(d)>(),
                levels + k);
@@ -272,8 +271,8 @@ void blend(const float* a, const float* b, const float* c, const float* d, const
   for_lanes<float>(n, [=](auto tag, auto, int64_t k) {
     const hn::Rebind<uint8_t, decltype(tag)> bytes;
     const auto level = hn::PromoteTo(Integers<decltype(tag)>(), hn::LoadU(bytes, in + k));
-    // All before what is done with them: else the compiler makes a gather wait for the register that the one
-    // before it had as its mask.
+    // All gathers come before their use: otherwise the compiler makes a gather wait for the register that was
+    // the mask of the previous one.
     const auto upper_left = hn::GatherIndex(tag, a, level), upper_right = hn::GatherIndex(tag, b, level);
     const auto lower_left = hn::GatherIndex(tag, c, level), lower_right = hn::GatherIndex(tag, d, level);
     const auto right = hn::LoadU(tag, weight + k), left = hn::Sub(hn::Set(tag, 1), right);
@@ -290,7 +289,7 @@ void clahe_interpolate(const float* table, int64_t planes, int64_t tiles, int64_
                        const uint8_t* levels, int64_t height, int64_t width, const int64_t* first_y,
                        const int64_t* second_y, const float* weight_y, const int64_t* first_x,
                        const int64_t* second_x, const float* weight_x, uint8_t* out) {
-  // Between two tiles' centres every pixel takes the same curves: where each such stretch ends.
+  // The pixels between the centres of two tiles use the same curves. These are the ends of such stretches.
   std::vector<int64_t> ends;
   for (int64_t x = 1; x <= width; ++x)
     if (x == width || first_x[x] != first_x[x - 1] || second_x[x] != second_x[x - 1]) ends.push_back(x);

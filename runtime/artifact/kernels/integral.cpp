@@ -4,8 +4,8 @@
 namespace chiasm::kernels {
 namespace {
 
-// A vector of four, or where there are only vectors of two, a pair of them: running sums are added in the
-// same order on every CPU.
+// A vector of four, or two vectors of two if the CPU has no longer ones, so that running sums are added in
+// the same order on every CPU.
 using Part = hn::CappedTag<double, 4>;
 using V = hn::Vec<Part>;
 constexpr int64_t kPart = static_cast<int64_t>(hn::MaxLanes(Part()));
@@ -26,8 +26,8 @@ V total(V sums) {
   return hn::TableLookupLanes(sums, hn::SetTableIndices(Part(), last));
 }
 
-// Puts the running sums of four values in their place; each is added to its left neighbour, and then to what
-// is two places to the left.
+// Replaces four values by their running sums: adds to each its left neighbour, and then the value two places
+// to the left.
 template <class T>
 void running(const T* row, V* sums) {
   const Part d;
@@ -92,7 +92,7 @@ namespace {
 
 constexpr uint32_t kMost = INT32_MAX;
 
-// A row of a plane: its own sums first, for what is added to those above is then a vector.
+// A row of a plane: the row's own sums first, so that adding the sums above is one vector operation.
 void sum_values(const uint8_t* row, const int32_t* above, int64_t width, int32_t* to) {
   int64_t sum = 0;
   for (int64_t k = 0; k < width; ++k) {
@@ -108,8 +108,8 @@ void sum_values(const uint8_t* row, const int32_t* above, int64_t width, int32_t
   });
 }
 
-// A row of pixels of kStep values, 3 or 4: a vector has the sums of all channels. Four values are read and written
-// at each pixel but the last one, of which the next pixel's replace what is too much.
+// A row of pixels of kStep values, 3 or 4: a vector has the sums of all channels. At each pixel but the last,
+// four values are read and written; the next pixel overwrites the excess ones.
 template <int kStep>
 void sum_pixels(const uint8_t* row, const int32_t* above, int64_t width, int32_t* to) {
   const hn::FixedTag<uint32_t, 4> d;

@@ -7,7 +7,7 @@
 
 namespace chiasm::kernels {
 
-// Values of one step: parts of an image that stay in L1, so that threads share one image.
+// Values of one part. Images are split into parts that stay in L1 and that threads share.
 constexpr int64_t kPart = 4096;
 
 // Calls body(image, first, count) for runs of pixels of n images.
@@ -89,8 +89,8 @@ void join_run(const T* x, int64_t n, int64_t plane, T* out) {
 }
 
 // Calls body(planes, plane, count, out, out_plane) for runs of pixels of images of three channels: planes of
-// `count` bytes, `plane` bytes apart, of which `out` gets `rows` planes. Interleaved pixels are taken apart,
-// and three planes put together, in L1.
+// `count` bytes, `plane` bytes apart; `out` gets `rows` planes. Interleaved pixels are split into planes, and
+// three planes interleaved, in L1.
 template <class Body>
 void for_planes(const uint8_t* x, int64_t n, int64_t pixels, int64_t rows, bool interleaved, uint8_t* out,
                 const Body& body) {

@@ -1,12 +1,12 @@
 // Vectors of numbers by Google Highway, as long as the CPU's, so that a kernel is written once for every
-// instruction set. Which one is decided when a kernel is compiled; nothing is dispatched at run time.
+// instruction set. The instruction set is chosen when a kernel is compiled; there is no dispatch at run time.
 #pragma once
 
 // Without this Highway takes x86-64-v3 for SSSE3, because that level lacks the AES instructions, which no
 // kernel uses.
 #define HWY_DISABLE_PCLMUL_AES
-// Kernels keep vectors in arrays and structures, which SVE's cannot be in, as their length is not known to
-// the compiler. Their CPUs have NEON too.
+// Kernels keep vectors in arrays and structures. SVE's vectors cannot be members, because the compiler does
+// not know their length. CPUs with SVE have NEON too.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 // No assertions, which would need Highway's library.
 #define HWY_IS_DEBUG_BUILD 0
@@ -30,12 +30,12 @@ using Lane = hn::CappedTag<T, 1>;
 template <class T>
 constexpr int64_t kLanes = static_cast<int64_t>(hn::MaxLanes(Lanes<T>()));
 
-/** The loop over n values of a row: body(tag, vectors, first) for blocks of kVectors vectors, for the whole
- *  vectors behind them (`vectors` is 1, a constant), and for what is left, value by value, as vectors of one.
- *  So a kernel has one body, and its result does not depend on where a row ends.
+/** The loop over n values of a row. It calls body(tag, vectors, first) for blocks of kVectors vectors, then
+ *  for the remaining whole vectors (`vectors` is the constant 1), and then for the remaining values, as
+ *  vectors of one. So a kernel has one body, and its result does not depend on where a row ends.
  *
- *  The body captures by value: what is behind a reference is loaded again after every store of a vector,
- *  which may alias it.
+ *  The body captures by value: variables behind a reference would be loaded again after every store of a
+ *  vector, which may alias them.
  *
  *  With `again` the end is a whole vector that overlaps the last, for bodies that may compute values twice
  *  because they do not read what they write. */
@@ -51,8 +51,8 @@ HWY_INLINE void for_lanes(int64_t n, const Body& body) {
   for (; k < n; ++k) body(Lane<T>(), one, k);
 }
 
-/** a > b ? a : b and a < b ? a : b, so the second where either is NaN. This is x86's instruction; other CPUs'
- *  take the number, or NaN. Whole numbers leave no choice. */
+/** a > b ? a : b and a < b ? a : b, so the second if either is NaN. This is x86's instruction; those of other
+ *  CPUs return the number, or NaN. For integers all agree. */
 constexpr bool kSelects = !HWY_ARCH_X86 || HWY_TARGET == HWY_EMU128;
 
 template <class V>
@@ -80,7 +80,7 @@ HWY_INLINE bool any(D d, Mask mask) {
 template <class D>
 using Integers = hn::Rebind<int32_t, D>;
 
-/** The values, which are in an integer's range, without their fractions. */
+/** The values without their fractions; they must be in an integer's range. */
 template <class D>
 HWY_INLINE hn::Vec<Integers<D>> truncated(D, hn::Vec<D> v) {
   const Integers<D> integers;
@@ -100,7 +100,7 @@ HWY_INLINE hn::Vec<D> gathered(D d, const hn::TFromD<D>* p, const int32_t* index
     return hn::GatherIndex(d, p, integers);
 }
 
-/** A vector from what part(i) gives for each tag Part that it has room for, i being the part's first lane. */
+/** A vector composed of part(i) for each of its parts of type Part; i is the part's first lane. */
 template <class Part, class D, class Make>
 HWY_INLINE hn::Vec<D> combined(D d, const Make& part, int64_t i = 0) {
   if constexpr (hn::MaxLanes(D()) <= hn::MaxLanes(Part())) {

@@ -1,5 +1,5 @@
-// Conversions of lanes.h for AVX2: Highway's guards numbers that no integer holds, of which there are none,
-// by four more instructions.
+// Conversions of lanes.h for AVX2: Highway's spend four more instructions on numbers outside an integer's
+// range, which do not occur here.
 #pragma once
 
 namespace chiasm::kernels {

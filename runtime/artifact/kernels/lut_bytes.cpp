@@ -13,21 +13,21 @@ struct Form {
   uint8_t operator()(int x) const { return static_cast<uint8_t>(((x ^ flip) & keep) + add); }
 };
 
-// A table of which one form gives the entries before `second`, and another those from there on: thresholds,
-// inversion, solarisation, sums that saturate. They are a few instructions for a vector.
+// A table in which one form describes the entries before `second`, and another the entries from there on:
+// thresholds, inversion, solarisation, saturating sums. Each form is a few instructions per vector.
 struct TwoForms {
   Form before, after;
   int second = 0;
 };
 
-// How many entries from `first` on the form gives.
+// How many entries from `first` on the form describes.
 int reach(const uint8_t* table, int first, const Form& form) {
   int i = first;
   while (i < 256 && table[i] == form(i)) ++i;
   return i - first;
 }
 
-// The form that gives most entries from `first` on.
+// The form that describes most entries from `first` on.
 Form longest(const uint8_t* table, int first) {
   const auto minus = [](int a, int b) { return static_cast<uint8_t>(a - b); };
   const Form forms[] = {{0, 0, table[first]},
@@ -68,7 +68,7 @@ void by_forms(const TwoForms& forms, const uint8_t* x, int64_t n, uint8_t* out) 
   });
 }
 
-// Each sixteenth of the table is looked up by the indices that lie in it; the others give 0.
+// Looks up each sixteenth of the table by all indices; indices outside of it give 0.
 void by_parts(const uint8_t* table, const uint8_t* x, int64_t n, uint8_t* out) {
   for_lanes<uint8_t, 2>(n, [=](auto d, auto vectors, int64_t k) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
@@ -84,7 +84,7 @@ void by_parts(const uint8_t* table, const uint8_t* x, int64_t n, uint8_t* out) {
         const auto entries = hn::LoadDup128(d, table + 16 * part);
         const auto name = hn::Set(d, static_cast<uint8_t>(16 * part));
         for (int v = 0; v < vectors; ++v) {
-          // Below 16 in this part; of others the highest bit is set.
+          // Below 16 for indices in this part; the highest bit is set for all others.
           const auto index = hn::And(hn::SaturatedAdd(hn::Xor(value[v], name), hn::Set(d, uint8_t{0x70})),
                                      hn::Set(d, uint8_t{0x8F}));
           sum[v] = hn::Or(sum[v], hn::TableLookupBytesOr0(entries, index));

@@ -1,10 +1,10 @@
-// CIE L*u*v* of bytes and back: what tensor code computes in double, step by step.
+// CIE L*u*v* of bytes and back: the same steps in double as in the tensor code.
 #include "interleaving.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// The entries of a table of 256 at bytes.
+// The entries of a table of 256 numbers, indexed by bytes.
 template <class D>
 HWY_INLINE hn::Vec<D> entries(D d, const double* table, const uint8_t* x) {
   const hn::Rebind<uint8_t, D> bytes;
@@ -12,7 +12,7 @@ HWY_INLINE hn::Vec<D> entries(D d, const double* table, const uint8_t* x) {
   return hn::GatherIndex(d, table, hn::PromoteTo(hn::RebindToSigned<D>(), index));
 }
 
-// The nearest whole number from 0 to `most`, halves up; 0 of what is not a number.
+// The nearest whole number from 0 to `most`, half up; 0 for NaN.
 template <class D>
 HWY_INLINE hn::Vec<Integers<D>> nearest(D d, hn::Vec<D> x, double most) {
   const auto raised = hn::Add(x, hn::Set(d, 0.5));

@@ -1,4 +1,4 @@
-// Nearest neighbours among descriptors: all distances, and the least of each row or column.
+// Nearest neighbours among descriptors: all distances, and the smallest of each row or column.
 #include <omp.h>
 
 #include <algorithm>
@@ -12,11 +12,11 @@
 namespace chiasm::kernels {
 namespace {
 
-// Products of four descriptors with three vectors of them: as many sums as there are registers for.
+// The products of four descriptors with three vectors of descriptors: as many sums as fit into registers.
 constexpr int64_t kRows = 4, kColumns = 3 * kLanes<double>;
 
-// `size` descriptors as doubles, in groups: entry after entry, of each entry those of the group. The last
-// group is filled up with zeros.
+// `size` descriptors as doubles, in groups; within a group entry by entry, all descriptors of the group next
+// to each other. The last group is padded with zeros.
 template <class T>
 void pack(const T* x, int64_t size, int64_t depth, int64_t group, double* out) {
   for (int64_t k = 0; k < depth; ++k)
@@ -57,7 +57,7 @@ std::vector<double> squared_lengths(const T* x, int64_t size, int64_t depth) {
   return lengths;
 }
 
-// Whether the products of these descriptors are all zero: one side is, and the other has no infinity, nor
+// Whether the products of these descriptors are all zero: one side is zero, and the other has no infinity or
 // NaN.
 bool have_no_products(const std::vector<double>& rows, int64_t row, const std::vector<double>& columns,
                       int64_t column) {
@@ -92,7 +92,7 @@ void cdist_squared(const T* a, int64_t batch, int64_t rows, int64_t depth, const
       pack(b + first * depth, wide, depth, kColumns, own);
       for (int64_t r = 0; r < row_groups; ++r) {
         double products[kRows * kColumns] = {};
-        // Empty slots are zeros, and stand together.
+        // Empty slots are zeros, and adjacent.
         if (!have_no_products(row_lengths, r * kRows, column_lengths, first))
           multiply(left.data() + r * kRows * depth, own, depth, products);
         for (int64_t i = 0; i < std::min(kRows, rows - r * kRows); ++i) {
@@ -111,7 +111,7 @@ namespace {
 
 constexpr int64_t kStrip = 256;
 
-// The two least values so far of each of some series, and where in these they are.
+// The two smallest values so far of each of some series, and their indices.
 template <class T>
 struct TwoSmallest {
   explicit TwoSmallest(int64_t count) {
@@ -130,7 +130,7 @@ struct TwoSmallest {
     first_place[k] = best ? place : first_place[k];
   }
 
-  // n more values of the first series. Few are among the least, and a vector is passed over at once.
+  // n more values of the first series. Few are among the smallest, so most vectors are skipped as a whole.
   void see_all(const T* values, int64_t n) {
     int64_t i = 0;
     const Lanes<T> d;
@@ -141,7 +141,7 @@ struct TwoSmallest {
     for (; i < n; ++i) see(0, values[i], i);
   }
 
-  // The value at a place of each of n series.
+  // The value at index `place` of each of n series.
   void see_each(const T* values, int64_t n, int64_t place) {
     int64_t k = 0;
     const Lanes<T> d;

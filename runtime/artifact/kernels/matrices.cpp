@@ -71,7 +71,7 @@ void spd_inverse(const double* m, int64_t count, int64_t n, double* out) {
     Rows rows;
     load(m + item * n * n, n, rows);
     for (int64_t k = 0; k < n; ++k) {
-      // A sweep: row and column k take the pivot's place among the unknowns.
+      // A sweep: exchanges unknown k with right-hand side k.
       const double factor = 1 / rows[k][k];
       rows[k][k] = 1;
       scale(rows[k], factor, n);

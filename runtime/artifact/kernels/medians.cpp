@@ -1,7 +1,7 @@
-// Medians of windows: of small ones by networks of minima and maxima, of bytes in large ones by histograms.
+// Medians of windows: small windows by networks of minima and maxima, large windows of bytes by histograms.
 //
-// The loops over a row are functions of their own, of values and not of references: a vector's store may
-// alias anything that is behind a reference, which would be loaded again in every round.
+// The loops over a row are functions of their own and take values, not references: a store of a vector may
+// alias a variable behind a reference, which would be loaded again in every iteration.
 #include <array>
 #include <utility>
 
@@ -10,7 +10,7 @@
 namespace chiasm::kernels {
 namespace {
 
-// Puts the smaller of two values first, and leaves out what nobody asks for.
+// Puts the smaller of two values first; `keeps_low` and `keeps_high` tell which results are needed.
 struct Exchange {
   int low, high;
   bool swaps, keeps_low, keeps_high;
@@ -22,7 +22,7 @@ struct Network {
   int count = 0;
 };
 
-// Which of N values are known not to exceed which.
+// known[i][j]: value i is known not to exceed value j.
 template <int N>
 using Known = std::array<std::array<bool, N>, N>;
 
@@ -39,9 +39,9 @@ constexpr void exchange(Known<N>& known, int low, int high) {
   known[low][high] = true, known[high][low] = false;
 }
 
-/** The exchanges that bring the values of the wanted ranks to their places: of Batcher's odd-even merge sort
- *  (D. Knuth, The Art of Computer Programming, vol. 3, 5.2.2, algorithm M) those whose outcome is not known
- *  beforehand, and not left unused. */
+/** The exchanges that bring the values of the wanted ranks to their places: those of Batcher's odd-even merge
+ *  sort (D. Knuth, The Art of Computer Programming, vol. 3, 5.2.2, algorithm M), except those whose outcome
+ *  is known beforehand or never used. */
 template <int N>
 constexpr Network<N> selection(const std::array<bool, N>& wanted, Known<N> known = {}) {
   Network<N> all, kept;
@@ -96,9 +96,10 @@ HWY_INLINE void apply(V* values) {
   (std::make_integer_sequence<int, network.count>());
 }
 
-/** The median of K x K values, of which each column is sorted, after J. Paeth, Median finding on a 3 x 3 grid,
- *  Graphics Gems, 1990: where the rows of sorted columns are sorted too, entry (i, j) has (i + 1) (j + 1) - 1
- *  others that do not exceed it and (K - i) (K - j) - 1 that are not below it, so few can be the median. */
+/** The median of K x K values whose columns are sorted, after J. Paeth, Median finding on a 3 x 3 grid,
+ *  Graphics Gems, 1990: if the rows of the sorted columns are then sorted too, entry (i, j) has (i + 1) (j +
+ *  1) - 1 others that do not exceed it and (K - i) (K - j) - 1 that are not below it, so few can be the
+ *  median. */
 template <int K>
 struct Square {
   static constexpr int kMedian = K * K / 2;
@@ -115,7 +116,8 @@ struct Square {
   }
   static constexpr int kCandidates = count(true), kRank = kMedian - count(false);
 
-  // The candidates' places, from the corner with the least on: so much of the sort is known beforehand.
+  // The candidates' places, from the corner with the smallest values on: their partial order is known
+  // beforehand.
   static constexpr auto kPlaces = [] {
     std::array<std::array<int, K>, K> places{};
     int n = 0;
@@ -195,8 +197,8 @@ HWY_INLINE V median(V a, V b, V c) {
   return larger(smaller(a, b), smaller(larger(a, b), c));
 }
 
-// The median of nine is that of the largest of the columns' smallest, the median of their middle and the
-// smallest of their largest: two operations less.
+// The median of nine is the median of three values: the largest of the columns' minima, the median of their
+// medians and the smallest of their maxima. This saves two operations.
 template <>
 template <class T>
 void Square<3>::medians_along(const T* sorted, int64_t length, int64_t step, int64_t n, T* out,
@@ -235,7 +237,7 @@ void medians(const T* x, const Planes& planes, Border border, T* out) {
       });
 }
 
-// Histograms of bytes on two levels: how many are of each sixteenth of the range, and of each value in it.
+// Histograms of bytes on two levels: one bin for each sixteenth of the range, and one for each value in it.
 constexpr int64_t kBins = 16;
 using Counts = hn::FixedTag<uint16_t, 8>;
 
@@ -251,7 +253,7 @@ struct Bins {
     high = hn::Sub(high, hn::LoadU(Counts(), counts + 8));
   }
 
-  /** The bin of the value of a rank; from the rank is taken what the bins below it have. */
+  /** The bin of the value of this rank. Subtracts the counts of the bins below it from the rank. */
   HWY_INLINE int64_t find(int64_t& rank) const {
     const Counts d;
     const auto sums = [=](auto v) {
@@ -289,8 +291,8 @@ class ColumnHistograms {
   void subtract(const uint8_t* row) const { count(row, -1); }
 
   /** The values of a rank in the windows that begin at each of n pixels of a channel: S. Perreault, P. Hebert,
-   *  Median filtering in constant time, IEEE TIP 16(9), 2007. A window's histogram is its neighbour's with a
-   *  column more and a column less. Its sixteenths follow where they are asked for. */
+   *  Median filtering in constant time, IEEE TIP 16(9), 2007. A window's histogram is its neighbour's, plus
+   *  one column and minus one. The fine bins of a sixteenth are updated only when they are needed. */
   void select(int64_t channel, int64_t n, int64_t step, int64_t kx, int64_t rank, uint8_t* out) const {
     const uint16_t* const coarse = coarse_ + channel * kBins;
     const int64_t next = step * kBins;  // column
@@ -352,9 +354,9 @@ void median_filter(const P* x, int64_t n, int64_t h, int64_t l, int64_t step, in
 void rank_of_bytes(const uint8_t* x, int64_t n, int64_t h, int64_t l, int64_t step, int64_t ky, int64_t kx,
                    int64_t rank, Border border, uint8_t* out) {
   const Planes planes{n, h, l, step};
-  // A ring of a row more than the window has: the one that has left it.
+  // A ring with one row more than the window: the row that has just left it.
   const int64_t rows = ky + 1, ends = PaddedRows<uint8_t>::ends(planes, kx, kx / 2);
-  // Strips of which the histograms fit into L2, if they are wider than what they share.
+  // Strips whose histograms fit into L2, but not narrower than 5 times the ends that strips read twice.
   const int64_t columns = std::max<int64_t>(512, 5 * ends);
   for_tiles<uint8_t>(
       planes, 262144 / columns, rows + ColumnHistograms::kBytes, ends, border,

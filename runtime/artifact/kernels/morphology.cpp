@@ -1,7 +1,7 @@
 // Maxima and minima of windows, row by row, at a cost that does not grow with the window's area.
 //
-// The loops over a row are functions of their own, of values and not of references: a vector's store may
-// alias anything that is behind a reference, which would be loaded again in every round.
+// The loops over a row are functions of their own and take values, not references: a store of a vector may
+// alias a variable behind a reference, which would be loaded again in every iteration.
 #include <limits>
 #include <utility>
 #include <variant>
@@ -17,8 +17,7 @@ HWY_INLINE V extreme(V a, V b) {
   return largest ? larger(a, b) : smaller(a, b);
 }
 
-// out[k] = the extreme of row[k] and row[k + shift], for k = 0 .. n - 1 and on to a whole vector; out may be
-// row.
+// out[k] = the extreme of row[k] and row[k + shift], for k = 0 .. n - 1, in whole vectors; out may be row.
 template <class T, bool largest>
 void double_window(const T* row, int64_t shift, int64_t n, T* out) {
   const Lanes<T> d;
@@ -26,7 +25,7 @@ void double_window(const T* row, int64_t shift, int64_t n, T* out) {
     hn::StoreU(extreme<largest>(hn::LoadU(d, row + k), hn::LoadU(d, row + k + shift)), d, out + k);
 }
 
-// out[k] = the extreme of x[k] and out[k], for whole vectors too.
+// running[k] becomes the extreme of running[k] and x[k]; out[k] that of running[k] and out[k].
 template <class T, bool largest>
 void gather_row(const T* x, T* running, T* out, int64_t n, const T* next) {
   for_lanes_fetching<T>(n, next, [=](auto d, auto, int64_t k) {
@@ -63,7 +62,7 @@ void extreme_of_taps(const T* const* sources, const Tap<T>* taps, int64_t count,
   });
 }
 
-// The same of so few rows that their addresses stay in registers.
+// The same for so few rows that their addresses stay in registers.
 template <class T, bool largest, int... kRows>
 void extreme_of_few(const T* const* sources, std::integer_sequence<int, 0, kRows...>, int64_t n, T* out,
                     const T* next) {
@@ -92,14 +91,14 @@ void extreme_of_rows(const T* const* sources, int64_t count, int64_t n, T* out, 
   }
 }
 
-// What every value is an extreme against.
+// The neutral element: every other value wins against it.
 template <class T, bool largest>
 constexpr T kLoser = largest ? (std::is_floating_point_v<T> ? -std::numeric_limits<T>::infinity()
                                                             : std::numeric_limits<T>::lowest())
                              : (std::is_floating_point_v<T> ? std::numeric_limits<T>::infinity()
                                                             : std::numeric_limits<T>::max());
 
-// What a tile's rows are made of.
+// The image and border from which a tile's rows are computed.
 template <class T>
 struct Source {
   const T* image;
@@ -111,7 +110,7 @@ struct Source {
   int64_t columns() const { return tile.right - tile.left; }
 };
 
-// A window without a pixel.
+// A window without pixels.
 template <class T, bool largest>
 class NoRows {
  public:
@@ -134,9 +133,10 @@ struct Box {
  *
  *  Tall ones by the method of M. van Herk, A fast algorithm for local minimum and maximum filters on
  *  rectangular and octagonal kernels, Pattern Recognition Letters 13(7), 1992, and J. Gil, M. Werman,
- *  Computing 2-D min, median, and max filters, IEEE TPAMI 15(5), 1993: of as many rows as the box is tall the
- *  extremes from each on to the last are kept; with a running one of the rows that follow each makes a
- *  window. Along the row by doubling the window's length, which loads whole vectors wherever it begins. */
+ *  Computing 2-D min, median, and max filters, IEEE TPAMI 15(5), 1993: for a group of as many rows as the box
+ *  is tall, the extremes from each row to the group's last are kept; each one and the running extreme of the
+ *  following rows make a window. Along the row by doubling the window's length, which allows loads of whole
+ *  vectors at any position. */
 template <class T, bool largest>
 class BoxRows {
  public:
@@ -168,13 +168,13 @@ class BoxRows {
   }
 
  private:
-  // The columns of the image that the tile needs, of a row that may be beyond it.
+  // Row y, which may be outside of the image, from the first column that the tile needs.
   const T* from(int64_t y) const {
     const int64_t row = inside(y, source_.planes.height, source_.border);
     return row < 0 ? constant_ : source_.image + row * source_.planes.width + span_.first;
   }
 
-  // The extremes down the columns, of the boxes of row y, in a line that may be written to.
+  // The extremes down the columns for the boxes of row y, in a line that the caller may overwrite.
   T* down(int64_t y, const T* next) {
     const int64_t start = span_.first - source_.tile.left, n = span_.count(), first = y - box_.row;
     if (box_.height <= kRows) {
@@ -182,7 +182,7 @@ class BoxRows {
       extreme_of_rows<T, largest>(pointers_, box_.height, n, lines_ + start, next);
       return lines_;
     }
-    // Lines 1 .. height are those from a row on to the last, line 0 is the running one.
+    // Lines 1 .. height have the extremes from a row to the group's last; line 0 is the running one.
     const int64_t i = (y - source_.tile.top) % box_.height;
     const auto line = [&](int64_t k) { return lines_ + (k + 1) * length_ + start; };
     if (i == 0) {
@@ -193,7 +193,7 @@ class BoxRows {
         pointers_[0] = from(first + k), pointers_[1] = line(k + 1);
         extreme_of_rows<T, largest>(pointers_, 2, n, line(k), line(k));
       }
-      // What any row leaves as it is.
+      // Start the running extreme with the neutral element.
       std::fill_n(line(-1), n, kLoser<T, largest>);
     } else {
       gather_row<T, largest>(from(first + box_.height - 1), line(-1), line(i), n, next);
@@ -204,8 +204,8 @@ class BoxRows {
   void along(T* line, T* out, const T* next) const {
     const int64_t step = source_.planes.step, columns = source_.columns();
     T* const first = line - box_.column * step;
-    // Two windows of a length make one of up to twice the length; what they share does no harm. Short ones
-    // are quicker done at once, because loads that span two values just stored must wait for them.
+    // Two windows of one length make a window of up to twice that length; they may overlap. Short windows are
+    // faster without doubling, because a load that spans two recent stores must wait for them.
     int64_t size = 1;
     while (size * kShifts < box_.width) {
       double_window<T, largest>(first, size * step, columns + (box_.width - 2 * size) * step, first);
@@ -227,7 +227,7 @@ class BoxRows {
   const T** const pointers_;
 };
 
-/** Windows of few pixels, or with heights: each pixel is looked at. */
+/** Windows with few pixels, or with heights: each pixel of the window is compared. */
 template <class T, bool largest>
 class TapRows {
  public:
@@ -259,15 +259,15 @@ class TapRows {
   const T** const pointers_;
 };
 
-// Pixels side by side in a row of a window; `length` is the place of their number among the lengths.
+// Adjacent pixels in a row of a window. At the end, `length` is an index into the list of lengths.
 struct Chord {
   int64_t row, column, length;
 };
 
 /** Flat windows of any shape, as the chords that their rows are made of: E. Urbach, M. Wilkinson, Efficient
  *  2-D grayscale morphological transformations with arbitrary flat structuring elements, IEEE TIP 17(1),
- *  2008. Of each row of the image the extremes of every length of chord are made once, each of a shorter one,
- *  and kept for as many rows as the window has. */
+ *  2008. For each row of the image the extremes of every chord length are computed once, each from a shorter
+ *  length, and kept for as many rows as the window has. */
 template <class T, bool largest>
 class ChordRows {
  public:
@@ -301,7 +301,7 @@ class ChordRows {
     return rings_ + ((length - 1) * box_.height + (y + box_.height) % box_.height) * row_length_;
   }
 
-  // The extremes of all lengths of row i of the windows of row y.
+  // Computes the extremes of all lengths for row i of the windows of row y.
   void lengthen(int64_t y, int64_t i) {
     const T* shorter = rows_.at(y, i, 0);
     for (size_t k = 1; k < lengths_.size(); ++k) {
@@ -322,7 +322,7 @@ class ChordRows {
   const T** const pointers_;
 };
 
-/** A window, and how its rows are best made. */
+/** A window, and the fastest method for its rows. */
 template <class T, bool largest>
 class Window {
  public:
@@ -331,9 +331,9 @@ class Window {
 
   explicit Window(const Box& box) : box_(box) {}
 
-  // The pixels of a window of kh x kw, with what is added to them. Whole numbers have no heights, and a pixel
-  // that is left out never wins. Of others it has the height -absent; what the window leaves out cannot win
-  // against a pixel that is there whatever the border: the origin.
+  // The pixels of a window of kh x kw and the heights that are added to them. A pixel with the height -absent
+  // is outside of the window. Integers have no other heights, and such a pixel is skipped. For floats it is
+  // skipped only if the origin is in the window: the origin always has a pixel of the image, which wins.
   Window(const double* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, double absent)
       : box_{row, column, kh, kw} {
     const auto height = [=](int64_t k) { return static_cast<T>(heights[k]); };
@@ -353,7 +353,7 @@ class Window {
     if (flat_) simplify();
   }
 
-  // The rows of a tile, of image and scratch, and the pointers that it works with.
+  // The rows of scratch, and the number of pointers, that a tile needs.
   int64_t scratch_rows() const {
     if (taps_.empty()) return BoxRows<T, largest>::scratch_rows(box_);
     return box_.height * std::max<int64_t>(1, static_cast<int64_t>(lengths_.size()));
@@ -365,7 +365,7 @@ class Window {
     return std::max(BoxRows<T, largest>::ends(box_, planes.step),
                     PaddedRows<T>::ends(planes, box_.width, box_.column));
   }
-  // As many rows of a tile as leave few to be read around it, and boxes whole groups of them.
+  // Tiles are so tall that few rows around them are read twice, and hold whole groups of a box's rows.
   int64_t tile_rows() const {
     const int64_t rows = std::max(kTileRows, 4 * box_.height);
     return box_.height > 0 ? (rows + box_.height - 1) / box_.height * box_.height : rows;
@@ -379,10 +379,10 @@ class Window {
   }
 
  private:
-  // Up to this many pixels are looked at one by one.
+  // Windows of up to this many pixels are computed pixel by pixel.
   static constexpr size_t kFew = 9;
 
-  // A flat window may be a box, or of chords.
+  // A flat window may be a box, or consist of chords.
   void simplify() {
     if (taps_.empty()) {
       box_ = {0, 0, 0, 0};
@@ -448,7 +448,7 @@ void filter(const T* x, const Planes& planes, const Window<T, largest>& window, 
       window.tile_rows());
 }
 
-// high[k] -= low[k]; of whole numbers the nearest that there is.
+// high[k] -= low[k]; integers saturate.
 template <class T>
 void subtract(T* high, const T* low, int64_t n) {
   for_lanes<T>(n, [=](auto d, auto, int64_t k) {

@@ -13,13 +13,13 @@
 namespace chiasm::kernels {
 namespace {
 
-// Lengths, weighed, and places among the bins of a row's n gradients (dx, dy); whether all lengths are
-// numbers. Rows are whole vectors long.
+// The weighted lengths and the positions among the bins for a row's n gradients (dx, dy). Returns whether all
+// lengths are finite. Rows are whole vectors long.
 template <class T>
 bool to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* length, T* place) {
   const Lanes<T> d;
   const auto turn = hn::Set(d, static_cast<T>(bins / (2 * M_PI)));
-  auto rest = hn::Zero(d);  // NaN once a length is, or is infinite
+  auto rest = hn::Zero(d);  // becomes NaN if a length is NaN or infinite
   for (int64_t i = 0; i < n; i += kLanes<T>) {
     const auto x = hn::LoadU(d, dx + i), y = hn::LoadU(d, dy + i), angle = hn::Mul(vector_atan2(y, x), turn);
     const auto weighed = hn::Mul(hn::Sqrt(hn::Add(hn::Mul(x, x), hn::Mul(y, y))), hn::LoadU(d, weight + i));
@@ -39,7 +39,7 @@ void orientation_histograms(const T* patches, int64_t count, int64_t size, const
   constexpr int64_t lanes = kLanes<T>;
   const int64_t padded = (size + lanes - 1) / lanes * lanes, room = 5 * padded + bins * places;
   std::vector<T> scratch(static_cast<size_t>(room * omp_get_max_threads()));
-  std::vector<int64_t> first(static_cast<size_t>(size)), last(first);  // the places that a pixel counts in
+  std::vector<int64_t> first(static_cast<size_t>(size)), last(first);  // the spatial bins of a pixel
   for (int64_t i = 0; i < size; ++i) {
     while (first[i] < places && space_weights[first[i] * size + i] == 0) ++first[i];
     last[i] = places;
@@ -54,7 +54,7 @@ void orientation_histograms(const T* patches, int64_t count, int64_t size, const
     T *const weight = place + padded, *const row = weight + padded;
     std::fill_n(histogram, bins * places * places, T(0));
     const auto same = [&](T pixel) { return pixel == *image; };
-    // an empty slot's
+    // a patch of an empty slot
     if (size && std::isfinite(*image) && std::all_of(image, image + size * size, same)) continue;
     bool defined = true;
     for (int64_t y = 0; y < size; ++y) {
@@ -82,7 +82,7 @@ void orientation_histograms(const T* patches, int64_t count, int64_t size, const
           for (int64_t i = 0; i < places; ++i)
             histogram[(bin * places + k) * places + i] += space_weights[k * size + y] * row[bin * places + i];
     }
-    // As where all pixels are weighed for all bins, of which most weights are 0.
+    // As if all pixels contributed to all bins, most of them with weight 0.
     if (!defined) std::fill_n(histogram, bins * places * places, std::numeric_limits<T>::quiet_NaN());
   }
 }

@@ -6,12 +6,12 @@
 namespace chiasm::kernels {
 namespace {
 
-// What comes after a side of a pixel at the border: the next side of the same pixel, a side of the pixel ahead,
-// or of the pixel ahead and across.
+// The step from one side of a border pixel to the next: another side of the same pixel, a side of the pixel
+// ahead, or of the pixel diagonally ahead.
 enum class Step { Turn, Straight, Diagonal };
 
-// The sides of a pixel, in the order in which a border goes around one that is alone: top, left, bottom, right.
-// Each faces where the border goes from the one before it.
+// The sides of a pixel, in the order in which a border goes around an isolated pixel: top, left, bottom,
+// right. Each side faces the direction in which the border leaves the previous side.
 constexpr int64_t kDown[4] = {-1, 0, 1, 0}, kRight[4] = {0, -1, 0, 1};
 
 struct Side {
@@ -86,7 +86,7 @@ class Mask {
     return Step::Turn;
   }
 
-  // Sides at the top are marked: others are not asked for.
+  // Only sides at the top are marked as seen: no others are looked up.
   Outline border(const Side& first) const {
     Outline made{first, Step::Turn, Step::Turn, 0};
     Side side = first;
@@ -111,7 +111,7 @@ class Mask {
 void outlines(const uint8_t* mask, Planes planes, int64_t polygons, int64_t numbers, int64_t* out) {
   const int64_t size = planes.height * planes.width, most = numbers - 2, slots = std::min(polygons, size),
                 threads = omp_get_max_threads();
-  // The room is reserved here and not touched before it is used.
+  // The memory is allocated here, but its pages are not touched before they are used.
   const std::unique_ptr<uint8_t[]> all_seen(new uint8_t[static_cast<size_t>(size * threads)]);
   const std::unique_ptr<Outline[]> all_borders(new Outline[static_cast<size_t>((slots + 1) * threads)]);
 #pragma omp parallel
@@ -123,7 +123,7 @@ void outlines(const uint8_t* mask, Planes planes, int64_t polygons, int64_t numb
       const Mask set(mask + plane * size, planes.height, planes.width, all_seen.get() + size * thread);
       int64_t count = 0;
       set.for_borders([&](const Outline& border) {
-        // The largest first, of equals the first that was found
+        // The largest first; ties in the order in which they were found
         Outline* const place =
             std::upper_bound(borders, borders + count, border,
                              [](const Outline& a, const Outline& b) { return a.size() > b.size(); });

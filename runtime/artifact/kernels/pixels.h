@@ -7,7 +7,7 @@
 
 namespace chiasm::kernels {
 
-/** The value as a pixel: of a whole type without its fraction, and the nearest that the type has. */
+/** The value as a pixel: for integer types without its fraction, and saturated. */
 template <class P>
 P as_pixel(double value) {
   if constexpr (std::is_floating_point_v<P>) return static_cast<P>(value);

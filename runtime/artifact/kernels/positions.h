@@ -1,4 +1,4 @@
-// What reading images at runs of positions shares: where positions are placed, and which pixels lie together.
+// Shared code for reading images at runs of positions: padding, and pixels that can be loaded together.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,8 @@ namespace chiasm::kernels {
 
 constexpr int64_t kRun = 256;
 
-// To the nearest whole number, halves to the even one: by adding a number so large that no fraction is left.
-// Unlike nearbyint it is vectorised.
+// Rounds half to even, by adding a number so large that no fraction is left. Unlike nearbyint it is
+// vectorised.
 inline float rounded(float x) { return (x + 12582912.0f) - 12582912.0f; }
 inline double rounded(double x) { return (x + 6755399441055744.0) - 6755399441055744.0; }
 
@@ -27,7 +27,7 @@ inline void reflect(T* x, int64_t n, int64_t size, bool align_corners) {
   }
 }
 
-// Runs of positions have room for whole vectors: what stands behind their end is computed, too, and not used.
+// Runs of positions have room for whole vectors: values after their end are computed, too, and not used.
 
 // Limits positions; NaN stays.
 template <class T>
@@ -43,8 +43,8 @@ inline void place(T* x, int64_t n, int64_t size, Padding padding, bool align_cor
   if (padding == Padding::kReflection) reflect(x, n, size, align_corners);
 }
 
-// Where a row is read forwards and not by larger steps than one, the pixels at a vector of indices lie in one
-// vector: how far each is from the first.
+// If a row is read forwards in steps of at most one, the pixels at a vector of indices lie in one vector.
+// These are their offsets from the first one.
 using Indices = Integers<Lanes<float>>;
 
 HWY_INLINE hn::Vec<Indices> from_first(const int32_t* index) {

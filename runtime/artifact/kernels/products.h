@@ -1,5 +1,5 @@
-// Register-tiled products of rows with packed panels of columns. Matrix products use it, and convolutions, where
-// a row consists of pieces of an image.
+// Register-tiled products of rows with packed panels of columns. For matrix products, and for convolutions,
+// in which a row consists of pieces of an image.
 //
 // Each sum has one accumulator and is taken in the order of k. A result is therefore the same for every batch
 // size and number of threads, and for every vector length on CPUs with fused multiply-add.

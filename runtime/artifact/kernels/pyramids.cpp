@@ -1,5 +1,5 @@
-// Levels of pyramids of bytes: the binomial window 1, 4, 6, 4, 1 along both axes, at every other pixel, or of
-// pixels between which there are zeros. Sums are of 16 bits: 256 * 255 and a half.
+// Levels of pyramids of bytes: the binomial window 1, 4, 6, 4, 1 along both axes, at every other pixel, or
+// over pixels with zeros between them. Sums fit into 16 bits: at most 256 * 255 and a half.
 #include <cstring>
 
 #include "rows.h"
@@ -55,7 +55,7 @@ void weigh_along(const Word* x, int64_t step, int64_t n, uint8_t* out) {
   });
 }
 
-// Every other pixel of `step` bytes, n of them; 16 bytes may be read and written from each one's place on.
+// Every other pixel of `step` bytes, n in all; reads and writes up to 16 bytes from the start of each pixel.
 void thin_out(const uint8_t* x, int64_t step, int64_t n, uint8_t* out) {
   const hn::FixedTag<uint8_t, 16> d;
   const int64_t each = (16 + step) / (2 * step);  // whole pixels among 16 bytes
@@ -118,7 +118,7 @@ void weigh_down_odd(const uint8_t* middle, const uint8_t* lower, int64_t n, Word
   });
 }
 
-// Of each pixel two along the row: 1, 6, 1 and 4, 4, over 64, halves up.
+// Makes two pixels of each along the row, by 1, 6, 1 and by 4, 4, over 64, rounded half up.
 void weigh_along_both(const Word* sums, int64_t step, int64_t n, uint8_t* even, uint8_t* odd) {
   for_lanes<Word>(n, [=](auto d, auto, int64_t x) {
     const auto half = hn::Set(d, Word{32});
@@ -130,7 +130,7 @@ void weigh_along_both(const Word* sums, int64_t step, int64_t n, uint8_t* even, 
   });
 }
 
-// The pixels of two rows in turn. Eight bytes may be read from each one's place on.
+// Interleaves the pixels of two rows. Reads up to eight bytes from the start of each pixel.
 void take_turns(const uint8_t* even, const uint8_t* odd, int64_t step, int64_t pixels, uint8_t* out) {
   const hn::FixedTag<uint8_t, 16> d;
   const hn::Half<decltype(d)> half;
@@ -166,7 +166,8 @@ void pyramid_up_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t width
     Word* const sums = all_sums.get() + sums_length * omp_get_thread_num() + lead;
     uint8_t *const even = all_bytes.get() + 2 * bytes_length * omp_get_thread_num(), *const odd =
                                                                                          even + bytes_length;
-    // Reflected among the zeros: before the first pixel is the second one, behind the last one itself.
+    // Reflected together with the zeros: the second pixel comes before the first, and the last one after
+    // itself.
     const auto row = [&](int64_t r) {
       return x + (image * height + std::min(std::abs(r), height - 1)) * width;
     };

@@ -11,13 +11,13 @@ namespace {
 constexpr Lanes<double> kTag;
 using V = hn::Vec<Lanes<double>>;
 using Mask = hn::Mask<Lanes<double>>;
-constexpr double kNothing = 1e-15;  // of places, which go from -1 to 1
+constexpr double kNothing = 1e-15;  // negligible for places, which are from -1 to 1
 
 inline V all(double value) { return hn::Set(kTag, value); }
 inline Mask is_negative(V v) { return hn::Lt(v, hn::Zero(kTag)); }
 inline V middle(V low, V high) { return hn::Mul(all(0.5), hn::Add(low, high)); }
 
-// What is left of 1 beside a place.
+// The distance of a place from -1 or 1.
 inline V room_at(V u) { return hn::Sub(all(1.0), hn::Abs(u)); }
 
 // Coefficients from the constant on, of degree n.
@@ -46,7 +46,7 @@ struct Polynomial {
 };
 
 // The root between places low and high, where the signs differ in the lanes of `wanted`; low in others.
-// Newton's steps, and halves of the interval where they lead out of it or do not shrink by half.
+// Newton's steps, and bisection if a step leaves the interval or does not halve.
 V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask wanted) {
   V u = hn::IfThenElse(wanted, middle(low, high), low), last = hn::Sub(high, low);
   for (int step = 0; step < 100 && any(kTag, wanted); ++step) {
@@ -58,7 +58,7 @@ V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask 
     high = hn::IfThenElse(after, u, high);
     const V newton = hn::Sub(u, hn::Mul(hn::Mul(hn::Div(value, slope), room), room)),
             moved = hn::Abs(hn::Sub(newton, u));
-    // Not a number, where the slope is 0 too, is no step of Newton's.
+    // NaN, if the slope is 0 too, is not taken as a step.
     const Mask taken =
         hn::And(hn::And(hn::Gt(newton, low), hn::Lt(newton, high)), hn::Lt(moved, hn::Mul(all(0.5), last)));
     const Mask small = hn::Or(hn::Lt(moved, all(kNothing)), hn::Lt(hn::Sub(high, low), all(kNothing)));
@@ -70,7 +70,7 @@ V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask 
   return u;
 }
 
-// A vector of polynomials: coefficients[k] to places[k] and whether there is a root.
+// Solves a vector of polynomials with coefficients c: sets each root's place, and whether the root exists.
 void solve(const V* c, int64_t n, V* places, Mask* exists) {
   V derivative[kMostTerms], ends[kMostTerms];
   const V end = all(1.0 - 1e-8);

@@ -7,15 +7,15 @@
 namespace chiasm::kernels {
 namespace {
 
-// A pixel takes its value from where it is plus an offset. `above` is of the rows before, `beside` of what
-// comes before it in its own row; of the way back, `below` and `behind`.
+// The offsets from a pixel to the pixels that it takes values from: `above` in earlier rows, `beside` earlier
+// in its own row; for the scan backwards `below` and `behind`.
 struct Offsets {
   std::vector<int64_t> all, above, beside, below, behind;
 
   Offsets(const bool* element, int64_t kh, int64_t kw, int64_t stride) {
     for (int64_t i = 0; i < kh * kw; ++i) {
       const int64_t dy = i / kw - kh / 2, dx = i % kw - kw / 2, offset = dy * stride + dx;
-      // a caller's bytes: what is not 0 is set
+      // the caller's bytes: every value but 0 is true
       if (reinterpret_cast<const uint8_t*>(element)[i] == 0 || offset == 0) continue;
       all.push_back(offset);
       (dy < 0 ? above : dy > 0 ? below : dx < 0 ? beside : behind).push_back(offset);
@@ -23,7 +23,7 @@ struct Offsets {
   }
 };
 
-// A plane inside a margin that passes its value on and takes none.
+// A plane inside a margin, whose value is passed on and never changes.
 template <class T>
 struct Spreading {
   const Offsets& offsets;
@@ -54,7 +54,7 @@ struct Spreading {
     }
   }
 
-  // Queues what of a row can pass something on to pixels behind it; those before are still to be scanned.
+  // Queues the pixels of a row that can raise a later pixel; earlier pixels are still to be scanned.
   void queue_row(int64_t row) {
     const auto passes = [this](auto d, int64_t i) {
       auto found = hn::Lt(hn::Zero(d), hn::Zero(d));  // none

@@ -1,5 +1,5 @@
-// Images read at positions: for a run of positions the pixels and weights first, which all channels share,
-// and then each channel.
+// Reads images at positions: for a run of positions it finds the pixels and weights, which all channels
+// share, and then reads each channel.
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int64_t kRows = 32;
 
-// Of an image that is one row or column of `size` pixels.
+// For an image that is one row or column of `size` pixels.
 template <class T>
 void along_line(const T* line, const T* x, int64_t size, int64_t n, T* out) {
   for (int64_t i = 0; i < n; ++i) {
@@ -22,12 +22,12 @@ void along_line(const T* line, const T* x, int64_t size, int64_t n, T* out) {
   }
 }
 
-// The nearest pixels, halves to the even one, and as weight 1, or 0 outside.
+// The nearest pixels, half to even, and their weights: 1, or 0 outside.
 template <class T>
 void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride,
                   Neighbours<T>& taps) {
   const auto right = static_cast<T>(width - 1), bottom = static_cast<T>(height - 1);
-  // as a number, for not every one is a pixel's; what is not a number becomes 0
+  // limited before the conversion to an integer; NaN becomes 0
   const auto limited = [](T x, T last) {
     const T above = x > 0 ? x : T(0);
     return above < last ? above : last;
@@ -39,7 +39,7 @@ void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t wid
   }
 }
 
-// The pixels at indices, by one load where they lie in one vector.
+// The pixels at indices, by one load if they lie in one vector.
 template <class T>
 HWY_INLINE hn::Vec<Lanes<T>> pixels(const T* plane, const int32_t* index, int64_t size) {
   const Lanes<T> d;
@@ -67,15 +67,15 @@ void prefetch(const T* plane, const int32_t* index, int64_t n) {
   for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(plane + index[i]);
 }
 
-// The planes that are read, and what is beyond their edges.
+// The planes that are read, and their padding.
 struct Source {
   int64_t height, width, stride, size;
   Padding padding;
   bool align_corners;
 };
 
-// How a run of positions is read: found by `find`, read from any plane by `read`. Memory is asked for ahead
-// `below` pixels behind `index`.
+// How a run of positions is read: `find` finds the pixels, `read` reads them from any plane. The prefetch is
+// for the pixels `below` after `index`.
 template <class T>
 struct Bilinear : Neighbours<T> {
   void find(T* x, T* y, int64_t n, const Source& s) {
@@ -113,14 +113,14 @@ struct Bicubic : CubicTaps<T> {
   }
 };
 
-// Samples where positions(image, row, column, n, x, y) says.
+// Reads the images at positions(image, row, column, n, x, y).
 template <class Taps, class T, class Positions>
 void sample_by(const T* source, Images images, int64_t out_height, int64_t out_width, Padding padding,
                bool align_corners, T* out, const Positions& positions) {
   const int64_t height = images.height, width = images.width, planes = images.count * images.channels;
   Source from{height, width, width, height * width, padding, align_corners};
   std::vector<T> widened;
-  if (height < 2 || width < 2) {  // where there is no second row or column to load, one with no weight
+  if (height < 2 || width < 2) {  // without a second row or column, load one that has weight 0
     from.stride = width + 1;
     from.size = (height + 1) * from.stride;
     widened.resize(static_cast<size_t>(planes * from.size));
@@ -207,7 +207,7 @@ void extract_patches(const T* pixels, int64_t rows, int64_t channels, int64_t le
                      int64_t frames_per_row, const int64_t* height, const int64_t* width, const T* frames,
                      int64_t side, T* out) {
   const int64_t area = side * side;
-  std::vector<T> across(static_cast<size_t>(area)), down(across);  // where a patch's pixels are in its frame
+  std::vector<T> across(static_cast<size_t>(area)), down(across);  // a patch's pixels in its frame
   for (int64_t k = 0; k < area; ++k) {
     across[static_cast<size_t>(k)] = static_cast<T>(2 * (k % side) + 1) / static_cast<T>(side) - 1;
     down[static_cast<size_t>(k)] = static_cast<T>(2 * (k / side) + 1) / static_cast<T>(side) - 1;
@@ -219,11 +219,10 @@ void extract_patches(const T* pixels, int64_t rows, int64_t channels, int64_t le
     const T* const image = pixels + row * channels * length + start[i];
     Neighbours<T> taps;
     T x[kRun], y[kRun];
-    // Else no sum of products of theirs with numbers from -1 to 1 is NaN, and all patches but broken ones are
-    // read without looking.
+    // Otherwise no position in the patch is NaN, so only broken patches are checked pixel by pixel.
     const bool broken =
         !std::all_of(m, m + 6, [](T v) { return std::abs(v) < std::numeric_limits<T>::max() / 4; });
-    // an empty slot's frame: all pixels are the first
+    // the frame of an empty slot: all pixels are the first one
     const bool point = m[0] == 0 && m[1] == 0 && m[3] == 0 && m[4] == 0;
     for (int64_t first = 0; first < (point ? 1 : area); first += kRun) {
       const int64_t n = point ? 1 : std::min(kRun, area - first);
@@ -232,12 +231,12 @@ void extract_patches(const T* pixels, int64_t rows, int64_t channels, int64_t le
         x[k] = m[0] * u[k] + m[1] * v[k] + m[2];
         y[k] = m[3] * u[k] + m[4] * v[k] + m[5];
       }
-      bool undefined[kRun];  // where `broken`
+      bool undefined[kRun];  // set only if `broken`
       for (int64_t k = 0; broken && k < n; ++k)
         if ((undefined[k] = std::isnan(x[k]) || std::isnan(y[k]))) x[k] = y[k] = 0;
       place(x, n, width[i], Padding::kBorder, true);
       place(y, n, height[i], Padding::kBorder, true);
-      const bool thin = height[i] < 2 || width[i] < 2;  // there is no second row or column to load
+      const bool thin = height[i] < 2 || width[i] < 2;  // without a second row or column to load
       if (!thin) bilinear_taps(x, y, n, height[i], width[i], width[i], taps);
       for (int64_t c = 0; c < channels; ++c) {
         const T* const plane = image + c * length;

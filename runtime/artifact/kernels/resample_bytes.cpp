@@ -41,7 +41,7 @@ void resample_pixels(const uint8_t* row, int64_t length, const Axis& axis, uint8
       const int64_t at = index[k] * kStep;
       std::array<uint8_t, 4> last{};
       const uint8_t* pixel = row + at;
-      if (at + 4 > length) {  // four bytes may be read within the row alone
+      if (at + 4 > length) {  // four bytes may be read only inside the row
         std::copy_n(pixel, kStep, last.data());
         pixel = last.data();
       }

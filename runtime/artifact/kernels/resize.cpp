@@ -9,7 +9,7 @@ namespace {
 
 constexpr int64_t kRows = 32;
 
-// The values from p on at even and at odd places.
+// The values from p on, even and odd ones separately.
 template <class D>
 HWY_INLINE void deinterleave(D d, const hn::TFromD<D>* p, hn::Vec<D>& even, hn::Vec<D>& odd) {
   const auto low = hn::LoadU(d, p), high = hn::LoadU(d, p + hn::Lanes(d));
@@ -21,24 +21,24 @@ HWY_INLINE void deinterleave(D d, const hn::TFromD<D>* p, hn::Vec<D>& even, hn::
 template <class T>
 struct Axis {
   static constexpr int64_t lanes = kLanes<T>;
-  // Of a vector of positions: kDoubled where their runs begin at every second pixel, kMirrored where besides
-  // all their weights are symmetric; kNear and kWide where they begin inside one vector of pixels or two.
-  // Gathering pixels, for kAny, takes several times as long.
+  // The kind of a vector of positions: kDoubled if the runs begin at every second pixel; kMirrored if also
+  // all weights are symmetric; kNear or kWide if the runs begin inside one vector of pixels, or two. kAny
+  // gathers pixels, which takes several times as long.
   enum class Runs : char { kAny, kWide, kNear, kDoubled, kMirrored };
 
   int64_t taps, count;
   bool copies;  // each position is a pixel as it is
   std::vector<int32_t> first;
   std::vector<T> weights;       // taps x count
-  std::vector<bool> symmetric;  // of each position: whether its weights are
-  // Of each vector of positions:
+  std::vector<bool> symmetric;  // for each position: whether its weights are
+  // For each vector of positions:
   std::vector<Runs> runs;
   std::vector<int32_t> starts;  // the first run's first pixel
-  // How far each run begins from the first one, as a lane, and bits that are set where that is in the second
+  // The offset of each run from the first one, as a lane, and a mask that is set if the lane is in the second
   // vector of pixels.
   std::vector<hwy::MakeSigned<T>> from, beyond;
 
-  // Pixels that borders repeat are one tap of a run.
+  // The taps of a pixel that the border repeats are merged into one.
   Axis(const Taps<T>& given, int64_t size) : taps(1), count(given.count), first(given.count) {
     for (int64_t i = 0; i < count; ++i) {
       int32_t low = given.index[i * given.each], high = low;
@@ -95,8 +95,7 @@ struct Axis {
   }
 };
 
-// The loops over taps are unrolled for kTaps, an even number, which is 0 for any number, or 1 for an axis
-// that copies.
+// The loops over taps are unrolled for kTaps: an even number, 0 for any number, or 1 for an axis that copies.
 template <class T, int kTaps>
 void along_row(const T* row, const Axis<T>& axis, T* out) {
   using Runs = typename Axis<T>::Runs;
@@ -115,7 +114,7 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
     };
     const Runs kind = runs[i / lanes];
     const T* const start = row + starts[i / lanes];
-    // With one tap it is memory that takes the time: the next row is on its way.
+    // With one tap, memory limits the speed: prefetch the next row.
     if (kTaps == 1) hwy::Prefetch(start + first[n - 1]);
     auto sum = hn::Zero(d);
     if (kTaps > 1 && kind == Runs::kMirrored) {
@@ -161,8 +160,8 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
   }
 }
 
-// out = the sum of the rows first + k * stride, k < taps, by the weights of position i. What the loops need
-// is in values of their own: it would be loaded again after every store of a vector.
+// out = the weighted sum of the rows first + k * stride, k < taps, by the weights of position i. Members are
+// copied to local variables, because they would be loaded again after every store of a vector.
 template <class T, int kTaps>
 void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i, int64_t n, T* out) {
   const int64_t taps = kTaps ? kTaps : axis.taps, count = axis.count;
@@ -173,7 +172,7 @@ void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i
     hn::Vec<Lanes<T>> half[kTaps / 2 + 1];
     for (int64_t k = 0; k < kTaps / 2; ++k) half[k] = hn::Set(d, weights[k * count]);
     for (; done + kLanes<T> <= n; done += kLanes<T>) {
-      // The rows that the next position adds to these are on their way while these are summed.
+      // Prefetch the rows that the next position adds while these are summed.
       for (int64_t k = 0; k < 2; ++k) hwy::Prefetch(first + (kTaps + k) * stride + done);
       auto sum = hn::Zero(d);
 #pragma GCC unroll 8
@@ -201,7 +200,7 @@ void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i
   });
 }
 
-// Calls choose with the number of taps that an axis's loop is to be unrolled for.
+// Calls choose with the number of taps for which an axis's loop is unrolled.
 template <class T, class Choose>
 auto for_taps(const Axis<T>& axis, const Choose& choose) {
   if (axis.copies) return choose(std::integral_constant<int, 1>());
@@ -226,10 +225,10 @@ void resample(const T* x, Planes planes, const Taps<T>& taps_down, const Taps<T>
   across.find_runs(width);
   const auto rows_loop = for_taps(across, [](auto taps) { return &along_row<T, taps.value>; });
   const auto columns_loop = for_taps(down, [](auto taps) { return &down_columns<T, taps.value>; });
-  // Shrinking sums rows first, so that fewer are resampled; growing resamples the fewer rows that there are,
-  // a block's at once.
+  // If the image shrinks, sum rows first, so that fewer rows are resampled. If it grows, resample the rows of
+  // a block first, because there are fewer than in the output.
   const bool shrinks = out_height <= height;
-  const auto span = [&](int64_t block) {  // the rows that a block of the output reads
+  const auto span = [&](int64_t block) {  // the input rows that a block of the output reads
     const auto begin = down.first.begin() + block * kRows,
                end = down.first.begin() + std::min((block + 1) * kRows, out_height);
     const auto [low, high] = std::minmax_element(begin, end);

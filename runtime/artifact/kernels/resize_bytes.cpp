@@ -1,7 +1,7 @@
 // Resizing of bytes: bilinear in fixed point, and to the nearest pixel.
 //
-// A row is resampled along its length first, into sums of 16 bits that are kept for the next row of the
-// output; two such rows are weighted then, the high and the low bytes of their sums apart.
+// A row is first resampled along its length, into 16-bit sums that are kept for the next row of the output.
+// Then two such rows are weighted, the high and the low bytes of their sums separately.
 #include <array>
 #include <cstring>
 
@@ -13,14 +13,14 @@ namespace {
 using Word = uint16_t;
 using Eight = hn::FixedTag<Word, 8>;
 
-// Along an axis, which pixels of an image are resized, and to which pixels of the output: `count` from
-// `begin` to `length` from `to`. Either may reach beyond its end.
+// Along an axis: which pixels of an image are resized to which pixels of the output: `count` pixels from
+// `begin` on to `length` pixels from `to` on. Both ranges may reach beyond their ends.
 struct Window {
   int64_t begin, count, to, length;
 };
 
-// Where each position along an axis is: pixel `first` and the next one, which has `weight` of 256; of those
-// pixels of the output, from `start` on, that are a window's.
+// The pixels that each position along an axis reads: pixel `first`, and the next one with `weight` / 256. For
+// those pixels of the output that are in a window, from `start` on.
 struct Axis {
   int64_t start = 0;
   std::vector<int64_t> first;
@@ -42,7 +42,7 @@ struct Axis {
       const int64_t whole = std::min(numerator / denominator, count - 1),
                     rest = numerator - whole * denominator, at = window.begin + whole;
       first.push_back(std::clamp<int64_t>(at, 0, in - 1));
-      // The window's last pixel has no next one, and beyond the image all are the one at its edge.
+      // The window's last pixel has no next one, and beyond the image all pixels equal that at the edge.
       const bool alone = whole == count - 1 || at < 0 || at >= in - 1;
       weight.push_back(alone ? 0 : static_cast<int32_t>((512 * rest + denominator) / (2 * denominator)));
     }
@@ -51,8 +51,8 @@ struct Axis {
   int64_t size() const { return static_cast<int64_t>(first.size()); }
 };
 
-// A row's resampling: for each pixel of the output, where the two pixels begin that it is made of, and for
-// pixels of three or four bytes their weights, byte by byte.
+// Resamples a row. For each pixel of the output it has the place of the two pixels that are summed, and, for
+// pixels of three or four bytes, their weights byte by byte.
 class Across {
  public:
   Across(Axis axis, int64_t in, int64_t step)
@@ -96,7 +96,7 @@ class Across {
   }
 
  private:
-  // Returns how many pixels it has made: those for which eight bytes may be read.
+  // Returns the number of pixels that it has computed: those for which eight bytes may be read.
   template <int kStep>
   int64_t by_pixels(const uint8_t* row, Word* out) const {
     const Eight d;
@@ -136,7 +136,7 @@ void blend(const Word* upper, const Word* lower, int32_t second, int64_t n, uint
   });
 }
 
-// An image row by row: two resampled rows are kept, by their numbers.
+// Resamples an image row by row, and keeps two resampled rows and their numbers.
 class KeptRows {
  public:
   KeptRows(const uint8_t* image, int64_t height, int64_t width, const Across& across, Word* memory)
@@ -146,7 +146,7 @@ class KeptRows {
         across_(across),
         rows_{memory, memory + across.room()} {}
 
-  // What is at a position down the image, of n values.
+  // Blends the two rows at a vertical position, n values.
   void blended(const Axis& down, int64_t position, int64_t n, uint8_t* out) {
     const auto at = static_cast<size_t>(position);
     const int64_t first = down.first[at], next = std::min(first + 1, height_ - 1);
@@ -157,7 +157,7 @@ class KeptRows {
   }
 
  private:
-  // Row y; the row `other` stays.
+  // Row y, resampled; the row `other` is kept.
   const Word* get(int64_t y, int64_t other) {
     for (size_t i = 0; i < 2; ++i)
       if (known_[i] == y) return rows_[i];
@@ -176,7 +176,7 @@ class KeptRows {
 
 constexpr int64_t kRows = 32;
 
-// Numbers of windows are limited to it, so that positions are whole numbers of 64 bits.
+// The coordinates of windows are limited to this, so that positions fit into 64-bit integers.
 constexpr int64_t kFarthest = int64_t{1} << 24;
 
 }  // namespace

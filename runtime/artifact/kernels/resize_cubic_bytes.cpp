@@ -1,5 +1,5 @@
-// Bicubic resizing of bytes: rows along their length first, into sums of 32 bits, of which the last four rows are
-// kept and weighted.
+// Bicubic resizing of bytes: rows are first resampled along their length into 32-bit sums; the last four such
+// rows are kept and weighted.
 #include <array>
 #include <cstring>
 
@@ -19,7 +19,7 @@ int32_t pair(int64_t first, int64_t second) {
   return static_cast<int32_t>(static_cast<uint32_t>(first & 0xFFFF) | static_cast<uint32_t>(second) << 16);
 }
 
-// Four values at p, and where there are eight, the others `apart` behind them.
+// Four values at p; in a vector of eight, the other four are `apart` after them.
 template <class D>
 HWY_INLINE void store_fours(D d, hn::Vec<D> values, int32_t* p, int64_t apart) {
   const Four four;
@@ -44,8 +44,8 @@ struct Axis {
   std::vector<int64_t> index;
 };
 
-// A row's resampling. Of pixels begin to end the four that they are made of are neighbours, from the value `first`
-// on, and whole vectors can be loaded there.
+// Resamples a row. For pixels begin to end of the output, the four pixels that are summed are neighbours,
+// from the value `first` on, and whole vectors can be loaded there.
 class Across {
  public:
   Across(const Axis& axis, int64_t length, int64_t step) : axis_(axis), step_(step) {
@@ -60,7 +60,7 @@ class Across {
       end_ = begin_;
       while (end_ < axis.count && together(end_)) ++end_;
     }
-    const size_t each = step == 1 ? 1 : 4;  // as many as a pixel's channels
+    const size_t each = step == 1 ? 1 : 4;  // one per channel
     for (int64_t i = 0; i < axis.count; ++i) {
       const int64_t* const weight = axis.weights + i * kTaps;
       first_.push_back(static_cast<int32_t>(*axis.of(i) * step));
@@ -96,7 +96,7 @@ class Across {
     }
   }
 
-  // Both return up to where they came.
+  // Both return the end of the pixels that they have computed.
   template <int kStep>
   int64_t pixels(const uint8_t* row, int32_t* out) const {
     const hn::CappedTag<uint8_t, 32> bytes;  // of one pixel, or of two
@@ -104,7 +104,7 @@ class Across {
     const hn::Repartition<int16_t, decltype(bytes)> words;
     const hn::Repartition<int32_t, decltype(bytes)> d;
     constexpr auto kPixels = static_cast<int64_t>(hn::MaxLanes(bytes) / 16);
-    // Of each channel two pixels as words: the first and the third, the second and the last.
+    // For each channel two pixels as words: the first and the third, the second and the last.
     alignas(16) uint8_t even[16], odd[16];
     for (size_t k = 0; k < 16; ++k) {
       const size_t at = k / 4 + k / 2 % 2 * 2 * kStep;
@@ -162,7 +162,7 @@ void blend(const std::array<const int32_t*, kTaps>& rows, const int64_t* weights
   for (size_t k = 0; k < kTaps; ++k) by[k] = static_cast<uint32_t>(weights[k]);
   for_lanes<int32_t, 4>(n, [=](auto d, auto vectors, int64_t i) {
     const hn::Rebind<uint8_t, decltype(d)> bytes;
-    const hn::RebindToUnsigned<decltype(d)> bits;  // whose sums may be any
+    const hn::RebindToUnsigned<decltype(d)> bits;  // unsigned: sums may wrap around
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     for (int v = 0; v < vectors; ++v) {
       auto sum = hn::Set(bits, kHalf);
@@ -175,7 +175,7 @@ void blend(const std::array<const int32_t*, kTaps>& rows, const int64_t* weights
   });
 }
 
-// Resampled rows of an image, of which the last four are kept, by their numbers.
+// Resamples rows of an image, and keeps the last four and their numbers.
 class KeptRows {
  public:
   KeptRows(const uint8_t* image, int64_t length, const Across& across, int32_t* memory)

@@ -54,7 +54,7 @@ Taps<T> resize_taps(int64_t in, int64_t out, Interpolation mode, bool align_corn
   Taps<T> taps(out, mode == Interpolation::kBilinear ? 2 : 4);
   for (int64_t i = 0; i < out; ++i) {
     const int64_t above = align_corners ? i * (in - 1) : (2 * i + 1) * in - out;
-    // at least -1, so that the division is of what is positive
+    // at least -1, so that the dividend is positive
     const int64_t whole = (above + below) / below - 1;
     const T t = T(above - whole * below) / T(below);
     const auto put = [&](int64_t k, int64_t pixel, T weight) {

@@ -26,7 +26,7 @@ struct Taps {
 template <class T>
 Taps<T> resize_taps(int64_t in, int64_t out, Interpolation mode, bool align_corners, bool antialias);
 
-// Composes taps with a blur before them: resampling the blurred `size` pixels is applying the result to the
+// Composes taps with a preceding blur: applying the result to `size` pixels equals resampling the blurred
 // pixels. The kernel's length is odd.
 template <class T>
 Taps<T> blurred_before(const Taps<T>& taps, const std::vector<T>& kernel, Border border, int64_t size);

@@ -1,4 +1,4 @@
-// What kernels that stream over an image's rows share: borders, and the split of the work.
+// Shared code of kernels that stream over an image's rows: borders, and the split of the work.
 #pragma once
 
 #include <omp.h>
@@ -14,7 +14,7 @@
 
 namespace chiasm::kernels {
 
-// The position inside 0..size-1 that `i` stands for, or -1 where it is the constant beyond the image.
+// The position in 0..size-1 from which `i` takes its value, or -1 for the constant beyond the image.
 inline int64_t inside(int64_t i, int64_t size, Border border) {
   if (i >= 0 && i < size) return i;
   switch (border) {
@@ -35,8 +35,8 @@ struct Tile {
   int64_t plane, top, bottom, left, right;
 };
 
-// The bytes of a line of the cache, and values rounded up to whole ones: vectors that cross from one line
-// into the next take two loads or stores.
+// The bytes of a cache line, and a number of values rounded up to whole lines: vectors that cross from one
+// line into the next take two loads or stores.
 constexpr size_t kLine = 64;
 template <class T>
 constexpr int64_t whole_lines(int64_t values) {
@@ -44,7 +44,7 @@ constexpr int64_t whole_lines(int64_t values) {
   return (values + each - 1) / each * each;
 }
 
-// Memory that begins with a line.
+// Memory that is aligned to a cache line.
 struct ReleaseLines {
   void operator()(void* p) const { ::operator delete(p, std::align_val_t(kLine)); }
 };
@@ -61,14 +61,15 @@ constexpr int64_t padded_length(int64_t columns, int64_t ends) {
   return whole_lines<T>(columns + ends + 2 * kLanes<T>);
 }
 
-// The rows of a tile, unless windows are so tall that it would read more rows around it than in it.
+// The rows of a tile. Kernels with tall windows take more, else a tile would read more rows around it than in
+// it.
 constexpr int64_t kTileRows = 64;
 
-// Calls body(tile, scratch, length) for tiles that cover all planes, of `most_rows` rows. `rows` rows of a
-// strip, of image and scratch, fit into L2 together; strips narrow enough for L1 are slower, because their
-// rows are short runs of memory. `scratch` has room for `scratch_rows` rows of `length`, each beginning with
-// a line: a strip's columns and `ends` more. A strip begins with a pixel. A circular border needs both ends
-// of a row and so whole rows.
+// Calls body(tile, scratch, length) for tiles of `most_rows` rows that cover all planes. Strips are so wide
+// that `rows` rows of one, of image and scratch together, fit into L2; strips narrow enough for L1 are
+// slower, because their rows are short runs of memory. `scratch` has room for `scratch_rows` rows of
+// `length`, a strip's columns and `ends` more; each row is aligned to a cache line. A strip begins with a
+// whole pixel. A circular border needs both ends of a row and so whole rows.
 template <class T, class Body>
 void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t ends, Border border,
                const Body& body, int64_t most_rows = kTileRows) {
@@ -96,13 +97,13 @@ void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t
   }
 }
 
-/** for_lanes over a row that lies in the cache, while memory is asked for the `next` row that is read or
- *  written. Loops that fill scratch from an image ask for the row of the output, and those that fill the
- *  output for the next row of the image: else memory rests during each of them. */
+/** for_lanes over a row that is in the cache, while it prefetches the `next` row that is read or written.
+ *  Loops that fill scratch from an image prefetch the row of the output, and loops that fill the output
+ *  prefetch the next row of the image: otherwise memory would be idle during the loop. */
 template <class T, int kVectors = 1, bool again = false, class Body>
 HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
   constexpr int64_t kEach = whole_lines<T>(1);
-  constexpr int kBlock = std::max<int>(kVectors, kEach / kLanes<T>);  // a line, lest it be asked for twice
+  constexpr int kBlock = std::max<int>(kVectors, kEach / kLanes<T>);  // a line, to prefetch it only once
   for_lanes<T, kBlock, again>(n, [=](auto d, auto vectors, int64_t k) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     if constexpr (decltype(vectors)::value == kBlock) {
@@ -115,8 +116,8 @@ HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
   });
 }
 
-// Fills what a tile's row has beyond the image: `row` points to the tile's first column, of which `before`
-// and `after` more values are needed, whole pixels.
+// Fills the part of a tile's row that is beyond the image. `row` points to the tile's first column; `before`
+// and `after` values around the tile are needed, which are whole pixels.
 template <class T>
 inline void extend(T* row, const Tile& tile, int64_t width, int64_t before, int64_t after, Border border,
                    T value, int64_t step = 1) {
@@ -131,14 +132,14 @@ inline void extend(T* row, const Tile& tile, int64_t width, int64_t before, int6
     for (int64_t i = (tile.left - before) / each; i < 0; ++i) fill(i);
     for (int64_t i = pixels; i < (tile.right + after) / each; ++i) fill(i);
   };
-  // Short rows are done in less time than the divisions take, which planes do without.
+  // The divisions, which planes do not need, take longer than a short row.
   if (step == 1)
     extend_by(std::integral_constant<int64_t, 1>());
   else
     extend_by(step);
 }
 
-// The tile's columns of row y of a plane, or of its last row: what for_lanes_fetching asks for.
+// The tile's columns of row y of a plane, or of its last row, for prefetching.
 template <class T>
 T* tile_row(T* plane, const Planes& planes, const Tile& tile, int64_t y) {
   return plane + std::clamp<int64_t>(y, 0, planes.height - 1) * planes.width + tile.left;
@@ -153,8 +154,7 @@ struct Span {
 };
 
 /** The rows of a tile as a window of kh x kw pixels that begins (row, column) before its pixel sees them: a
- *  ring of kh rows with what lies beyond the image, `ends(...)` values longer than the tile's. Bytes become
- *  numbers of type T. */
+ *  ring of kh padded rows, `ends(...)` values longer than the tile's. Bytes become numbers of type T. */
 template <class T, class Pixel = T>
 class PaddedRows {
  public:
@@ -174,13 +174,13 @@ class PaddedRows {
     for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i, tile_row(plane, planes, tile, tile.top));
   }
 
-  // As much on both sides: the pixels that a strip mirrors are then in it, however narrow it is.
+  // The same on both sides, so that even a narrow strip contains the pixels that it mirrors.
   static int64_t ends(const Planes& planes, int64_t kw, int64_t column) {
     return 2 * std::max(column, kw - 1 - column) * planes.step;
   }
 
-  /** Puts the last row of the windows of row y into the ring, for each y from the tile's top on, while memory
-   *  is asked for the row `next`. Returns the row of the image that is fetched after it. */
+  /** Puts the last row of the windows of row y into the ring, for each y from the tile's top on, and
+   *  prefetches the row `next`. Returns the row of the image to prefetch after it. */
   const Pixel* advance(int64_t y, const Pixel* next) const {
     const int64_t last = y - row_ + kh_ - 1;
     fetch(last, next);

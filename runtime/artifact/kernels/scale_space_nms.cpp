@@ -1,5 +1,5 @@
-// Key points of scale space: the strongest of the places that exceed their 26 neighbours, or fall below them
-// all.
+// Key points of scale space: the strongest pixels that exceed all of their 26 neighbours, or are below all of
+// them.
 #include <omp.h>
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 namespace chiasm::kernels {
 namespace {
 
-// Widens the ranges from `least` to `most` by the 3 x 3 values around each from p on, without their own where
-// `own`. NaN leaves them too narrow, or empty.
+// Widens the ranges from `least` to `most` by the 3 x 3 values around each value from p on, with `own`
+// without the value itself. With NaN the ranges may be too narrow.
 template <class D, class T>
 HWY_INLINE void widen(D d, const T* p, int64_t row, bool own, hn::Vec<D>& most, hn::Vec<D>& least) {
   for (int64_t y = -1; y <= 1; ++y)
@@ -36,8 +36,8 @@ HWY_INLINE uint32_t bits(D d, hn::Mask<D> mask) {
   return number;
 }
 
-// One bit for each of the values from p on that have NaN around them. Seldom called, and not to take the
-// loop's registers.
+// One bit for each value from p on, set if there is NaN around it. Rarely called, so not inlined: it would
+// take the loop's registers.
 template <class D, class T>
 __attribute__((noinline)) uint32_t unordered(D d, const T* p, int64_t row, int64_t plane) {
   const auto is_nan = [=](int64_t i) {
@@ -48,7 +48,7 @@ __attribute__((noinline)) uint32_t unordered(D d, const T* p, int64_t row, int64
   return bits(d, found);
 }
 
-// One bit for each of the values from p on that is an extremum: a positive maximum or, with `minima`, a
+// One bit for each value from p on, set if it is an extremum: a positive maximum or, with `minima`, a
 // negative minimum.
 template <class D, class T>
 HWY_INLINE uint32_t extrema(D d, const T* p, int64_t row, int64_t plane, bool minima) {
@@ -59,11 +59,11 @@ HWY_INLINE uint32_t extrema(D d, const T* p, int64_t row, int64_t plane, bool mi
     const auto maximum = hn::And(hn::Gt(centre, most), hn::Gt(centre, zero));
     return minima ? hn::Or(maximum, hn::And(hn::Lt(centre, least), hn::Lt(centre, zero))) : maximum;
   };
-  if (!any(d, found())) return 0;  // seldom is there anything to be seen in the planes above and below
+  if (!any(d, found())) return 0;  // the planes above and below rarely need to be read
   widen(d, p - plane, row, false, most, least);
   widen(d, p + plane, row, false, most, least);
   const uint32_t set = bits(d, found());
-  return set ? set & ~unordered(d, p, row, plane) : 0;  // beside NaN nothing is an extremum
+  return set ? set & ~unordered(d, p, row, plane) : 0;  // a value beside NaN is no extremum
 }
 
 }  // namespace
@@ -77,8 +77,8 @@ void scale_space_nms(const T* x, Images volumes, const int64_t* margins, bool mi
     std::fill_n(out, volumes.count * count, -1);
     return;
   }
-  // Allocated here, because nothing may be thrown inside the parallel region: for each row its extrema's
-  // columns.
+  // Allocated here, because nothing may be thrown inside the parallel region: the columns of each row's
+  // extrema.
   const int64_t rows = (levels - 2) * height;
   const std::unique_ptr<int32_t[]> columns(new int32_t[static_cast<size_t>(rows * width)]);
   std::vector<int32_t> counts(static_cast<size_t>(rows));
@@ -107,7 +107,7 @@ void scale_space_nms(const T* x, Images volumes, const int64_t* margins, bool mi
         const int64_t place = plane + i * width + columns[static_cast<size_t>(i * width + k)];
         found.emplace_back(volume[place] < 0 ? volume[place] : -volume[place], place);
       }
-    // By strength, negated, and of equals by place.
+    // By negated strength; ties by position.
     const int64_t kept = std::min<int64_t>(count, static_cast<int64_t>(found.size()));
     std::partial_sort(found.begin(), found.begin() + kept, found.end());
     for (int64_t k = 0; k < count; ++k) out[k] = k < kept ? found[static_cast<size_t>(k)].second : -1;

@@ -1,11 +1,11 @@
-// Correlation. With a separable kernel each row is weighted down the columns into a buffer that stays in
-// cache, and from there along the row.
+// Correlation. With a separable kernel, each row is first summed down the columns into a buffer that stays in
+// cache, and then along the row.
 #include "rows.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// What becomes of a sum: itself, or scale * sum + centre * x[k].
+// The function of a sum that is stored: the sum itself, or scale * sum + centre * x[k].
 struct Itself {
   template <class D>
   hn::Vec<D> operator()(D, hn::Vec<D> sum, int64_t) const {
@@ -23,8 +23,8 @@ struct Combined {
   }
 };
 
-// out[x] = made(sum of sources[k][x] * taps[k]). Four vectors at a time, whose additions do not wait for each
-// other.
+// out[x] = made(sum of sources[k][x] * taps[k]). Four vectors at a time, whose additions do not depend on
+// each other.
 template <class T, class Made>
 void weigh(const T* const* sources, const T* taps, int64_t count, Made made, T* out, int64_t n,
            const T* next) {
@@ -42,8 +42,7 @@ void weigh(const T* const* sources, const T* taps, int64_t count, Made made, T* 
   });
 }
 
-// The same with 2 * kPairs + 1 taps that are the same from both ends: a product for each pair, as
-// stencil.weigh_shifts has it.
+// The same with 2 * kPairs + 1 symmetric taps: one product for each pair, as in stencil.weigh_shifts.
 template <class T, class Made, int kPairs>
 void weigh_pairs(const T* const* sources, const T* taps, int64_t, Made made, T* out, int64_t n,
                  const T* next) {

@@ -1,7 +1,7 @@
 // Separable correlation of bytes in fixed point: taps are whole multiples of 1/256, so that sums are exact.
 //
-// Down the columns the sum of a byte for each tap has 16 bits. Along the rows it would have 24: the high and
-// the low byte of the first sum are weighted apart, and both sums have 16 bits again.
+// Down the columns, sums of bytes fit into 16 bits. Along the rows they would need 24: the high and the low
+// byte of the first sum are weighted separately, so that both sums fit into 16 bits again.
 #include "rows.h"
 
 namespace chiasm::kernels {

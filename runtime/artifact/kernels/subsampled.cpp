@@ -1,5 +1,5 @@
-// RGB of luma and chroma in bytes, where pixels share their chroma: what cameras and decoders give; and the
-// inverse, which encoders take.
+// RGB from luma and subsampled chroma in bytes, as cameras and decoders deliver them; and the inverse, for
+// encoders.
 #include <algorithm>
 
 #include "interleaving.h"
@@ -18,7 +18,8 @@ struct Factors {
 constexpr int kShift = 20;
 constexpr int32_t kHalf = 1 << (kShift - 1);
 
-// What chroma, less 128, adds to the three colours, with a half for rounding; and with it their levels.
+// The amounts that chroma, minus 128, adds to the three colours, with a half for rounding; and the resulting
+// levels.
 template <class D>
 struct Colours {
   hn::Vec<D> parts[3];
@@ -49,13 +50,13 @@ void one_pixel(const Factors& f, int32_t luma, int32_t u, int32_t v, uint8_t* ou
   for (int c = 0; c < 3; ++c) out[c * plane] = static_cast<uint8_t>(hn::GetLane(colours.level(d, c, bright)));
 }
 
-// Both luma of a pair of pixels, and their U and V.
+// Both luma of a pair of pixels, and its U and V.
 template <class D>
 struct Pairs {
   hn::Vec<D> even, odd, u, v;
 };
 
-// Pairs of bytes as numbers, the first and the second ones: of every 16 bits the low and the high half.
+// Pairs of bytes as numbers, first and second bytes separately: the low and the high half of every 16 bits.
 template <class D>
 HWY_INLINE void both_of(D d, const uint8_t* p, hn::Vec<D>& first, hn::Vec<D>& second) {
   const hn::Rebind<uint16_t, D> words;
@@ -64,7 +65,7 @@ HWY_INLINE void both_of(D d, const uint8_t* p, hn::Vec<D>& first, hn::Vec<D>& se
   second = hn::ShiftRight<8>(wide);
 }
 
-// Where the values of pairs of pixels lie.
+// The positions of the values of pairs of pixels.
 template <bool kSwapped>
 struct Planar {
   const uint8_t *luma, *chroma;
@@ -112,8 +113,8 @@ void run_of_pairs(const Source& source, const Factors& factors, int64_t n, uint8
   });
 }
 
-// Calls run(first, count, planes, plane) for parts of a row of pixels, each from an even one on, and has what it
-// makes in frames, or in planes.
+// Calls run(first, count, planes, plane) for parts of a row of pixels, each of which begins at an even pixel,
+// and stores the results as frames or planes.
 template <class Run>
 void row_of_pixels(int64_t width, bool interleaved, uint8_t* out, int64_t out_plane, const Run& run) {
   uint8_t planes[3 * kPart];
@@ -128,7 +129,7 @@ void row_of_pixels(int64_t width, bool interleaved, uint8_t* out, int64_t out_pl
   }
 }
 
-// The sum of three numbers by weights in 1/2^shift, plus what is added, without its fraction.
+// The sum of three numbers by weights in 1/2^shift, plus an offset, without its fraction.
 template <int kShift, class D>
 HWY_INLINE hn::Vec<D> mixed(D d, const hn::Vec<D>* x, const int32_t* weights, int32_t offset) {
   auto sum = hn::Set(d, offset);
@@ -157,7 +158,7 @@ void luma_of(const uint8_t* x, int64_t plane, const ChromaWeights& weights, int6
   });
 }
 
-// U and V of two rows of n pixels in planes of red, green and blue: of the last one of an odd number alone.
+// U and V of two rows of n pixels in planes of red, green and blue. If n is odd, the last pair is one pixel.
 void pairs_of_chroma(const uint8_t* upper, const uint8_t* lower, int64_t plane, const ChromaWeights& weights,
                      int64_t n, uint8_t* out) {
   const auto pair = [=](auto d, const auto* sums) {
@@ -200,7 +201,7 @@ void subsampled_pixels(const uint8_t* luma, int64_t n, int64_t height, int64_t w
     uint8_t* const to = out + (interleaved ? 3 * i * width : 3 * image * plane + y * width);
     row_of_pixels(width, interleaved, to, plane,
                   [&](int64_t first, int64_t count, uint8_t* made, int64_t made_plane) {
-                    // Of a pair with one chroma, all are a whole pair but the last pixel of an odd width.
+                    // All pairs with one chroma have two pixels, except the last one of an odd width.
                     int64_t pairs = 0;
                     if (columns == (width + 1) / 2) {
                       pairs = count / 2;

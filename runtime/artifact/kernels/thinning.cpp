@@ -1,4 +1,4 @@
-// Shapes peeled to lines.
+// Thinning: removes a shape's border pixels until lines are left.
 #include <array>
 #include <bit>
 
@@ -7,8 +7,8 @@
 namespace chiasm::kernels {
 namespace {
 
-// Of a pixel's eight neighbours, clockwise from the north, bit n is set where the n-th is: whether the pixel
-// goes, in the first or in the second half of a round.
+// Whether a pixel is removed, in the first or second half of an iteration. Bit n of the index is set if the
+// n-th of the eight neighbours is set, clockwise from the north.
 using Table = std::array<bool, 256>;
 
 // T. Y. Zhang, C. Y. Suen, A fast parallel algorithm for thinning digital patterns, CACM 27(3), 1984.
@@ -36,13 +36,13 @@ bool guo_hall(unsigned ring, bool first) {
   return parts == 1 && (fewest == 2 || fewest == 3) && !inner;
 }
 
-// A plane with a margin of one pixel, and what the pixels' neighbours are. A pixel is looked at again only
-// when one of them has gone.
+// A plane with a margin of one pixel, and each pixel's neighbours as bits. A pixel is checked again only
+// after one of its neighbours was removed.
 struct Peeling {
-  const Table* goes;  // of both halves of a round
+  const Table* goes;  // for both halves of an iteration
   int64_t height, width, stride;
   uint8_t *set, *ring, *waiting;
-  int32_t* pending[2];  // for either half, the pixels whose bit of `waiting` is set
+  int32_t* pending[2];  // for each half, the pixels whose bit of `waiting` is set
   int32_t* gone;
   int64_t count[2];
 

@@ -1,5 +1,5 @@
-// Images of bytes read at positions, in planes and in frames. Positions between pixels are rounded to 1/32, so
-// that weights are whole multiples of 1/1024, bicubic ones of 1/2^34, and sums are exact.
+// Reads images of bytes at positions, in planes and in frames. Positions between pixels are rounded to 1/32,
+// so that weights are multiples of 1/1024, bicubic ones of 1/2^34, and sums are exact.
 #include <array>
 #include <cstring>
 #include <type_traits>
@@ -10,10 +10,10 @@ namespace chiasm::kernels {
 namespace {
 
 constexpr int64_t kRows = 32;
-constexpr int32_t kFurthest = 1 << 24;  // pixels: beyond, positions are no further away
+constexpr int32_t kFurthest = 1 << 24;  // in pixels: the limit of positions
 
-// The images that are read. A pixel has `step` values, and `wide` bytes can be loaded from the place of one
-// that is called inside.
+// The images that are read. A pixel has `step` values, and `wide` bytes can be loaded at any pixel that
+// counts as inside.
 struct Source {
   int64_t height, width, step, wide;
   Padding padding;
@@ -23,7 +23,7 @@ struct Source {
 
 // Mirrors a position in 1/scale pixel at the corner pixels' centres or at the outer edges.
 inline int32_t folded(int32_t at, int64_t size, int32_t scale, bool align_corners) {
-  // in halves of it, because the edge may lie between two
+  // in halves of 1/scale, because the edge may lie between two multiples
   const int64_t low = align_corners ? 0 : scale, period = 4 * scale * (align_corners ? size - 1 : size);
   if (period == 0) return 0;
   const int64_t turned = ((2 * int64_t{at} + low) % period + period) % period;
@@ -31,8 +31,8 @@ inline int32_t folded(int32_t at, int64_t size, int32_t scale, bool align_corner
   return static_cast<int32_t>(std::clamp<int64_t>(inside, 0, scale * (size - 1)));
 }
 
-// Positions along an axis as whole multiples of 1/scale pixel, halves to the even one, from `least` to
-// `greatest`; `unknown` for what is not a number. Runs have room for whole vectors.
+// Positions along an axis as whole multiples of 1/scale pixel, half to even, limited to `least` and
+// `greatest`; NaN becomes `unknown`. Runs have room for whole vectors.
 inline void limited_steps(const double* x, int64_t n, int32_t scale, double least, double greatest,
                           double unknown, int32_t* out) {
   const Lanes<double> d;
@@ -45,7 +45,7 @@ inline void limited_steps(const double* x, int64_t n, int32_t scale, double leas
   }
 }
 
-// The same, moved into the image where the padding says so. What is not a number is outside.
+// The same, moved into the image if the padding requires it. NaN is outside.
 inline void quantise(const double* x, int64_t n, int64_t size, int32_t scale, Padding padding,
                      bool align_corners, int32_t* out) {
   const double last = static_cast<double>(scale * (size - 1)), all = scale;
@@ -67,13 +67,14 @@ struct Places {
   int32_t x[kRun], y[kRun], index[kRun];
   uint8_t inside[kRun];
 
-  // The run's end from i on of positions that are inside, or that are not.
+  // The end of the stretch from i on in which all positions are inside, or all are outside.
   int64_t end(int64_t i, int64_t n) const {
     const void* const other = std::memchr(inside + i, inside[i] ? 0 : 1, static_cast<size_t>(n - i));
     return other == nullptr ? n : static_cast<const uint8_t*>(other) - inside;
   }
 
-  // The places of a vector of pixels. Inside are columns and lines before those, and places before `limit`.
+  // Stores a vector of pixels. Pixels are inside if their column is below `columns`, their line below
+  // `lines`, and their place below `limit`.
   HWY_INLINE void put(int64_t i, hn::Vec<Lanes<int32_t>> column, hn::Vec<Lanes<int32_t>> line,
                       int64_t columns, int64_t lines, int64_t limit, const Source& s) {
     const Lanes<int32_t> d;
@@ -89,7 +90,7 @@ struct Places {
     hn::StoreU(hn::DemoteTo(bytes, hn::IfThenElseZero(in, whole(1))), bytes, inside + i);
   }
 
-  // Behind `index`, what of the next row of positions has not been read by this one.
+  // The offset from `index` to pixels that the next row of positions reads and this one does not.
   static int64_t ahead(const Source&) { return 0; }
 };
 
@@ -117,8 +118,8 @@ struct Nearest : Places {
 constexpr int32_t kScale = 32;
 
 struct Bilinear : Places {
-  // Of the second pixel across, in 1/64 * 2^15 as products of 16 bits need it, and down, in 1/32; room for
-  // vectors that run over the end.
+  // The weights of the second pixel: across in 1/64 * 2^15, for 16-bit products, and down in 1/32; with room
+  // for vectors that run over the end.
   int16_t across[kRun + 64], down[kRun + 64];
 
   void find(const double* at_x, const double* at_y, int64_t n, const Source& s) {
@@ -129,7 +130,7 @@ struct Bilinear : Places {
     const auto rest = hn::Set(d, kScale - 1);
     for (int64_t i = 0; i < n; i += kLanes<int32_t>) {
       const auto at = hn::LoadU(d, x + i), line = hn::LoadU(d, y + i);
-      // not from where that many bytes cannot be loaded in the row below
+      // inside only if that many bytes can be loaded in the row below
       put(i, hn::ShiftRight<5>(at), hn::ShiftRight<5>(line), s.width - 1, s.height - 1,
           (s.height - 1) * s.row() - s.wide + 1, s);
       hn::StoreU(hn::DemoteTo(words, hn::ShiftLeft<9>(hn::And(at, rest))), words, across + i);
@@ -170,8 +171,9 @@ struct Bilinear : Places {
     }
   }
 
-  // Positions from i to last whose pixels are inside; returns those done. Of 32 a + f (b - a), down and then
-  // across, the second product of 18 bits is needed over 32 alone: the high half of one with f * 2^9.
+  // Reads positions from i to last, whose pixels are inside; returns how many. The sum 32 a + f (b - a) is
+  // taken down and then across. Only the quotient by 32 of the second product, which has 18 bits, is needed:
+  // the high half of a product with f * 2^9.
   template <class D>
   HWY_INLINE static hn::Vec<D> down_of(D, hn::Vec<D> a, hn::Vec<D> b, hn::Vec<D> weight) {
     return hn::Add(hn::ShiftLeft<5>(a), hn::Mul(hn::Sub(b, a), weight));
@@ -190,7 +192,7 @@ struct Bilinear : Places {
       return read_frame<kStep>(image, row, i, last, out);
   }
 
-  // Eight bytes for each pixel, in which the next one is.
+  // Loads eight bytes for each pixel, which include the next pixel.
   template <int kStep>
   int64_t read_frame(const uint8_t* image, int64_t row, int64_t i, int64_t last, uint8_t* out) const {
     using Part = hn::FixedTag<uint8_t, 8>;
@@ -209,7 +211,7 @@ struct Bilinear : Places {
       return hn::PromoteTo(
           d, combined<Part>(bytes, [=](int64_t k) { return hn::LoadU(Part(), from + places[k / 8]); }));
     };
-    // Four bytes are stored: one more position makes up for what is too much.
+    // Four bytes are stored: the next position overwrites the excess one.
     for (; i + kPixels + 1 <= last; i += kPixels) {
       const auto tall = down_of(d, load(image, index + i), load(image + row, index + i), weight(down + i));
       const auto value = across_of(d, tall, hn::ShiftRightLanes<kStep>(d, tall), weight(across + i));
@@ -220,7 +222,7 @@ struct Bilinear : Places {
     return i;
   }
 
-  // Two bytes for each pixel, in an integer.
+  // Loads two bytes for each pixel, in one integer.
   int64_t read_plane(const uint8_t* image, int64_t row, int64_t i, int64_t last, uint8_t* out) const {
     const Lanes<int32_t> integers;
     const hn::RebindToUnsigned<decltype(integers)> d;
@@ -253,8 +255,8 @@ struct Bilinear : Places {
 // Weights of the four pixels along an axis around a position, by Keys' kernel with a = -0.75 (bicubic.h), for each
 // fraction of 1/32: whole numbers of 1/2^17.
 struct CubicWeights {
-  // In two parts, `high` of 1/2^10 and `low` of 1/2^17, as words: those of the first and the third pixel, and of
-  // the second and the last.
+  // In two parts, `high` in units of 1/2^10 and `low` in units of 1/2^17, as words: those of the first and
+  // the third pixel, and those of the second and the last.
   struct Words {
     int32_t high[2], low[2];
   };
@@ -280,16 +282,16 @@ struct CubicWeights {
 };
 constexpr CubicWeights kCubic;
 
-// Which bytes of a row are the words of two pixels: zeros beside them, four times the first and the third one, and
-// four times the second and the last.
+// The shuffle of a row's bytes to words of two pixels, extended by zeros: four times the first and the third
+// pixel, and four times the second and the last.
 struct Order {
   alignas(16) uint8_t bytes[2][16];
 
-  // Of four channels of pixels of `step` bytes.
+  // For four channels of pixels of `step` bytes.
   static constexpr Order of_channels(int step) {
     return made([=](int lane, int pixel) { return pixel * step + lane; });
   }
-  // Of four positions with four pixels each.
+  // For four positions with four pixels each.
   static constexpr Order of_positions() {
     return made([](int lane, int pixel) { return 4 * lane + pixel; });
   }
@@ -316,7 +318,7 @@ struct Bicubic : Places {
     const Lanes<int32_t> d;
     const auto one = hn::Set(d, 1);
     for (int64_t i = 0; i < n; i += kLanes<int32_t>)
-      // not from where that many bytes cannot be loaded three rows below
+      // inside only if that many bytes can be loaded three rows below
       put(i, hn::Sub(hn::ShiftRight<5>(hn::LoadU(d, x + i)), one),
           hn::Sub(hn::ShiftRight<5>(hn::LoadU(d, y + i)), one), s.width - 3, s.height - 3,
           (s.height - 3) * s.row() - s.wide + 1, s);
@@ -336,7 +338,7 @@ struct Bicubic : Places {
             uint8_t made[4];
             read_pixel<kStep>(image + index[i], s.row(), i, made);
             if (i + 1 < n)
-              std::memcpy(out + i * kStep, made, 4);  // the next position makes up for what is too much
+              std::memcpy(out + i * kStep, made, 4);  // the next position overwrites the excess byte
             else
               std::memcpy(out + i * kStep, made, kStep);
           }
@@ -346,14 +348,14 @@ struct Bicubic : Places {
   }
 
  private:
-  // Beyond three pixels outside nothing changes any more, unless it is mirrored.
+  // More than three pixels outside, results no longer change, unless positions are mirrored.
   static void find_axis(const double* at, int64_t n, int64_t size, Padding padding, int32_t* out) {
     const bool mirrored = padding == Padding::kReflection;
     limited_steps(at, n, kScale, kScale * (mirrored ? -double{kFurthest} : -4.0),
                   kScale * (mirrored ? double{kFurthest} : static_cast<double>(size + 3)), kUnknown, out);
   }
 
-  // Of four pixels along an axis the numbers, -1 where there is none.
+  // The indices of four pixels along an axis, -1 for pixels that do not exist.
   static std::array<int64_t, 4> pixels_read(int32_t at, int64_t size, const Source& s) {
     std::array<int64_t, 4> numbers;
     for (int32_t k = 0; k < 4; ++k) {
@@ -380,7 +382,7 @@ struct Bicubic : Places {
       return;
     }
     if constexpr (kStep > 1) {
-      // As pixels that lie together.
+      // Copies the pixels together, and reads them like adjacent ones.
       alignas(16) uint8_t pixels[4][16] = {}, made[4];
       for (size_t j = 0; j < 4; ++j)
         for (size_t k = 0; k < 4; ++k)
@@ -410,9 +412,9 @@ struct Bicubic : Places {
   using Doubles = hn::CappedTag<double, 4>;
   static constexpr int kRowsAtOnce = static_cast<int>(hn::MaxLanes(Bytes()) / 16);
 
-  // Four sums of 4 x 4 pixels, rounded, as bytes. load(j) gives the bytes of row j, and of the next one where there
-  // is room for two, of which `order` picks four times the words of two pixels; across(k) the k-th pair of weights
-  // of either part for them, and down(j, part) the weights of row j.
+  // Four sums of 4 x 4 pixels, rounded, as bytes. load(j) returns the bytes of row j, and of the next row if
+  // the vector has room for two; `order` picks the words of two pixels from them, four times. across(k)
+  // returns the k-th pair of weights of either part, and down(j, part) the weights of row j.
   template <class Load, class Across, class Down>
   HWY_INLINE static void sum_rows(const uint8_t (&order)[2][16], const Load& load, const Across& across,
                                   const Down& down, uint8_t* out) {
@@ -446,7 +448,7 @@ struct Bicubic : Places {
     }
   }
 
-  // A pixel's channels, of 4 x 4 pixels.
+  // The channels of one position, from 4 x 4 pixels.
   template <int kStep>
   void read_pixel(const uint8_t* from, int64_t row, int64_t i, uint8_t* out) const {
     alignas(16) static constexpr Order kOrder = Order::of_channels(kStep);
@@ -465,10 +467,10 @@ struct Bicubic : Places {
         [=](auto d, int j, int64_t) { return hn::Set(d, static_cast<double>(weights[j])); }, out);
   }
 
-  // Four positions.
+  // One channel at four positions.
   void read_plane(const uint8_t* image, int64_t row, int64_t i, uint8_t* out) const {
     alignas(16) static constexpr Order kOrder = Order::of_positions();
-    // Their weights next to each other.
+    // The weights of the four positions, next to each other.
     alignas(32) int32_t across[2][2][4], down[4][4];
     for (int p = 0; p < 4; ++p) {
       const auto& words_of = kCubic.words[x[i + p] & 31];
@@ -517,7 +519,7 @@ void read_by(const uint8_t* images, int64_t items, int64_t each, const Source& s
     find(top);
     for (int64_t row = top; row < bottom; ++row) {
       if (row + 1 < bottom) {
-        // Memory is asked for a row ahead, because hardware does not foresee it.
+        // Prefetch one row ahead, because hardware prefetchers miss this pattern.
         find(row + 1);
         for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(first + rows[(row + 1) % 2].index[i] + ahead);
       }
@@ -572,7 +574,7 @@ void warp_bytes(const uint8_t* image, int64_t n, int64_t height, int64_t width, 
                 Padding padding, bool align_corners, uint8_t* out) {
   read_at(image, n, items, {height, width / step, step, 0, padding, align_corners}, out_height, out_width,
           mode, out, [=](int64_t item, int64_t row, int64_t column, int64_t count, double* x, double* y) {
-            // In the order of the definition, so that it has the same positions.
+            // In the same order as the definition, so that positions are equal.
             const double *const m = matrix + 9 * item, v = static_cast<double>(row);
             const double a = m[0], b = m[1] * v, c = m[2], d = m[3], e = m[4] * v, f = m[5], g = m[6],
                          h = m[7] * v, k = m[8];
