@@ -1,1 +1,1 @@
-"""What primitives are made with: lowerings and targets, argument checks, loops, module wrappers."""
+"""The tools of primitives: lowerings and targets, argument checks, loops, module wrappers."""

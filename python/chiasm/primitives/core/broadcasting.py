@@ -9,8 +9,8 @@ from .checks import broadcastable, check_number, check_tensor
 
 
 def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
-    """``value`` as a tensor of ``like``'s dtype that broadcasts against it, one entry a sample where it is
-    (B,).
+    """``value`` as a tensor of ``like``'s dtype that broadcasts against it, with one entry per sample if it
+    is (B,).
 
     >>> per_sample(torch.ones(2), torch.zeros(2, 3, 4, 5), "factor").shape
     torch.Size([2, 1, 1, 1])
@@ -21,7 +21,7 @@ def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
     value = value.to(like.dtype)
     if value.dim() == 0 or (value.dim() == like.dim() and broadcastable(value, like)):
         return value
-    # The batch first: in a symbolic shape it is the same symbol, and no question about its value is asked.
+    # Compare the batch size first: in a symbolic shape it is the same symbol, so the trace adds no guard.
     if value.dim() != 1 or (value.size(0) != like.size(0) and value.size(0) != 1):
         raise ValueError(
             f"{name}: expected a number, or a tensor that is a scalar, (B,) or broadcasts against"
@@ -47,7 +47,7 @@ def in_batch(x: Tensor, name: str) -> Tensor:
 
 
 def like_given(x: Tensor, given: Tensor) -> Tensor:
-    """What an op made of ``in_batch(given)``, with the dimensions that ``given`` has.
+    """An op's result for ``in_batch(given)``, with as many dimensions as ``given`` has.
 
     >>> like_given(torch.zeros(1, 1, 4, 5), torch.zeros(8, 10)).shape
     torch.Size([4, 5])
@@ -60,13 +60,13 @@ def like_given(x: Tensor, given: Tensor) -> Tensor:
 
 
 def one_for_each(src: Tensor, matrix: Tensor, name: str, matrix_name: str) -> Tensor:
-    """Images (B, C, H, W), or one image as often as there are matrices; raise ValueError where there are
-    neither one nor as many of either.
+    """Images (B, C, H, W), or one image repeated for each matrix; raise ValueError unless the numbers of
+    images and matrices are equal or one of them is 1.
 
     >>> one_for_each(torch.zeros(1, 3, 4, 5), torch.zeros(7, 2, 3), "src", "M").shape
     torch.Size([7, 3, 4, 5])
     """
-    # Of symbols equality first, as in ``broadcastable``.
+    # Compare symbols for equality first, as in ``broadcastable``.
     if matrix.size(0) == src.size(0) or matrix.size(0) == 1:
         return src
     if src.size(0) != 1:

@@ -1,4 +1,5 @@
-"""Input checks: one message that names the argument, what was expected and what came. None looks at data."""
+"""Input checks: one message that names the argument, the expected and the actual value. No check reads
+data."""
 
 from collections.abc import Sequence
 from numbers import Real
@@ -9,25 +10,25 @@ from torch import Tensor
 
 
 def check_tensor(value: Tensor, name: str) -> None:
-    """Raise TypeError unless ``value`` is a tensor; TorchScript knows that it is, and leaves this out."""
+    """Raise TypeError unless ``value`` is a tensor. TorchScript knows the type, and drops this check."""
     if not isinstance(value, Tensor):
         raise TypeError(f"{name}: expected a tensor, got {type(value).__name__}")
 
 
 def check_number(value: float, name: str) -> None:
-    """Raise TypeError unless ``value`` is a number, as what is no tensor must be where either is taken."""
+    """Raise TypeError unless ``value`` is a number: for arguments that may be a tensor or a number."""
     if not torch.jit.is_scripting():
         _check_number(value, name)
 
 
 def check_pair(value: Tuple[int, int], name: str) -> None:
-    """Raise unless ``value`` has two numbers, which TorchScript knows."""
+    """Raise unless ``value`` has two numbers. TorchScript knows its length."""
     if not torch.jit.is_scripting():
         _check_length(value, 2, name)
 
 
 def check_triple(value: Tuple[float, float, float], name: str) -> None:
-    """Raise unless ``value`` has three numbers, which TorchScript knows."""
+    """Raise unless ``value`` has three numbers. TorchScript knows its length."""
     if not torch.jit.is_scripting():
         _check_length(value, 3, name)
 
@@ -67,7 +68,7 @@ def check_values(value: Tensor, name: str) -> None:
 
 
 def check_rank(value: Tensor, rank: int, layout: str, name: str) -> None:
-    """Raise ValueError unless ``value`` has ``rank`` dimensions; ``layout`` is how the message shows them."""
+    """Raise ValueError unless ``value`` has ``rank`` dimensions; ``layout`` describes them in the message."""
     check_tensor(value, name)
     if value.dim() != rank:
         raise ValueError(
@@ -129,8 +130,8 @@ def check_same_shape(value: Tensor, other: Tensor, name: str, other_name: str) -
 
 
 def broadcastable(value: Tensor, other: Tensor, own: int = 0, others: int = 0) -> bool:
-    """Whether two shapes broadcast but for their last dimensions, ``own`` of ``value`` and ``others`` of
-    ``other``.
+    """Whether two shapes broadcast, without the last ``own`` dimensions of ``value`` and the last ``others``
+    of ``other``.
 
     >>> (
     ...     broadcastable(torch.zeros(2, 1, 3), torch.zeros(4, 3)),
@@ -139,7 +140,7 @@ def broadcastable(value: Tensor, other: Tensor, own: int = 0, others: int = 0) -
     (True, False)
     """
     for i in range(min(value.dim() - own, other.dim() - others)):
-        # Of symbols what broadcasting itself asks, equality first: the trace of a graph learns nothing new.
+        # Ask of symbols what broadcasting itself asks, equality first, so that the trace adds no guard.
         a, b = value.size(-1 - own - i), other.size(-1 - others - i)
         if a != b and a != 1 and b != 1:
             return False
@@ -149,8 +150,7 @@ def broadcastable(value: Tensor, other: Tensor, own: int = 0, others: int = 0) -
 def check_broadcastable(
     value: Tensor, other: Tensor, name: str, other_name: str, own: int = 0, others: int = 0
 ) -> None:
-    """Raise ValueError unless the shapes broadcast but for their last dimensions, as ``broadcastable`` says
-    it."""
+    """Raise ValueError unless the shapes are ``broadcastable``."""
     check_tensor(value, name)
     check_tensor(other, other_name)
     if not broadcastable(value, other, own, others):
@@ -174,7 +174,7 @@ def check_choice(value: str, choices: List[str], name: str) -> None:
 
 
 def check_reduction(reduction: str) -> None:
-    """Raise ValueError unless ``reduction`` says what becomes of a loss for every pixel."""
+    """Raise ValueError unless ``reduction`` is a known reduction of a loss."""
     check_choice(reduction, ["mean", "sum", "none"], "reduction")
 
 

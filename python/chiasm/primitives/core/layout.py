@@ -1,7 +1,7 @@
-"""How images lie in memory: plane after plane, or pixel by pixel as frames of bytes do.
+"""The layout of images in memory: plane after plane, or pixel by pixel as in frames of bytes.
 
-An op has one form, of (B, C, H, W). A frame (B, H, W, C) comes to it as a permuted view, which PyTorch calls
-channels_last; kernels take both as rows of values in which neighbours are some values apart.
+An op has one form, for (B, C, H, W). It gets a frame (B, H, W, C) as a permuted view, which PyTorch calls
+channels_last. Kernels take both as rows of values, in which neighbours are `step` values apart.
 """
 
 from typing import Tuple
@@ -13,7 +13,7 @@ from .lowering import primitive
 
 
 def interleaved(x: Tensor) -> bool:
-    """Whether (B, C, H, W) is stored pixel by pixel. Only lowerings ask.
+    """Whether (B, C, H, W) is stored pixel by pixel. For lowerings only.
 
     >>> import torch
     >>> interleaved(torch.zeros(2, 4, 5, 3).permute(0, 3, 1, 2)), interleaved(torch.zeros(2, 3, 4, 5))
@@ -48,8 +48,8 @@ def from_rows(rows: Tensor, like: Tensor) -> Tensor:
 
 @primitive
 def in_planes(x: Tensor) -> Tensor:
-    """The same images, in native code stored plane after plane: what reads channels apart is vectorised
-    then."""
+    """The same images, in native code stored plane after plane: code that reads single channels is then
+    vectorised."""
     return x
 
 

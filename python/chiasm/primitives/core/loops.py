@@ -1,12 +1,12 @@
 """Long loops, exported as one loop instead of copies of its body.
 
-A loop is made of its step by a decorator: ``repeated`` for a known number of steps, ``until_stable`` for as
-many as change something. A step is ``step(state, k, *fixed)`` with k a 0-dimensional int64 tensor that counts
-the steps; ``fixed`` are tensors, numbers and lists of numbers. What the decorator makes of it is called with
-the number of steps in k's place: ``step(state, count, *fixed)``.
+A decorator turns a step into a loop: ``repeated`` for a known number of steps, ``until_stable`` until a step
+changes nothing. A step is ``step(state, k, *fixed)``, where k is a 0-dimensional int64 tensor that counts the
+steps and ``fixed`` are tensors, numbers and lists of numbers. The loop is called with the number of steps in
+place of k: ``step(state, count, *fixed)``.
 
 TorchScript and eager Python run a plain ``for``, through which gradients flow. Exported graphs have one
-``while_loop``; exported gradients copy the steps, for no loop can be traced through torch.func.vjp.
+``while_loop``; exported gradients copy the steps, because torch.func.vjp cannot trace a loop.
 """
 
 from typing import Any, Callable, Concatenate, List, ParamSpec, Tuple
@@ -19,14 +19,14 @@ from .source import function_from, parameters_of, positional
 
 P = ParamSpec("P")
 
-#: The most steps of a loop that ends by itself that an exported gradient copies.
+#: How many steps of an ``until_stable`` loop an exported gradient copies, at most.
 _COPIED_STEPS = 10
 
 
 def repeated(
     step: Callable[Concatenate[Tensor, Tensor, P], Tensor],
 ) -> Callable[Concatenate[Tensor, int, P], Tensor]:
-    """The loop that replaces ``state`` by its step so many times.
+    """The loop that applies the step to ``state`` ``count`` times.
 
     >>> def add(state: Tensor, k: Tensor, times: int) -> Tensor:
     ...     return state + times * k
@@ -43,11 +43,11 @@ def repeated(
 def until_stable(
     step: Callable[Concatenate[Tensor, Tensor, P], Tensor],
 ) -> Callable[Concatenate[Tensor, int, P], Tensor]:
-    """The loop that replaces ``state`` by its step for k = 0, 1, ... until it stays the same, at most so many
-    times.
+    """The loop that applies the step to ``state`` for k = 0, 1, ... until the state stays the same, at most
+    ``count`` times.
 
-    The step must be such that a state which stays the same once stays so for good. Exported gradients see the
-    first 10 steps.
+    If a step leaves the state the same, all later steps must leave it the same too. Exported gradients
+    contain the first 10 steps.
 
     >>> def rise(state: Tensor, k: Tensor, top: Tensor) -> Tensor:
     ...     return torch.minimum(state + 1, top)
@@ -67,8 +67,8 @@ def until_stable(
 def _loop(
     step: Callable[..., Tensor], count: str, scripted: List[str], otherwise: Callable[..., Tensor]
 ) -> Callable[..., Tensor]:
-    """The function that runs the ``scripted`` lines in TorchScript, which takes no step as an argument, and
-    elsewhere ``otherwise``."""
+    """The function that runs the ``scripted`` lines in TorchScript, where a function cannot be an argument,
+    and ``otherwise`` elsewhere."""
     state, _, *fixed = parameters_of(step)
     names = "".join(f", {p.name}" for p in fixed)
     body = [f"    {line.format(state=state.name, count=count, fixed=names)}" for line in scripted]
@@ -100,7 +100,7 @@ def _repeat(step: Callable[..., Tensor], state: Tensor, count: int, *fixed: Any)
 
 
 def is_same(after: Tensor, before: Tensor) -> bool:
-    """Whether nothing changed; what was NaN may have become anything, or a loop would never end.
+    """Whether nothing changed. Elements that were NaN are ignored, or a loop would never end.
 
     >>> is_same(torch.tensor([1.0, torch.nan]), torch.tensor([1.0, torch.nan]))
     True

@@ -1,7 +1,7 @@
-"""Primitives: computations that an engine may be given in another form than the one that defines them.
+"""Primitives: computations that may have other forms than their definition, for engines that prefer these.
 
-After JAX's ``mlir.register_lowering`` and ``lax.platform_dependent``: the definition and its lowerings stand
-together, and what calls the primitive does not know which of them is taken.
+After JAX's ``mlir.register_lowering`` and ``lax.platform_dependent``: the definition and its lowerings are in
+one place, and the caller does not know which of them is used.
 """
 
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, ParamSpec, Protocol, Tuple, TypeVar, cast
@@ -17,7 +17,7 @@ R_co = TypeVar("R_co", covariant=True)
 
 
 class Lowering(NamedTuple):
-    """A form of a primitive for some targets, taken where ``when`` says so of the arguments."""
+    """A form of a primitive for some targets, used if ``when`` is true for the arguments."""
 
     targets: Tuple[str, ...]
     form: Callable[..., Any]
@@ -25,7 +25,7 @@ class Lowering(NamedTuple):
 
 
 class Primitive(Protocol[P, R_co]):
-    """What ``primitive`` makes: a function, and what it chooses from."""
+    """What ``primitive`` returns: a function, with its definition and its lowerings."""
 
     definition: Callable[..., Any]
     lowerings: List[Lowering]
@@ -44,9 +44,9 @@ PRIMITIVES: Dict[str, Primitive[..., Any]] = {}
 def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
     """Make a function of a definition, to which lowerings can be added.
 
-    The definition is tensor code that TorchScript compiles. It says what the primitive computes: eager Python
-    and TorchScript run it, and gradients are taken of it. It takes and returns what TorchScript allows,
-    without keyword-only arguments::
+    The definition is tensor code that TorchScript compiles. It is the reference: eager Python and TorchScript
+    run it, and gradients are derived from it. It takes and returns what TorchScript allows, without
+    keyword-only arguments::
 
         @primitive
         def halved(x: Tensor, times: int = 1) -> Tensor:
@@ -55,22 +55,22 @@ def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
                 x = x / 2
             return x
 
-    A lowering is the same computation, with the same arguments, as an engine is better served by it, or as it
-    is served at all. It is plain Python, which only tracers run, and names the targets that it is for::
+    A lowering is the same computation, with the same arguments, in a form that an engine runs faster, or runs
+    at all. It is plain Python, which only tracers run, and names its targets::
 
         @halved.lowering("onnx", "native")
         def _halved_by_a_product(x: Tensor, times: int = 1) -> Tensor:
             return x * 0.5**times
 
     * ``"onnx"`` and ``"native"`` are forward passes: their lowerings need no gradient that could be exported.
-      ``"vjp"`` is a backward pass, of which one trace serves all engines: its lowerings are made of what has
-      a gradient in ONNX. Without a lowering for a target the definition is traced.
-    * ``"cuda"`` is native code for a GPU. Where it has no lowering of its own it takes that for ``"native"``,
-      unless that is a kernel, which runs on the CPU.
-    * ``when``, given the arguments, says whether the lowering can be taken: of a dtype, of sizes, of a kernel
-      of our own (``kernels.has_kernel``). It asks neither data nor sizes that are symbolic. Of several
-      lowerings for a target the first that can be is taken.
-    * tests/ops/test_targets.py holds every lowering to its definition, at the examples that it has for every
+      ``"vjp"`` is a backward pass, whose one trace serves all engines: its lowerings use only operators that
+      have a gradient in ONNX. Without a lowering for a target, the definition is traced.
+    * ``"cuda"`` is native code for a GPU. Without a lowering for it, the one for ``"native"`` is used, unless
+      that is a kernel, which runs on the CPU.
+    * ``when`` gets the arguments and returns whether the lowering applies: by dtype, by sizes, by whether a
+      kernel exists (``kernels.has_kernel``). It must not depend on data or on symbolic sizes. If several
+      lowerings for a target apply, the first one is used.
+    * tests/ops/test_targets.py compares every lowering with its definition, on its examples for every
       primitive.
 
     >>> import chiasm.primitives.core.target as target
@@ -126,8 +126,8 @@ def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
 
 
 def carries_derivative(function: Callable[P, R]) -> Primitive[P, R]:
-    """The primitive of a function whose value is its first argument's, and which only adds a derivative:
-    forward passes leave it out.
+    """The primitive of a function that returns its first argument and only adds a derivative: forward passes
+    omit it.
 
     >>> @carries_derivative
     ... def from_square(root: torch.Tensor, square: torch.Tensor) -> torch.Tensor:

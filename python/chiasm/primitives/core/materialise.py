@@ -8,11 +8,11 @@ from .lowering import primitive
 
 @primitive
 def materialised(x: Tensor, dim: int) -> Tensor:
-    """x, in native code certain to be computed once and stored.
+    """x, which native code computes once and stores.
 
     AOTInductor inlines cheap arithmetic into every place that reads it: into each tap of a stencil, into each
-    pixel that looks up a table. A concatenation is always stored, so one slice too many is computed and cut
-    off again.
+    pixel that looks up a table. A concatenation is always stored, so this one appends an extra slice, which
+    is cut off again.
     """
     return x
 
@@ -27,7 +27,7 @@ materialised.lowering("cuda")(materialised.definition)  # Inductor decides what 
 
 @primitive
 def stored_index(index: Tensor) -> Tensor:
-    """A one-dimensional table of int64 indices, stored; in native code of 32 bits, for twice the vector
+    """A one-dimensional table of int64 indices, stored. Native code stores 32 bits, for twice the vector
     lanes."""
     return index
 

@@ -29,11 +29,11 @@ from .source import made_from
 
 @dataclass(frozen=True)
 class ModuleForm:
-    """Where a module class differs from its function, so that Kornia's calls work.
+    """How a module class differs from its function, so that Kornia's calls work.
 
     held: tensors that the constructor takes. names: the constructor's keywords, by the function's. defaults:
-    the constructor's, where they differ. last: settings that come after all others. also: the class's other
-    names.
+    those of the constructor, where they differ. last: settings that come after all others. also: the class's
+    other names.
     """
 
     held: Sequence[str] = ()
@@ -57,9 +57,8 @@ def settings_of(function: Callable[..., Any], form: ModuleForm) -> List[inspect.
 def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) -> Type[nn.Module]:
     """The class whose `forward` takes the function's tensors and whose constructor takes everything else.
 
-    Tensors are the parameters annotated `Tensor` that have no default, but for those that the form holds,
-    which the constructor takes too: then the module takes an image alone, as `nn.Sequential` wants. `hold`
-    says what becomes of them.
+    Tensors are the parameters annotated `Tensor` without a default, except those that the form holds. The
+    constructor takes these, so that `forward` takes only an image, as in `nn.Sequential`; `hold` stores them.
 
     >>> from chiasm.filters import median_blur
     >>> blur = module_class(median_blur)(3)
@@ -110,7 +109,7 @@ def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) 
 
 
 def _short(value: Any) -> str:
-    """A setting as a module's repr shows it: of a tensor the shape."""
+    """A setting as a module's repr shows it: for a tensor the shape."""
     return f"Tensor{tuple(value.shape)}" if isinstance(value, Tensor) else repr(value)
 
 
@@ -145,13 +144,13 @@ _SPELLED = {
 def lazy_modules(
     package: str, functions: Dict[str, Any], forms: Optional[Mapping[str, ModuleForm]] = None
 ) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
-    """A package's `__getattr__`, which makes the module class of any public function when it is asked for,
-    and its `__dir__` (PEP 562), which lists them.
+    """A package's `__getattr__`, which generates the module class of a public function at its first use, and
+    its `__dir__` (PEP 562), which lists these classes.
 
     Args:
         package: the package's `__name__`.
-        functions: its `globals()`, which also keep the classes that were made.
-        forms: by a function's name, where its module class differs from it.
+        functions: its `globals()`, which also store the generated classes.
+        forms: by function name, for module classes that differ from their function.
     """
 
     known = forms or {}
@@ -184,8 +183,8 @@ def lazy_modules(
 
 
 def hold(module: nn.Module, name: str, value: Tensor) -> None:
-    """Store a tensor: a Parameter is learned with the module; any other moves with it, but is no part of its
-    state."""
+    """Store a tensor: a Parameter is learned with the module; any other tensor moves with the module, but is
+    not in its state."""
     if isinstance(value, nn.Parameter):
         module.register_parameter(name, value)
     else:
@@ -193,8 +192,8 @@ def hold(module: nn.Module, name: str, value: Tensor) -> None:
 
 
 def _fitted(module: nn.Module, name: str, value: Any, annotation: Any) -> None:
-    """Store a setting; whole numbers become floats where only floats are meant, which TorchScript tells
-    apart."""
+    """Store a setting. An int becomes a float if the annotation allows only float: TorchScript distinguishes
+    them."""
     fitting = value if isinstance(value, Tensor) else _as(value, annotation)
     if isinstance(fitting, Tensor):
         hold(module, name, fitting)
@@ -207,7 +206,7 @@ def _as(value: Any, annotation: Any) -> Any:
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, (tuple, list)) and Tensor in choices and not any(map(get_origin, choices)):
-        return torch.tensor(value)  # one number for each channel, where a tensor is meant
+        return torch.tensor(value)  # one number for each channel, for a tensor setting
     if isinstance(value, int) and not isinstance(value, bool) and float in choices and int not in choices:
         return float(value)
     for choice in choices:

@@ -1,5 +1,5 @@
-"""Pixels of whole numbers: bytes and 16 bits. Engines lack operations of these types, which are done in int32
-and brought back."""
+"""Integer pixels of 8 and 16 bits. Engines lack operations on these types, so they are done in int32 and
+converted back."""
 
 from typing import Tuple
 
@@ -13,17 +13,17 @@ from .lowering import primitive
 
 
 def narrow(x: Tensor, *_: object) -> bool:
-    """Whether x is of whole numbers of 8 or 16 bits. Only lowerings ask."""
+    """Whether x has integers of 8 or 16 bits. For lowerings only."""
     return x.dtype in (torch.uint8, torch.int16, torch.uint16)
 
 
 def ordered(x: Tensor) -> Tensor:
-    """x in a type of which PyTorch has minima and maxima."""
+    """x in a type for which PyTorch has minima and maxima."""
     return x.to(torch.int32) if x.dtype == torch.uint16 else x
 
 
 def pixel_range(x: Tensor) -> Tuple[int, int]:
-    """The least and the largest number of x's type, of 8 or 16 bits.
+    """The smallest and the largest number of x's type, which has 8 or 16 bits.
 
     >>> pixel_range(torch.zeros(1, dtype=torch.int16))
     (-32768, 32767)
@@ -34,8 +34,8 @@ def pixel_range(x: Tensor) -> Tuple[int, int]:
 
 
 def check_pixel_value(value: float, like: Tensor, name: str) -> None:
-    """Raise ValueError unless the type of the pixels of ``like`` has the number ``value``; floating-point
-    types have all."""
+    """Raise ValueError unless the pixel type of ``like`` can represent ``value``. Floating-point types accept
+    any."""
     if like.is_floating_point():
         return
     least, largest = pixel_range(like)
@@ -44,7 +44,7 @@ def check_pixel_value(value: float, like: Tensor, name: str) -> None:
 
 
 def saturated(value: Tensor, like: Tensor) -> Tensor:
-    """int32 as the pixels of ``like``, the nearest that their type has.
+    """int32 converted to the pixel type of ``like``, saturated.
 
     >>> saturated(torch.tensor([-3, 4, 300]), torch.zeros(1, dtype=torch.uint8))
     tensor([  0,   4, 255], dtype=torch.uint8)
@@ -55,20 +55,21 @@ def saturated(value: Tensor, like: Tensor) -> Tensor:
 
 @primitive
 def difference(high: Tensor, low: Tensor) -> Tensor:
-    """high - low, of whole numbers the nearest that their type has.
+    """high - low; integers saturate.
 
     >>> difference(torch.tensor([5, 2], dtype=torch.uint8), torch.tensor([2, 5], dtype=torch.uint8))
     tensor([3, 0], dtype=torch.uint8)
     """
     if high.is_floating_point():
         return high - low
-    # In float32, which holds both: compiled loops have twice the lanes that int64 constants leave them.
+    # In float32, which represents both exactly: int64 constants would halve the vector lanes of compiled
+    # loops.
     least, largest = pixel_range(high)
     return (high.to(torch.float32) - low.to(torch.float32)).clamp(least, largest).to(high.dtype)
 
 
 def _alike(x: Tensor, y: Tensor, *_: object) -> bool:
-    """Whether kernels take two images as they lie, value by value."""
+    """Whether two images have the same layout in memory, so that kernels can take them value by value."""
     return kernels.available(x) and narrow(x) and x.dim() == 4 and interleaved(x) == interleaved(y)
 
 
@@ -81,7 +82,7 @@ def _difference_kernel(high: Tensor, low: Tensor) -> Tensor:
 
 @primitive
 def weighted_sum(x: Tensor, y: Tensor, alpha: Tensor, beta: Tensor, gamma: Tensor) -> Tensor:
-    """Bytes: x * alpha + y * beta + gamma in float32, each step rounded, then to the nearest byte, halves to
+    """Bytes: x * alpha + y * beta + gamma in float32, each step rounded, then to the nearest byte, half to
     even. NaN becomes 0. Weights are float32 and broadcast against x.
 
     >>> x = torch.tensor([[10, 200]], dtype=torch.uint8)

@@ -1,4 +1,4 @@
-"""Functions and classes that are made from source text, which TorchScript reads."""
+"""Generates functions and classes from source text, which TorchScript reads."""
 
 import inspect
 import linecache
@@ -7,7 +7,7 @@ from typing import Any, Callable, Dict, List, Tuple
 
 
 def made_from(source: str, filename: str, name: str, scope: Dict[str, Any]) -> Any:
-    """What ``source`` calls ``name``; its global names are ``scope``'s.
+    """The object that ``source`` defines as ``name``; its globals are ``scope``.
 
     >>> made_from("def twice(x):\\n    return factor * x\\n", "<an example>", "twice", {"factor": 2})(4)
     8
@@ -24,9 +24,9 @@ def function_from(
     parameters and another body.
 
     Args:
-        model: the annotated function that the new one stands for.
+        model: the annotated function that the new one replaces.
         parameters: the new one's, annotated.
-        body: its lines, which name the parameters, and what is in ``scope``.
+        body: its lines, which use the parameters and the names in ``scope``.
     """
     # No __name__: TorchDynamo would look the names up in the model's module.
     scope = dict(scope, result_type=inspect.signature(model).return_annotation)
@@ -36,8 +36,8 @@ def function_from(
         header.append(f"{p.name}: type_{p.name}" + ("" if p.default is p.empty else f" = default_{p.name}"))
     lines = [f"def {model.__name__}({', '.join(header)}) -> result_type:"] + [f"    {line}" for line in body]
     source = "\n".join(lines) + "\n"
-    # Several may be made of one model. TorchScript keeps the name in its files, so it must be the same in
-    # every run.
+    # Several functions may be generated from one model. TorchScript keeps the name in its files, so it must
+    # be the same in every run.
     filename = f"<primitive {model.__module__}.{model.__name__} {zlib.crc32(source.encode()):08x}>"
     made = made_from(source, filename, model.__name__, scope)
     made.__doc__, made.__module__ = model.__doc__, model.__module__

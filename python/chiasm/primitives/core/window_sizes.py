@@ -19,11 +19,11 @@ def positive_pair(size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, in
 
 
 def as_ratio(value: float) -> Tuple[int, int]:
-    """The simplest ratio of whole numbers that is as good as equal to a positive number, its denominator at
+    """The simplest ratio of integers that is practically equal to a positive number; its denominator is at
     most 65536.
 
-    By continued fractions. Sizes times a float would be frozen where they are symbolic; times a ratio they
-    stay.
+    By continued fractions. A symbolic size times a float would become a constant; times a ratio it stays
+    symbolic.
 
     >>> as_ratio(0.3), as_ratio(2.0)
     ((3, 10), (2, 1))

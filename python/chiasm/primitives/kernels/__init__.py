@@ -1,6 +1,7 @@
-"""The kernels: loops in C++ that compiled tensor code measurably cannot reach (runtime/artifact/kernels).
+"""The kernels: C++ loops for ops for which compiled tensor code is measurably slower
+(runtime/artifact/kernels).
 
-``declarations`` says of each kernel what it takes and makes. From that follow the operators that Python calls
-(``operators``), and, when the package is built, the C++ header, the checked calls that AOTInductor's code
-makes, and docs/kernels.md (runtime/artifact/generate.py). docs/architecture.md tells how to add one.
+``declarations`` declares each kernel's arguments and result. The operators that Python calls (``operators``)
+are generated from it, and, when the package is built, the C++ header, the checked calls that AOTInductor's
+code makes, and docs/kernels.md (runtime/artifact/generate.py). docs/howto/kernel.md describes how to add one.
 """

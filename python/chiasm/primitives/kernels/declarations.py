@@ -16,8 +16,8 @@ ENUMERATIONS = (
     ),
 )
 
-#: The most rows of the matrices that are inverted, and the most coefficients of a polynomial: they stand in
-#: registers and on the stack.
+#: The most rows of the matrices that are inverted, and the most coefficients of a polynomial: they are kept
+#: in registers and on the stack.
 CONSTANTS = {"MOST_ROWS": 16, "MOST_TERMS": 17}
 
 KERNELS: Dict[str, Kernel] = {}
@@ -749,8 +749,7 @@ _declare(
 
 # Networks
 
-#: Of convolutions: a window's steps over the image and where it begins, the steps between its taps, the
-#: result's size.
+#: For convolutions: the window's stride and first position, the dilation, and the result's size.
 _WINDOWS = (
     *(f"1 <= {name} <= INT32_MAX" for name in ("stride_y", "stride_x", "dilation_y", "dilation_x")),
     *(f"0 <= {name} <= INT32_MAX" for name in ("top", "left", "height", "width")),

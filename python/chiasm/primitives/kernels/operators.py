@@ -2,8 +2,8 @@
 1e-6)``.
 
 A call takes the arguments of the kernel's declaration, enumerators by their names. The operators have shapes
-and types, and no computation: what they compute is defined by the primitive that they are a lowering of, in
-tensor code, which runs everywhere else and of which gradients are taken.
+and types, but no computation. The definition of the primitive that they lower says in tensor code what they
+compute; it runs everywhere else, and gradients are derived from it.
 """
 
 import functools
@@ -27,24 +27,23 @@ MOST_ROWS, MOST_TERMS = CONSTANTS["MOST_ROWS"], CONSTANTS["MOST_TERMS"]
 
 
 def available(x: Tensor, *_: object) -> bool:
-    """Whether what is computed of x is being exported for the CPU: the operators have no computation of their
-    own."""
+    """Whether x is being traced for an export to the CPU: elsewhere the operators cannot run."""
     return torch.compiler.is_exporting() and x.device.type == "cpu" and current_target() != "cuda"
 
 
 def has_kernel(x: Tensor, *_: object) -> bool:
-    """``available``, and x is of a floating-point type that the kernels have."""
+    """``available``, and x has a floating-point type that the kernels support."""
     return available(x) and (x.dtype == torch.float32 or x.dtype == torch.float64)
 
 
 def has_pixel_kernel(x: Tensor, *_: object) -> bool:
-    """``available``, and x is of a type that kernels of pixels (type P) have."""
+    """``available``, and x has a type that kernels of pixels (type P) support."""
     return available(x) and x.dtype in _PIXELS
 
 
 def runs_to_its_end(limit: int) -> bool:
-    """Whether a loop over connected pixels needs no limit: its steps grow with the logarithm of the pixels'
-    number, and 64 of them are enough for any mask."""
+    """Whether ``limit`` lets a loop over connected pixels run to its end: the number of its steps grows with
+    the logarithm of the number of pixels, and 64 are enough for any mask."""
     return limit >= 64
 
 

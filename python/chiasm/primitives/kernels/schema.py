@@ -1,5 +1,5 @@
-"""What a kernel's declaration says, read and checked. The standard library is enough: the build reads
-declarations where torch is not installed.
+"""Parses and checks the declarations of kernels. Needs only the standard library: the build reads
+declarations without torch.
 
 A declaration is one line, in the manner of PyTorch's operator schemas, with shapes::
 
@@ -7,14 +7,14 @@ A declaration is one line, in the manner of PyTorch's operator schemas, with sha
 
 * A tensor's type is ``T`` (float32 or float64), ``I`` (uint8 or int32), ``U`` (uint8 or uint16), ``P`` (a
   pixel's: uint8, int16, uint16, float32 or float64), ``float32``, ``float64``, ``uint8``, ``int16``,
-  ``uint16``, ``int32``, ``int64`` or ``bool``. All tensors of type T in a call have the same one.
-* A shape has names, numbers, and at its beginning perhaps ``...``. A name stands for the same size wherever
-  it occurs. Sizes named H and W are those of images: 1 to 2^31 - 1. The result's sizes are expressions in
+  ``uint16``, ``int32``, ``int64`` or ``bool``. All tensors of type T in a call have the same type.
+* A shape has names and numbers, and may begin with ``...``. A name stands for the same size wherever it
+  occurs. Sizes named H and W are those of images: 1 to 2^31 - 1. The result's sizes are expressions in
   Python's syntax.
-* Other arguments are of type ``int``, ``float``, ``bool``, or an enumeration's.
+* Other arguments have the type ``int``, ``float``, ``bool`` or an enumeration.
 
-Conditions are comparisons in Python's syntax, of sizes, numbers, constants, and the entries of int64 tensors,
-which are each compared. An enumerator stands in quotes.
+Conditions are comparisons in Python's syntax, of sizes, numbers, constants, and int64 tensors, each of whose
+entries is compared. An enumerator is in quotes.
 """
 
 import ast
@@ -32,7 +32,7 @@ VARIABLES: Dict[str, Tuple[str, ...]] = {
 }
 ELEMENTS = ("float32", "float64", "uint8", "int16", "uint16", "int32", "int64", "bool")
 NUMBERS = ("int", "float", "bool")
-#: The largest number of a pixel or bin: kernels number them by 32 bits.
+#: The largest number of a pixel or bin: kernels index them by 32 bits.
 INT32_MAX = 2**31 - 1
 
 _NAME = r"[A-Za-z_][A-Za-z_0-9]*"
@@ -60,7 +60,7 @@ class Enumeration:
 
 @dataclass(frozen=True)
 class Argument:
-    """``shape`` is None where it is no tensor."""
+    """``shape`` is None if it is no tensor."""
 
     name: str
     type: str
@@ -69,7 +69,7 @@ class Argument:
 
 @dataclass(frozen=True)
 class Kernel:
-    """One kernel: what Python, C++ and the documentation say of it follows from this."""
+    """One kernel. Its operator, its C++ declarations and its documentation are generated from this."""
 
     schema: str
     #: File in runtime/artifact/kernels with the loop.
@@ -91,7 +91,7 @@ class Kernel:
 
     @property
     def sizes(self) -> Dict[str, str]:
-        """The names of sizes, and the argument that has each first."""
+        """The names of sizes, each with the first argument that has it."""
         found: Dict[str, str] = {}
         for tensor in self.tensors:
             for size in tensor.shape or ():
@@ -101,7 +101,7 @@ class Kernel:
 
     @property
     def conditions(self) -> List[str]:
-        """``where``, after what the names of sizes say."""
+        """The conditions on the sizes' names, then ``where``."""
         return [f"1 <= {size} <= INT32_MAX" for size in self.sizes if size in ("H", "W")] + list(self.where)
 
 
