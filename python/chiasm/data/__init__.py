@@ -1,14 +1,14 @@
 """Run a bundle over a data set: on Ray, Spark, Daft, in processes or in a plain loop, with the same numbers.
 
-A `Map` is a description of the work that can be pickled and sent to a worker. There it opens the bundle by
-itself. It takes a batch of rows, as NumPy arrays or as Arrow, and gives the batch with the op's outputs.
+A `Map` describes the work. It can be pickled and sent to a worker, where it opens the bundle by itself. It
+takes a batch of rows, as NumPy arrays or as Arrow, and returns the batch with the op's outputs.
 
     from chiasm.data import Map
     preprocess = Map("bundles/pipelines.preprocess.chiasm", columns={"frame": "image"})
     images = preprocess({"image": [open("photo.jpg", "rb").read()]})["output"]
 
-docs/scale.md says which engine is for what. This module needs the standard library alone: NumPy, Pillow and
-pyarrow are imported when a batch comes that needs them.
+docs/scale.md compares the engines. This module needs only the standard library; NumPy, Pillow and pyarrow are
+imported when a batch needs them.
 """
 
 from .errors import DataError

@@ -1,6 +1,6 @@
 # pyarrow and Ray are optional, and not in .venv:
 # pyright: reportMissingImports=false
-"""Columns of a batch as rows that the runtime can read where they are."""
+"""Columns of a batch as rows that the runtime can read without a copy."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from ..export.text import one_line
 from .errors import DataError
 
-#: What a row may be: an array, the bytes of an image file, or None where there is nothing.
+#: A row: an array, the bytes of an image file, or None for a missing row.
 Row = Any
 
 
@@ -21,8 +21,8 @@ Row = Any
 class Column:
     """The rows of a column.
 
-    `stack` is all of them as one array (rows, ...), where they lie together and none is missing; `shape` is a
-    row's shape where the type says it, also of no rows; `encoded` that the type says they are image files.
+    `stack` is all rows as one array (rows, ...), if they are contiguous and none is missing. `shape` is a
+    row's shape if the type tells it, even without rows. `encoded`: the type says that rows are image files.
     """
 
     length: int
@@ -78,7 +78,7 @@ def from_arrow(name: str, array: Any) -> Column:
     sizes: list[int] = []
     values, first = array, 0
     while pa.types.is_fixed_size_list(values.type):
-        # .values is of the whole buffer, whatever part of it this array is
+        # .values is the whole buffer, even if this array is a part of it
         sizes.append(values.type.list_size)
         first = (first + values.offset) * values.type.list_size
         values = values.values
@@ -102,7 +102,7 @@ def from_arrow(name: str, array: Any) -> Column:
 
 
 def _lists(name: str, array: Any, shape: Sequence[int] | None) -> Column:
-    """Rows of one dimension; or, of a shape that the type says, Ray's tensors."""
+    """Rows of one dimension; or Ray's tensors, whose shape the type tells."""
     if not _is_number(array.type.value_type):
         raise DataError(
             f"column {name!r}: expected lists of numbers, got {array.type}: give their shape too, in a struct"
@@ -179,11 +179,11 @@ def _plain_row(name: str, value: Any) -> Row:
 
 
 class Rows:
-    """The rows of an output: one array where the shape of a row is known, else an array for each row.
+    """The rows of an output: one array if the shape of a row is known, else an array for each row.
 
-    `dims` are a row's sizes, None for those that are not known.
-    `nullable`: rows that failed are to be null. Then the result is of structs or objects, whether any failed
-    or none, because a fixed-size list that is null cannot be read back from parquet (pyarrow 25).
+    `dims` are a row's sizes, None for unknown ones. `nullable`: failed rows become null. The result then has
+    structs or objects, even if no row failed, because a null fixed-size list cannot be read back from parquet
+    (pyarrow 25).
     """
 
     def __init__(self, count: int, dims: Sequence[int | None], dtype: str, nullable: bool) -> None:
@@ -202,14 +202,15 @@ class Rows:
         return made
 
     def drop(self, index: int) -> None:
-        """A row that failed. What a failed run wrote, or was in memory before, goes to nobody."""
+        """Clears a row that failed, so that the user does not get uninitialised memory or a partial
+        result."""
         if self.stack is not None:
             self.stack[index] = 0
         else:
             self.rows[index] = None
 
     def to_numpy(self, valid: np.ndarray) -> np.ndarray:
-        """(rows, ...), or an object array of rows where they have no shape in common or may be None."""
+        """(rows, ...), or an object array of rows if they differ in shape or may be None."""
         if self.stack is not None and not self.nullable:
             return self.stack
         missing = None if self.nullable else np.empty((0,) * self.rank, self.dtype)
@@ -220,7 +221,7 @@ class Rows:
 
     def to_arrow(self, valid: np.ndarray, plain: bool) -> Any:
         """Fixed-shape tensors, or structs of `data` and `shape`. `plain`: lists in place of tensors, and the
-        next larger numbers that have a sign in place of those that have none: what Spark knows."""
+        next larger signed type in place of an unsigned one, for Spark."""
         import pyarrow as pa
 
         if self.stack is not None and self.stack.ndim == 1:
@@ -258,7 +259,7 @@ class Rows:
         return pa.Array.from_buffers(kind, len(valid), [mask], children=[data, shapes])
 
 
-#: Types that Spark lacks, and what holds their values.
+#: Types that Spark lacks, each with a type that holds its values.
 _SPARK = {"uint8": "int16", "uint16": "int32", "float16": "float32"}
 
 

@@ -89,7 +89,7 @@ def map_command(
     if output.resolve().is_relative_to(source.resolve()) and source.is_dir():
         raise DataError(f"OUTPUT {output}: it is inside INPUT {source}: choose a folder beside it")
     mapping = _mapping(bundle, pairs("--column", columns), pairs("--set", settings), shards[0].kind)
-    mapping.open()  # what cannot run here, or does not fit the columns, is known now
+    mapping.open()  # fails now if the method cannot run here or does not fit the columns
     if shards[0].kind == "parquet":
         mapping(empty_table(shards[0]))
     console, started = Console(emoji=False), time.monotonic()

@@ -1,7 +1,7 @@
 # pyarrow and Ray are optional, and not in .venv:
 # pyright: reportMissingImports=false
-"""Run all shards of an input, in processes of this machine or as tasks of a Ray cluster, and go on where an
-earlier run ended."""
+"""Run all shards of an input, in processes of this machine or as tasks of a Ray cluster, and resume an
+earlier run."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from .errors import DataError
 from .mapping import Map
 from .shards import Shard, write
 
-#: What an output folder was made of, so that a restart with anything else is refused.
+#: The job of an output folder, so that a restart with another job is rejected.
 JOB = "_chiasm_map.json"
-#: Of prctl: the signal for a process whose parent dies.
+#: An option of prctl: the signal that a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
 
-#: Called when something has changed: the shard that is done, if one is, and its failure, if it failed; the
-#: rows and the bad rows that are done since the last call.
+#: Called on progress: with the finished shard, if any, and its error, if it failed; and with the rows and the
+#: bad rows since the last call.
 Report = Callable[[Shard | None, str | None, int, int], None]
 
 
 @contextmanager
 def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
-    """Hold the output folder for this process alone. It is empty, or was begun with the same job.
+    """Lock the output folder for this process. It must be empty, or belong to the same job.
 
-    What a process that was killed has left half is removed.
+    Removes files that a killed process left unfinished.
     """
     folder.mkdir(parents=True, exist_ok=True)
     job = json.loads(json.dumps(job))
@@ -102,15 +102,15 @@ def fingerprint(mapping: Map, files: str, rows: int) -> dict[str, Any]:
 def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, report: Report) -> None:
     """Write shards in `jobs` processes. A killed worker ends the run with a DataError; an interrupt ends the
     workers first."""
-    # Spawned, not forked: whatever threads this process has do not survive a fork
+    # Spawned, not forked: the threads of this process do not survive a fork
     context = multiprocessing.get_context("spawn")
     jobs = min(jobs, len(shards))
-    # Rows and bad rows of each worker, without a lock, which one that is killed would hold for ever
+    # Rows and bad rows of each worker. No lock: a killed worker would hold it for ever
     counts = context.RawArray("q", 2 * jobs)
     seen = [0, 0]
     given = mapping, folder, counts
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker, initargs=(os.getpid(), given))
-    # Workers inherit that they take no notice of an interrupt, which is for this process to handle
+    # Workers inherit that they ignore an interrupt, which this process handles
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         pending = {pool.submit(_write, shard): shard for shard in shards}
@@ -136,7 +136,7 @@ def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, rep
 
 
 def _failure(result: Callable[[], Any]) -> str | None:
-    """What went wrong with a shard; what is wrong with all of them is raised."""
+    """What went wrong with a shard. An error that concerns all shards is raised."""
     try:
         result()
     except BrokenProcessPool:
@@ -150,11 +150,11 @@ def _failure(result: Callable[[], Any]) -> str | None:
 
 
 def _worker(parent: int, given: tuple[Map, Path, Any]) -> None:
-    """A worker lives no longer than its parent."""
+    """Set up a worker, which ends with its parent."""
     global _work
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
-        os._exit(1)  # it died before
+        os._exit(1)  # the parent died before that
     _work = given
 
 
@@ -163,7 +163,7 @@ _work: tuple[Map, Path, Any]
 
 def _write(shard: Shard) -> None:
     mapping, folder, counts = _work
-    # Workers are numbered one after the other as they are started
+    # multiprocessing numbers workers in the order in which they start
     slot = 2 * (int(multiprocessing.current_process().name.rpartition("-")[2]) % (len(counts) // 2))
 
     def count(rows: int, bad: int) -> None:
@@ -174,8 +174,8 @@ def _write(shard: Shard) -> None:
 
 
 def on_ray(shards: list[Shard], mapping: Map, folder: Path, address: str, jobs: int, report: Report) -> None:
-    """Write shards as tasks of a Ray cluster, a CPU each: "local" starts one here of `jobs` CPUs. Input and
-    output must be the same folders on every node. Ray runs the task of a killed worker again."""
+    """Write shards as tasks of a Ray cluster, one CPU each; "local" starts a cluster with `jobs` CPUs here.
+    Input and output must be the same folders on every node. Ray runs the task of a killed worker again."""
     try:
         import ray
     except ImportError:
@@ -186,7 +186,7 @@ def on_ray(shards: list[Shard], mapping: Map, folder: Path, address: str, jobs: 
             socket.create_connection((found[1], int(found[2])), timeout=5).close()
         except (OSError, OverflowError) as error:
             raise DataError(f"--ray: no cluster at {address!r}: {one_line(error)}") from None
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # a cluster that is started here reports to nobody
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # no statistics from a cluster that starts here
     local = {"num_cpus": jobs, "include_dashboard": False} if address == "local" else {}
     try:
         ray.init(address, logging_level="ERROR", log_to_driver=False, **local)
@@ -197,7 +197,7 @@ def on_ray(shards: list[Shard], mapping: Map, folder: Path, address: str, jobs: 
         task = ray.remote(num_cpus=1, max_retries=5)(_write_on_ray)
         shared = ray.put(mapping)
         waiting = iter(shards)
-        # Enough to keep every node busy: what is submitted is held by the cluster, not by this process
+        # Enough to keep every node busy: the cluster holds what is submitted, not this process
         most = 2 * max(1, int(ray.cluster_resources().get("CPU", 1)))
         while True:
             while len(running) < most and (shard := next(waiting, None)) is not None:

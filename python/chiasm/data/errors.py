@@ -4,4 +4,5 @@ from __future__ import annotations
 
 
 class DataError(RuntimeError):
-    """A batch, a row or an input cannot be mapped: the message names it, what was expected and what came."""
+    """A batch, a row or an input cannot be mapped: the message names it, the expected and the actual
+    value."""

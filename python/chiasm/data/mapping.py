@@ -26,51 +26,51 @@ ERROR = "error"
 class Map:
     """A bundle's method as a function of batches of rows, to be sent to workers.
 
-    A row is one sample: of an image (B, C, H, W) a row holds (C, H, W), of a frame (H, W, C) all of it. A
-    batch is a dict of NumPy arrays, or an Arrow record batch or table; the result is of the same kind. It has
-    an output's rows in place of the columns that the op reads; all other columns pass through as they are.
+    A row is one sample: (C, H, W) for an image (B, C, H, W), and the whole frame for a frame (H, W, C). A
+    batch is a dict of NumPy arrays, or an Arrow record batch or table; the result is of the same kind. The
+    outputs' columns replace the columns that the op reads; all other columns are passed through unchanged.
 
-    Where the manifest says that samples are independent, rows of one shape run as one batch; else each row
-    runs for itself. Arrow's numbers are read where they are. Bytes are decoded where the op takes an image:
-    JPEG, PNG and whatever else Pillow reads, turned as EXIF says, in the colour order that the op asks for.
+    If the manifest says that samples are independent, rows of one shape run as one batch; else each row runs
+    alone. Numbers in Arrow are read without a copy. If the op takes an image, bytes are decoded: JPEG, PNG
+    and any other format that Pillow reads, rotated by EXIF, in the colour order of the op's input.
 
-    In Arrow an output is a fixed-shape tensor where the manifest, the constants and the columns' types tell
-    the shape of a row; else a struct of the lists `data` (row-major) and `shape`. In NumPy it is an array
-    (rows, ...), or an object array with an array for each row. Outputs of no dimensions are plain numbers,
-    boolean ones in Arrow, whose booleans are bits, uint8.
+    In Arrow an output is a fixed-shape tensor if the manifest, the constants and the columns' types tell the
+    shape of a row; else a struct of the lists `data` (row-major) and `shape`. In NumPy it is an array (rows,
+    ...), or an object array with an array for each row. Outputs without dimensions are plain numbers.
+    Booleans become uint8 in Arrow, whose own booleans are bits.
 
-    A pickle of a Map holds the bundle's files. The first use in a process writes them once a node, into
-    $CHIASM_CACHE (~/.cache/chiasm), compares what is there, and loads the method, on one thread, as native
-    code where there is some for this node's CPU.
+    A pickle of a Map holds the bundle's files. At the first use in a process they are written to
+    $CHIASM_CACHE (~/.cache/chiasm), once per node; an existing copy is compared. Then the method is loaded
+    for one thread, as native code if the bundle has some for this node's CPU.
 
     Parameters
     ----------
     bundle
         The folder ``NAME.chiasm``.
     columns
-        For inputs of the op, the column that holds them, by default that of the same name; or, in place of a
-        name, a constant: a number, lists or an array, which every row gets: ``{"frame": "image",
+        The column of each input of the op, by default the one of the same name. Instead of a name, a value
+        may be a constant for every row: a number, lists or an array: ``{"frame": "image",
         "sigma": [[1.5, 1.5]]}``.
     outputs
-        The outputs that are wanted, and the column for each: ``{"output": "embedding"}``. By default all, by
-        their own names.
+        The wanted outputs, and the column for each: ``{"output": "embedding"}``. By default all, by their own
+        names.
     method
         One of the bundle's methods.
     errors
-        What a row that the op cannot take, or an image that cannot be read, does. "raise": a DataError names
-        the row. "column": a column "error" says why, and is null for the other rows; the outputs of that row
-        are zeros where rows have one shape, else null (in NumPy empty arrays, because Ray takes no None among
-        arrays). "null": they are null, and outputs are structs (object arrays) always, because Arrow cannot
-        read null tensors back from parquet.
+        What happens if the op cannot take a row, or an image cannot be read. "raise": a DataError names the
+        row. "column": a column "error" says why, and is null for the other rows; the outputs of the bad row
+        are zeros if rows have one shape, else null (in NumPy empty arrays, because Ray accepts no None among
+        arrays). "null": as "column", but the outputs are null, and always structs (object arrays), because
+        Arrow cannot read null tensors back from parquet.
     id
-        A column that errors name the row by, besides its index in the batch.
+        A column by which errors identify the row, besides its index in the batch.
     backend, dtype, num_threads
         As in `chiasm.runtime.Bundle.method`.
 
     Raises
     ------
     DataError
-        Where an argument does not fit the bundle.
+        If an argument does not fit the bundle.
 
     Examples
     --------
@@ -126,13 +126,13 @@ class Map:
     def __call__(self, batch: Any) -> Any:
         """Map a batch, or an iterator of Arrow record batches, as Spark's ``mapInArrow`` calls it.
 
-        Of an iterator the results come one by one, and their tensors are plain lists, since Spark knows no
-        tensors: the row-major values, in a struct with their shape where shapes differ.
+        For an iterator, returns the results one by one. Tensors are plain lists, because Spark has no
+        tensors: the row-major values, in a struct with their shape if shapes differ.
 
         Raises
         ------
         DataError
-            Where the batch lacks a column or, with errors="raise", a row cannot be mapped.
+            If the batch lacks a column or, with errors="raise", a row cannot be mapped.
         """
         if isinstance(batch, Mapping):
             return self._numpy(batch)
@@ -146,18 +146,18 @@ class Map:
         )
 
     def collate(self, samples: Any) -> dict[str, Any]:
-        """Samples, as the ``collate_fn`` of a ``torch.utils.data.DataLoader``: a batch of tensors.
+        """The ``collate_fn`` of a ``torch.utils.data.DataLoader``: samples become a batch of tensors.
 
-        A sample is a dict, a row of the batch; what the op reads of it is an array, a tensor, a number or the
-        bytes of an image. The other columns are put together as PyTorch does it. An output is a tensor
-        (rows, ...), or a list of tensors where rows have no shape in common.
+        A sample is a dict, one row of the batch. The entries that the op reads are arrays, tensors, numbers
+        or the bytes of an image; PyTorch's default collates the others. An output is a tensor (rows, ...), or
+        a list of tensors if rows differ in shape.
 
-        A worker opens the bundle when its first batch comes, and runs it on one thread.
+        A worker opens the bundle at its first batch, and runs it on one thread.
 
         Raises
         ------
         DataError
-            Where samples are no dicts of the same columns, or a row cannot be mapped.
+            If samples are not dicts with the same columns, or a row cannot be mapped.
         """
         from .tensors import collate
 
@@ -205,7 +205,7 @@ class Map:
     def to_arrow(
         self, rows: Mapping[str, Rows], errors: list[str | None], plain: bool = False
     ) -> dict[str, Any]:
-        """What `run` gives, as Arrow arrays by column."""
+        """The results of `run` as Arrow arrays by column."""
         import numpy as np
         import pyarrow as pa
 
@@ -246,7 +246,7 @@ class Map:
         return made
 
     def open(self) -> Opened:
-        """The method, loaded once in this process; a DataError where it cannot run here."""
+        """The method, loaded once in this process; a DataError if it cannot run here."""
         key = (self.parcel.sha256, self.method, self.backend, self.dtype, self.num_threads)
         with _lock:
             if key not in _opened:
@@ -256,9 +256,9 @@ class Map:
     def run(
         self, columns: Mapping[str, Column], name_of: Callable[[int], str] = lambda i: "", first: int = 0
     ) -> tuple[dict[str, Rows], list[str | None]]:
-        """Map rows that are not an Arrow or NumPy batch: the columns are by name.
+        """Map rows that are not an Arrow or NumPy batch. `columns` has them by name.
 
-        Returns the outputs' rows by column, and for each row what is wrong with it, or None.
+        Returns the outputs' rows by column, and for each row its error, or None.
         """
         from .running import run
 
@@ -273,10 +273,10 @@ class Opened:
     """A method of a bundle in this process."""
 
     method: Any
-    #: The symbol that counts samples, where they are independent, and its limit.
+    #: The symbol that counts samples, if they are independent, and its limit.
     samples: str | None
     most: int
-    #: Symbols that are the first dimension of a batch: a row lacks that.
+    #: Symbols that are the first dimension of a batch, which a row lacks.
     leading: set[str] = field(default_factory=set)
 
 
@@ -291,7 +291,7 @@ def _open(wanted: Map) -> Opened:
 
     try:
         bundle = chiasm.runtime.open(wanted.parcel.folder())
-        # The text that the runtime has read, whatever has happened to the file since it was compared
+        # Hash the text that the runtime has read: the file may have changed since it was compared
         if hashlib.sha256(bundle._handle.manifest.encode()).hexdigest() != wanted.parcel.sha256:
             raise DataError(f"{wanted.parcel.name}: this node's copy was changed while it was opened")
         method = bundle.method(

@@ -1,9 +1,10 @@
 # pyarrow and Ray are optional, and not in .venv:
 # pyright: reportMissingImports=false
-"""A `Map` in an actor pool of Ray Data that cannot wait for ever.
+"""A `Map` in an actor pool of Ray Data, without deadlocks.
 
-`dataset.map_batches(Map(...))` runs a Map in tasks, and is never stuck. An actor pool holds its CPUs while it
-lives: one that takes all of them leaves none for the tasks that read, and Ray waits in silence.
+`dataset.map_batches(Map(...))` runs a Map in tasks, and never blocks. An actor pool holds its CPUs while it
+lives: a pool that takes all CPUs leaves none for the tasks that read, and Ray waits for ever, without a
+message.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ def map_batches(
     workers, num_cpus
         How many actors, and how many CPUs Ray counts for each.
     batch_size
-        Rows that an actor is given at once, as an Arrow table.
+        Rows that an actor gets at once, as an Arrow table.
 
     Raises
     ------
     DataError
-        Where the pool does not fit into the cluster beside one CPU for reading.
+        If the pool does not fit into the cluster beside one CPU for reading.
 
     Examples
     --------
@@ -61,8 +62,9 @@ def map_batches(
         )
     return dataset.map_batches(
         _Worker,
-        # A bundle is too large to travel in the actor's description: as an argument that Ray itself puts into
-        # the object store it may be gone when a killed actor is started again. Here the data set holds it.
+        # A bundle is too large for the actor's description. As a plain argument, Ray puts it into the object
+        # store, from which it may be gone when a killed actor starts again. Here the data set holds a
+        # reference to it.
         fn_constructor_args=([ray.put(mapping)],),
         compute=ActorPoolStrategy(size=workers),
         num_cpus=num_cpus,
@@ -73,14 +75,15 @@ def map_batches(
 
 
 def _fitting(nodes: list[float], num_cpus: float) -> int:
-    """How many workers the nodes hold beside one CPU for reading, on whichever node that leaves most room."""
+    """How many workers fit on the nodes beside one CPU for reading, which is taken on the node where it costs
+    least."""
     room = [int(cpus / num_cpus + 1e-9) for cpus in nodes]
     beside = [int((cpus - 1) / num_cpus + 1e-9) - r for cpus, r in zip(nodes, room) if cpus >= 1]
     return max(0, sum(room) + max(beside)) if beside else 0
 
 
 class _Worker:
-    """The pool's actor: the bundle is loaded before the first batch comes."""
+    """The pool's actor, which loads the bundle before its first batch."""
 
     def __init__(self, mapping: list[ray.ObjectRef]) -> None:
         import ray

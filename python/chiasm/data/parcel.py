@@ -23,7 +23,7 @@ _MANIFEST, _SIGNATURE = "manifest.json", "manifest.json.minisig"
 class Parcel:
     """A bundle's files in memory.
 
-    The manifest names the hash of every file, so that its own hash names the bundle.
+    The manifest has the hash of every file, so its own hash identifies the bundle.
     """
 
     name: str
@@ -45,11 +45,11 @@ class Parcel:
         return cls(path.resolve().name, hashlib.sha256(files[_MANIFEST]).hexdigest(), files)
 
     def folder(self) -> Path:
-        """This node's copy of the bundle, compared byte by byte; written first where there is none.
+        """This node's copy of the bundle, compared byte by byte; written first if there is none.
 
-        Many processes may ask at once: a copy appears under its name whole, by a rename.
+        Many processes may call this at once: a rename makes a complete copy appear under its name.
         """
-        # A manifest may be signed anew, and two signatures are two bundles to a process that trusts one key.
+        # A manifest may be signed again. For a process that trusts one key, two signatures make two bundles.
         signature = self.files.get(_SIGNATURE)
         key = self.sha256 + (f"-{hashlib.sha256(signature).hexdigest()[:16]}" if signature else "")
         problem: OSError | None = None
@@ -92,13 +92,13 @@ class Parcel:
                     return
                 if target.is_symlink() or not target.is_dir():
                     target.unlink()
-                else:  # it is damaged: out of the way, and away with the scratch folder
+                else:  # it is damaged: move it away; it is deleted with the scratch folder
                     shutil.move(target, Path(scratch) / "damaged")
                 new.rename(target)
 
 
 def _entries(value: Any) -> Iterator[dict[str, Any]]:
-    """The entries of files in a manifest, wherever they stand."""
+    """The entries of files in a manifest, at any depth."""
     if isinstance(value, dict):
         if isinstance(value.get("file"), str) and isinstance(value.get("sha256"), str):
             yield value

@@ -24,7 +24,7 @@ CHANNELS = {"HWC": 2, "NHWC": 3, "NCHW": 1}
 def run(
     wanted: Map, opened: Opened, columns: Mapping[str, Column], name_of: Callable[[int], str], first: int
 ) -> tuple[dict[str, Rows], list[str | None]]:
-    """`Map.run`: as one batch where all rows may be one, else row by row."""
+    """`Map.run`: in batches if the rows allow it, else row by row."""
     method = opened.method
     count = next(iter(columns.values())).length
     by_input = {name: columns[source] for name, source in wanted.columns.items()}
@@ -41,7 +41,7 @@ def run(
         for i in range(count):
             try:
                 _run_row(opened, by_input, constants, outputs, i)
-            except Exception as error:  # of whatever kind: it is this row's
+            except Exception as error:  # any error counts as this row's
                 message = one_line(error) or type(error).__name__
                 if wanted.errors == "raise":
                     raise DataError(f"row {first + i}{name_of(i)}: {message}") from error
@@ -59,8 +59,8 @@ def _as_batches(
     outputs: list[Rows],
     count: int,
 ) -> bool:
-    """Run all rows as batches, as large as the manifest allows. False where they may not be batches, or the
-    op does not take them: then the rows, one by one, show which."""
+    """Run all rows as batches, as large as the manifest allows. False if they cannot be batches, or if the op
+    rejects a batch: running row by row then shows which rows are bad."""
     if opened.samples is None or not count or any(rows.stack is None for rows in outputs):
         return False
     inputs = opened.method.inputs
@@ -123,7 +123,7 @@ def _run_row(
 
 
 def _is_single(tensor: Any, extended: set[str]) -> bool:
-    """Whether an output's first dimension counts the one sample that a row is."""
+    """Whether an output's first dimension counts samples, of which a row is one."""
     return bool(tensor.shape) and (
         tensor.shape[0] in extended or (tensor.shape[0] == "1" and tensor.layout.startswith("N"))
     )
@@ -132,7 +132,7 @@ def _is_single(tensor: Any, extended: set[str]) -> bool:
 def _row_shapes(
     opened: Opened, columns: Mapping[str, Column], constants: Mapping[str, np.ndarray]
 ) -> list[list[int | None]]:
-    """Of each output the sizes of a row, where the types of columns and the constants tell them."""
+    """The sizes of a row of each output, if the types of columns and the constants tell them."""
     known: dict[str, int] = {}
     extended: set[str] = set()
     for t in opened.method.inputs:
@@ -146,7 +146,7 @@ def _row_shapes(
                 extended.add(t.shape[0])
                 shape = None if shape is None else (1, *shape)
             if columns[t.name].encoded and t.layout in CHANNELS:
-                known[t.shape[CHANNELS[t.layout]]] = 3  # where an op takes any number of channels
+                known[t.shape[CHANNELS[t.layout]]] = 3  # if an op takes any number of channels
         if shape is not None and len(shape) == len(t.shape):
             known |= {e: d for e, d in zip(t.shape, shape) if e.isidentifier()}
     shapes: list[list[int | None]] = []
@@ -157,7 +157,7 @@ def _row_shapes(
 
 
 def _size(dim: str, known: Mapping[str, int]) -> int | None:
-    """The size of a dimension; None where it has a symbol without a value, or is none."""
+    """The size of a dimension; None if it has a symbol without a value, or is no valid size."""
     try:
         size = evaluate(dim, known)
     except (ValueError, ZeroDivisionError):
@@ -166,13 +166,13 @@ def _size(dim: str, known: Mapping[str, int]) -> int | None:
 
 
 def _decoded(tensor: Any, data: Any) -> np.ndarray:
-    from .decoding import decode  # numbers alone need no Pillow
+    from .decoding import decode  # imported late: only images need Pillow
 
     return decode(tensor, data)
 
 
 def _dense(array: np.ndarray) -> np.ndarray:
-    """The array itself where the runtime can read it, else a copy that it can."""
+    """The array itself if the runtime can read it, else a copy."""
     return np.require(array, requirements=("C", "A"))
 
 

@@ -1,6 +1,7 @@
 # pyarrow and Ray are optional, and not in .venv:
 # pyright: reportMissingImports=false
-"""The inputs of `chiasm map`, cut into shards: what one worker does at a time, and writes as one file."""
+"""The inputs of `chiasm map`, split into shards: the part that a worker maps at a time and writes as one
+file."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from .errors import DataError
 from .mapping import ERROR, Map
 
 IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
-#: So many rows are in memory at once, and are a row group of the file.
+#: The number of rows that are in memory at once and form a row group of the file.
 BATCH = 32
 ID = "id"
 
@@ -36,7 +37,7 @@ class Shard:
 
     @property
     def file(self) -> str:
-        """The name of the file that its rows are written to."""
+        """The name of the file for its rows."""
         return f"part-{self.number:06}.parquet"
 
     def __str__(self) -> str:
@@ -49,8 +50,8 @@ class Shard:
 def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
     """The shards of an input, always the same for the same files, and a hash of the files' names and sizes.
 
-    `source` is a folder of images, or of tars, or of parquet files, looked through with its subfolders; or
-    one file of them. Images go `rows` to a shard.
+    `source` is a folder of images, of tars or of parquet files, including subfolders, or one such file. A
+    shard of images has `rows` of them.
     """
     if source.is_dir():
         root, found = source, sorted(_files(source))
@@ -118,8 +119,8 @@ def _row_groups(file: Path) -> int:
 def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], None]) -> tuple[int, int]:
     """Map a shard and write its file; returns its rows, and how many of them are bad.
 
-    The file appears under its name when all of it is on the disk. `count` is called with the rows and the bad
-    ones of each batch, as they are done.
+    The file appears under its name when it is completely on the disk. After each batch, `count` is called
+    with the numbers of its rows and of its bad rows.
     """
     import pyarrow as pa
     import pyarrow.parquet as parquet
@@ -139,7 +140,7 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
                             "chiasm.manifest_sha256": mapping.parcel.sha256,
                         }
                     )
-                    # Pixels hold few values twice: a dictionary of them only takes time
+                    # Pixels repeat few values: a dictionary would only take time
                     writer = parquet.ParquetWriter(file, schema, use_dictionary=False)
                 writer.write_batch(batch.replace_schema_metadata(writer.schema.metadata))
                 wrong = batch.num_rows - batch.column(ERROR).null_count
@@ -158,7 +159,7 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
 
 
 def _mapped(shard: Shard, mapping: Map) -> Iterator[Any]:
-    """The result as record batches of at most BATCH rows; of an empty shard one, of no rows."""
+    """The result as record batches of at most BATCH rows; for an empty shard one batch without rows."""
     if shard.kind == "parquet":
         import pyarrow.parquet as parquet
 
@@ -203,6 +204,6 @@ def _map_files(mapping: Map, files: list[tuple[str, Callable[[], bytes]]]) -> An
 
     [source] = mapping.columns.values()
     rows, errors = mapping.run({source: Column(len(files), lambda i: files[i][1](), encoded=True)})
-    # What is no UTF-8 in a file's name stands as \xNN
+    # Bytes of a file's name that are not UTF-8 become \xNN
     names = [name.encode(errors="surrogateescape").decode(errors="backslashreplace") for name, _ in files]
     return pa.record_batch({ID: pa.array(names, pa.string()), **mapping.to_arrow(rows, errors)})

@@ -1,4 +1,4 @@
-"""`Map.collate`: what a loader of PyTorch gives to a map, and takes from it."""
+"""`Map.collate`: from the samples of a PyTorch loader to a map, and back to tensors."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _column(values: list[Any]) -> Any:
 
 
 def _tensors(values: np.ndarray, torch: Any) -> Any:
-    """An output as a tensor; a list where rows have no shape in common, or there is none."""
+    """An output as a tensor, or a list if rows differ in shape or have none."""
     if values.dtype != object:
         return torch.from_numpy(values)
     return [torch.from_numpy(row) if isinstance(row, np.ndarray) else row for row in values]

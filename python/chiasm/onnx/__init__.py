@@ -1,14 +1,14 @@
 """Bundles in ONNX Runtime, and in models of your own.
 
 A bundle's ONNX artifacts come in two forms: flat, standard operators; and fused, one function call in the
-domain ``chiasm``. ONNX Runtime runs the function's body anywhere; where chiasm's plug-in ``libchiasm_ort.so``
-is registered with the session, it runs the bundle's native code instead.
+domain ``chiasm``. Any ONNX Runtime runs the function's body; a session with which chiasm's plug-in
+``libchiasm_ort.so`` is registered runs the bundle's native code instead.
 
 * `session` opens a bundle in ONNX Runtime, `register` adds the plug-in to session options of your own,
-  `library` says where it is.
+  `library` returns its path.
 * `prepend` puts a bundle in front of an existing model, `append` one after it.
 * `Node` is a bundle within a torch network, `export` writes such a network as ONNX, `embed` completes a model
-  that was exported otherwise.
+  that was exported in another way.
 
 Only `Node` and `export` import torch.
 

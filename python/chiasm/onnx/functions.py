@@ -1,4 +1,4 @@
-"""Putting a bundle's function into a model: opsets, versions and what may not meet."""
+"""Putting a bundle's function into a model: opsets, versions and conflicts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def opset(model: onnx.ModelProto | onnx.FunctionProto, domain: str = "") -> int 
 
 
 def fused_model(method: Method, version: int | None = None) -> onnx.ModelProto:
-    """The method's fused model, its body raised to an opset where one is given."""
+    """The method's fused model. Its body is raised to the opset `version` if that is given."""
     model = onnx.load_from_string(method.read(method.fused() or method.flat()))
     name = function_name(method.manifest["name"], method.name)
     if model.functions and version in (None, opset(model.functions[0])):
@@ -68,8 +68,8 @@ def at_least(model: onnx.ModelProto, version: int, bundle: str) -> onnx.ModelPro
 
 
 def add_function(model: onnx.ModelProto, method: Method) -> onnx.FunctionProto:
-    """Put the method's function and its domain into `model`, whose opset is high enough; one that is there is
-    not added twice.
+    """Put the method's function and its domain into `model`, whose opset is high enough. A function that is
+    already there is not added again.
 
     Raises:
         ValueError: `model` has another function of this name, or another version of the domain.
@@ -101,7 +101,7 @@ def add_function(model: onnx.ModelProto, method: Method) -> onnx.FunctionProto:
 
 
 def nodes(graph: onnx.GraphProto) -> Iterator[onnx.NodeProto]:
-    """The nodes of a graph and of those nested in it."""
+    """The nodes of a graph and of its subgraphs."""
     for node in graph.node:
         yield node
         for attribute in node.attribute:
@@ -113,7 +113,7 @@ def nodes(graph: onnx.GraphProto) -> Iterator[onnx.NodeProto]:
 
 
 def names(graph: onnx.GraphProto) -> set[str]:
-    """Every name of a value in a graph and in those nested in it."""
+    """Every name of a value in a graph and its subgraphs."""
     found = {v.name for v in [*graph.input, *graph.output, *graph.value_info, *graph.initializer]}
     for node in nodes(graph):
         found.update(node.input)

@@ -26,21 +26,21 @@ def prepend(
     dtype: str | None = None,
     connect: dict[str, str] | None = None,
 ) -> onnx.ModelProto:
-    """Put a bundle in front of a model: preprocessing before a detector, say.
+    """Put a bundle in front of a model, for example preprocessing before a detector.
 
-    The bundle becomes one node, its function comes along, and the result runs in any ONNX Runtime; register
-    the bundle with the session (`register`) to have its native code used. The connected inputs of the model
-    are replaced by the bundle's. An input keeps its name in the bundle where the model has not used it, else
-    the function's name goes before it (``filters_sobel_input``). A size that the model fixes is fixed in the
-    bundle's inputs too.
+    The bundle becomes one node, its function is added to the model, and the result runs in any ONNX Runtime;
+    register the bundle with the session (`register`) to run its native code. The bundle's inputs replace the
+    connected inputs of the model. An input keeps its name in the bundle unless the model already uses it;
+    then the function's name becomes its prefix (``filters_sobel_input``). A size that the model fixes is
+    fixed in the bundle's inputs too.
 
     Args:
         bundle: the folder ``NAME.chiasm``.
         model: the model or its file; it is not changed.
         method: one of the bundle's methods.
-        dtype: for a bundle of several dtypes, the one to take; by default what the model's input asks for.
-        connect: from names of the bundle's outputs to names of the model's inputs. May be left out where both
-            have only one.
+        dtype: for a bundle of several dtypes, the one to take; by default that of the model's input.
+        connect: from names of the bundle's outputs to names of the model's inputs. Optional if both have only
+            one.
 
     Returns:
         The merged model. Its opset is the higher of the two.
@@ -77,7 +77,7 @@ def prepend(
 
     function = add_function(merged, opened)
     inputs = [_renamed(v, _name(v.name, function.name, taken), sizes) for v in source.input]
-    # What the model does not take has a name and a type too, by which `append` takes it.
+    # Outputs that the model does not take keep a name and a type, so that `append` can connect them.
     others = {
         v.name: _renamed(v, _free(f"{function.name}_{v.name}", taken), sizes)
         for v in source.output
@@ -102,22 +102,22 @@ def append(
     dtype: str | None = None,
     connect: dict[str, str] | None = None,
 ) -> onnx.ModelProto:
-    """Put a bundle after a model: a detector's decoder, say.
+    """Put a bundle after a model, for example a detector's decoder.
 
-    The bundle becomes the last node, its function comes along, and the result runs in any ONNX Runtime;
-    register the bundle with the session (`register`) to have its native code used. The connected outputs of
-    the model are replaced by the bundle's; inputs of the bundle that are not connected become inputs of the
-    whole. A name is kept where the model has not used it, else the function's goes before it
-    (``ops_decode_yolov8_scores``). Bundles are chained by one call each.
+    The bundle becomes the last node, its function is added to the model, and the result runs in any ONNX
+    Runtime; register the bundle with the session (`register`) to run its native code. The bundle's outputs
+    replace the connected outputs of the model; unconnected inputs of the bundle become inputs of the merged
+    model. A name is kept unless the model already uses it; then the function's name becomes its prefix
+    (``ops_decode_yolov8_scores``). To chain bundles, call this once for each.
 
     Args:
         model: the model or its file; it is not changed.
         bundle: the folder ``NAME.chiasm``.
         method: one of the bundle's methods.
         dtype: for a bundle of several dtypes, the one to take; by default that of the model's output.
-        connect: from names of the model's outputs to names of the bundle's inputs. May be left out where both
-            have only one. Any other value of the model can be named too, such as another output of a bundle
-            in front of it (``pipelines_letterbox_to_frame``).
+        connect: from names of the model's outputs to names of the bundle's inputs. Optional if both have only
+            one. Any other value of the model can be named too, such as another output of a bundle in front of
+            it (``pipelines_letterbox_to_frame``).
 
     Returns:
         The merged model. Its opset is the higher of the two.
@@ -171,18 +171,18 @@ def append(
 
 
 def embed(model: onnx.ModelProto, *bundles: BundlePath, dtype: str | None = None) -> onnx.ModelProto:
-    """Give a model that calls functions of bundles their definitions, so that it runs where chiasm is not.
+    """Add the definitions of bundles' functions to a model that calls them, so that it runs without chiasm.
 
-    For models with a `Node` that were exported with ``torch.onnx.export``; `export` does both.
+    For models with a `Node` that were exported with ``torch.onnx.export``. `export` does both steps.
 
     Args:
         model: is not changed.
-        bundles: those whose functions it calls; one that it does not call is an error.
-        dtype: for bundles of several dtypes, the one that the calls are in; by default float32, else the
-            first there is.
+        bundles: the bundles whose functions it calls; a bundle that it does not call is an error.
+        dtype: for bundles of several dtypes, the one of the calls; by default float32, else the first
+            available.
 
     Returns:
-        The whole model.
+        The complete model.
 
     Raises:
         BundleError: a bundle is damaged, or has no such dtype.
@@ -204,7 +204,7 @@ def embed_methods(model: onnx.ModelProto, methods: list[Method]) -> onnx.ModelPr
     """`embed` for methods that are opened already."""
     needed = max((opset(fused_model(m).functions[0]) or 0 for m in methods), default=0)
     result = at_least(model, needed, ", ".join(str(m.folder) for m in methods))
-    # The exporter imports a domain of its own making for the calls; the bundles say which version it is.
+    # The exporter invents a version of the domain for the calls; the bundles know the real one.
     imports = [o for o in result.opset_import if o.domain != DOMAIN or result.functions]
     del result.opset_import[:]
     result.opset_import.extend(imports)
@@ -222,8 +222,8 @@ def embed_methods(model: onnx.ModelProto, methods: list[Method]) -> onnx.ModelPr
 
 
 def _check(result: onnx.ModelProto, given: onnx.ModelProto) -> None:
-    """Check what was made, unless what was given does not pass either: engines take models that ONNX's
-    checker does not."""
+    """Check the result, unless the given model does not pass either: engines accept models that ONNX's
+    checker rejects."""
     try:
         onnx.checker.check_model(given)
     except onnx.checker.ValidationError:
@@ -307,7 +307,7 @@ def _check_pairs(connect: dict[str, str], target: str) -> None:
 
 
 def _method_of_dtype(opened: Method, targets: list[onnx.ValueInfoProto]) -> Method:
-    """The method in the dtype that the model's inputs have, where the bundle is generic and has it."""
+    """The method in the dtype of the model's inputs, if the bundle is generic and has that dtype."""
     for target in targets:
         candidate = replace(opened, dtype=_dtype_name(target))
         if candidate.dtype in opened.manifest["dtypes"] and candidate.flat() is not None:
@@ -326,8 +326,8 @@ def _fit(
     kinds: tuple[str, str],
     taken: set[str],
 ) -> dict[str, int | str]:
-    """What the bundle's symbolic sizes become in the merged model: a number or a symbol of the model, or a
-    name of their own."""
+    """The values of the bundle's symbolic sizes in the merged model: a number or a symbol of the model, or a
+    new name."""
     sizes: dict[str, int | str] = {}
     limits = opened.manifest["symbols"]
     for ours, theirs in links:
@@ -355,8 +355,8 @@ def _fit(
                 if isinstance(known, int) and isinstance(size, int) and known != size:
                     raise ValueError(f"{story}: {a.dim_param} would have to be both {known} and {size}")
                 sizes[a.dim_param] = known if isinstance(known, int) else size
-    # Engines take equal names for equal sizes, so a symbol that means something else in the model gets
-    # another name.
+    # Engines assume that equal names mean equal sizes, so a symbol that the model uses for another size is
+    # renamed.
     function = function_name(opened.manifest["name"], opened.name)
     for symbol in limits:
         if symbol not in sizes:
@@ -396,12 +396,12 @@ def _renamed(value: onnx.ValueInfoProto, name: str, sizes: dict[str, int | str])
 
 
 def _name(name: str, function: str, taken: set[str]) -> str:
-    """`name`, where the model has not used it, else the function's before it."""
+    """`name`, with the function's name as a prefix if the model already uses it."""
     return _free(f"{function}_{name}" if name in taken else name, taken)
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """`name`, with a number after it where it is taken."""
+    """`name`, with a number after it if it is taken."""
     free, number = name, 2
     while free in taken:
         free, number = f"{name}_{number}", number + 1

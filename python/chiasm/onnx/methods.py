@@ -14,7 +14,7 @@ Artifact = dict[str, Any]
 
 @dataclass(frozen=True)
 class Method:
-    """`dtype` is what T stands for; None where no tensor of the bundle is of type T."""
+    """`dtype` is the value of T; None if no tensor of the bundle has type T."""
 
     folder: Path
     manifest: dict[str, Any]
@@ -23,7 +23,7 @@ class Method:
 
     @classmethod
     def open(cls, bundle: str | os.PathLike[str], name: str, dtype: str | None) -> Method:
-        """Read the manifest; without a dtype it is float32, or the first that the bundle has.
+        """Read the manifest. The default dtype is float32, else the first that the bundle has.
 
         Raises:
             BundleError: there is no bundle, no such method, or no such dtype.
@@ -53,7 +53,7 @@ class Method:
         return self.manifest["methods"][self.name]["outputs"]
 
     def artifacts(self) -> list[Artifact]:
-        """Those that serve this dtype."""
+        """The artifacts for this dtype."""
         listed = self.manifest["methods"][self.name]["artifacts"]
         return [a for a in listed if self.dtype is None or self.dtype in a["dtypes"]]
 

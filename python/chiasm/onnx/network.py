@@ -1,4 +1,4 @@
-"""A bundle within a torch network, and such a network as ONNX."""
+"""A bundle as a module of a torch network, and the export of such a network to ONNX."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ Size = int | torch.SymInt
 class Node(nn.Module):
     """A bundle's method as a module, which becomes a single node when the network is exported to ONNX.
 
-    In eager mode the bundle's TorchScript runs: on any device, and differentiable. A bundle without it, and
-    any method but `forward`, is run by ONNX Runtime instead: on the CPU, and not differentiable, which an
-    input that requires grad is told. In the exported model the node has no gradient. `torch.export` other
-    than for ONNX is refused: call the op itself there.
+    In eager mode the bundle's TorchScript runs, on any device and with gradients. For a bundle without
+    TorchScript, and for any method but `forward`, ONNX Runtime runs instead, on the CPU and without
+    gradients; an input that requires grad raises an error. In the exported model the node has no gradient.
+    `torch.export` other than for ONNX is rejected: call the op itself there.
 
     Args:
         bundle: the folder ``NAME.chiasm``.
         method: one of the bundle's methods.
-        dtype: for a bundle of several dtypes, the one to take; by default float32, else the first there is.
+        dtype: for a bundle of several dtypes, the one to take; by default float32, else the first available.
 
     Raises:
         BundleError: the bundle is damaged, or has no such method, dtype or ONNX artifact.
@@ -66,7 +66,7 @@ class Node(nn.Module):
         Raises:
             TypeError: the number of inputs or a dtype is wrong.
             ValueError: a shape is wrong.
-            RuntimeError: a gradient is wanted that there is not, or the export is not one to ONNX.
+            RuntimeError: an input requires a gradient that does not exist, or the export is not to ONNX.
         """
         shapes = self._output_shapes(inputs)
         if torch.onnx.is_in_onnx_export():
@@ -109,7 +109,7 @@ class Node(nn.Module):
         return [torch.from_numpy(np.asarray(r)).to(inputs[0].device) for r in self._session.run(None, named)]
 
     def _output_shapes(self, inputs: tuple[Tensor, ...]) -> list[list[Size]]:
-        """The outputs' shapes by the manifest's expressions; the inputs are checked on the way."""
+        """The outputs' shapes by the manifest's expressions. Also checks the inputs."""
         specs, where = self.opened.inputs, self.opened.folder
         if len(inputs) != len(specs):
             raise TypeError(
@@ -150,7 +150,8 @@ class Node(nn.Module):
 def export(
     network: nn.Module, args: tuple[Any, ...], path: str | os.PathLike[str] | None = None, **options: Any
 ) -> onnx.ModelProto:
-    """Export a network that has `Node`s to ONNX; each is a single node, and its function comes along.
+    """Export a network that has `Node`s to ONNX; each `Node` becomes a single node, and its function is added
+    to the model.
 
     Args:
         network: any module that ``torch.onnx.export(dynamo=True)`` takes.
@@ -160,7 +161,7 @@ def export(
             `opset_version` ...
 
     Returns:
-        The whole model.
+        The complete model.
 
     Raises:
         ValueError: two Nodes cannot be in one model.

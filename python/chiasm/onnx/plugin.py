@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import onnxruntime
 
 LIBRARY = "libchiasm_ort.so"
-#: The session's configuration entry that tells the plug-in which bundles to serve; it reads it when it is
-#: registered.
+#: The session's configuration entry that tells the plug-in which bundles to serve. The plug-in reads it when
+#: it is registered.
 ENTRY = "chiasm.bundles"
 
 BundlePath = str | os.PathLike[str]
@@ -23,14 +23,14 @@ BundlePath = str | os.PathLike[str]
 def library() -> Path:
     """Where chiasm's plug-in for ONNX Runtime is.
 
-    It is looked for where the runtime finds its backends: in the folders of ``CHIASM_BACKEND_PATH``, beside
-    the installed library, and in a source tree's ``build/release/lib``.
+    It is searched where the runtime finds its backends: in the folders of ``CHIASM_BACKEND_PATH``, beside the
+    installed library, and in a source tree's ``build/release/lib``.
 
     Returns:
         The path of ``libchiasm_ort.so``.
 
     Raises:
-        FileNotFoundError: it is in none of them; the message says which, and how to get it.
+        FileNotFoundError: it is in none of these places; the message lists them, and says how to get it.
 
     Example:
         >>> import chiasm.onnx
@@ -50,7 +50,7 @@ def library() -> Path:
 def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable[BundlePath]) -> None:
     """Let sessions made with `options` run the functions of these bundles by native code.
 
-    The bundles must stay where they are while the session is made.
+    Do not move the bundles before the session is created.
 
     Args:
         options: is changed: a configuration entry and the plug-in are added.
@@ -91,7 +91,7 @@ def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable
 def _entry(options: onnxruntime.SessionOptions) -> str | None:
     try:
         return options.get_session_config_entry(ENTRY)
-    except RuntimeError:  # how ONNX Runtime says that there is none
+    except RuntimeError:  # ONNX Runtime's way to say that there is no such entry
         return None
 
 

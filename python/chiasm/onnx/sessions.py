@@ -25,13 +25,13 @@ def session(
 ) -> onnxruntime.InferenceSession:
     """Open a method of a bundle in ONNX Runtime.
 
-    Where native code cannot be had (the plug-in is not installed, or the bundle holds none for the method),
-    the standard operators run instead, and a warning says why.
+    If native code cannot run (the plug-in is not installed, or the bundle has no code for the method), the
+    standard operators run instead, and a warning says why.
 
     Args:
         bundle: the folder ``NAME.chiasm``.
         method: one of the bundle's methods.
-        dtype: for a bundle of several dtypes, the one to open; by default float32, else the first there is.
+        dtype: for a bundle of several dtypes, the one to open; by default float32, else the first available.
         fused: False opens the flat form and leaves the plug-in out.
         options: the session's options; they are changed by `register`, so give each session its own.
         providers: as ONNX Runtime takes them; the CPU by default.
@@ -43,7 +43,7 @@ def session(
         BundleError: the bundle is damaged, or has no such method, dtype or artifact.
 
     Warns:
-        RuntimeWarning: the standard operators run, though `fused` was asked for.
+        RuntimeWarning: the standard operators run, although `fused` is True.
 
     Example:
         >>> import chiasm.onnx
@@ -74,7 +74,7 @@ def session(
 
 
 def _problem(opened: Method) -> str:
-    """Why the plug-in cannot serve the method; empty where it can."""
+    """Why the plug-in cannot serve the method; empty if it can."""
     if opened.fused() is None:
         return "the bundle has no fused ONNX form: export it again"
     if not opened.has_native():

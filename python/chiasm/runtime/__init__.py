@@ -47,7 +47,7 @@ __all__ = [
 
 
 class Bundle:
-    """An opened bundle: what it says of itself, and its methods. Made by `open`."""
+    """An opened bundle: its description and its methods. `open` returns it."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self._handle = _runtime.Bundle(_text("path", os.fsdecode(path)))
@@ -112,26 +112,26 @@ class Bundle:
             "cpu", "cuda" or "cuda:1"; a ``torch.device`` will do.
         dtype
             For a method that accepts several dtypes, the one to load, as a name, a NumPy dtype or a torch
-            dtype; by default float32, else the first there is.
+            dtype; by default float32, else the first available.
         allow_native_code
-            The native and torch artifacts are programs. False leaves the onnx backend, whose artifacts are
-            data: use it for bundles whose author you do not trust.
+            The native and torch artifacts are programs. False allows only the onnx backend, whose artifacts
+            are data: use it for bundles whose author you do not trust.
         fused
-            The onnx backend on the CPU: run the method's native code as one node inside ONNX Runtime, where
-            there is some for this machine. False leaves the graph of standard operators.
+            The onnx backend on the CPU: run the method's native code as one node inside ONNX Runtime, if the
+            bundle has some for this machine. False runs the graph of standard operators.
         warm_up
             Run once on the smallest valid input, so that the first real run is not the slow one.
         num_threads
-            How many threads a run of this method may use; 0: as many as the process may (`set_num_threads`),
-            which is also the upper limit. A server that runs several methods at once gives each 1.
+            How many threads a run of this method may use; 0: as many as the process may use
+            (`set_num_threads`), which is also the upper limit. A server that runs several methods at once
+            gives each 1.
         options
-            Options of the backend that is named.
+            Options of the backend named in `backend`.
 
         Raises
         ------
         ChiasmError
-            Where there is no such method, or no backend that can run it here; the message says what is
-            missing.
+            If there is no such method, or no backend that can run it here; the message says what is missing.
 
         Examples
         --------
@@ -155,8 +155,8 @@ class Bundle:
     ) -> list[SelfTestRow]:
         """Replay the golden vectors on this machine: a row for each golden case and backend.
 
-        With the backend "auto" on every backend that is present. A row's ``passed`` is True, False, or None
-        where it was not run.
+        The backend "auto" means every backend that is present. A row's ``passed`` is True, False, or None if
+        it was not run.
 
         Examples
         --------
@@ -180,12 +180,12 @@ def open(path: str | os.PathLike[str]) -> Bundle:
     ----------
     path
         The folder ``NAME.chiasm``; or an op's name, e.g. ``"filters.sobel"``, of a bundle that a Python
-        package has brought (``chiasm list --installed`` shows them). A folder of that name comes first.
+        package has installed (``chiasm list --installed`` shows them). A folder of that name comes first.
 
     Raises
     ------
     ChiasmError
-        Where there is no bundle or it is damaged; the message names the file.
+        If there is no bundle or it is damaged; the message names the file.
 
     Examples
     --------
@@ -209,7 +209,7 @@ def open(path: str | os.PathLike[str]) -> Bundle:
 
 
 def backends() -> list[BackendInfo]:
-    """The backends, in the order in which "auto" takes them. Loads the engines of all that are present.
+    """The backends, in the order in which "auto" tries them. Loads the engines of all that are present.
 
     Examples
     --------
@@ -224,7 +224,7 @@ def backends() -> list[BackendInfo]:
 def set_num_threads(count: int) -> None:
     """Set how many threads a run may use, for every backend; 0, the default, means all cores of this process.
 
-    Must come before the first method is loaded. The torch backend sets torch's own thread count to it.
+    Call it before the first method is loaded. The torch backend sets torch's own thread count to it.
     """
     _runtime.set_num_threads(_number("count", count))
 
@@ -242,10 +242,9 @@ def get_num_threads() -> int:
 
 
 def set_trust(policy: str, keys: Sequence[str | os.PathLike[str]] = ()) -> None:
-    """Set which bundles this process runs, in place of what ``CHIASM_TRUST_POLICY`` and
-    ``CHIASM_TRUSTED_KEYS`` say.
+    """Set which bundles this process runs. This replaces ``CHIASM_TRUST_POLICY`` and ``CHIASM_TRUSTED_KEYS``.
 
-    Must come before the first method is loaded. docs/signing.md says how bundles are signed.
+    Call it before the first method is loaded. docs/signing.md says how bundles are signed.
 
     Parameters
     ----------
@@ -322,7 +321,7 @@ def _package_folder(package: str) -> Path | None:
 
 
 def _point_to_onnxruntime() -> None:
-    """Tell the onnx plug-in, which opens the library when it is first used, where the wheel has it."""
+    """Tell the onnx plug-in where the wheel's ONNX Runtime is; the plug-in opens it at its first use."""
     if os.environ.get("CHIASM_ONNXRUNTIME_LIBRARY"):
         return
     folder = _package_folder("onnxruntime")

@@ -1,4 +1,4 @@
-"""Parts after each other as one model of Triton's, an ensemble: which output becomes which input."""
+"""Several parts in sequence as one Triton model, an ensemble: which output becomes which input."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .parts import Part, RepositoryError, Tensor
 
 @dataclass(frozen=True)
 class Step:
-    """A model within an ensemble; its tensors' names, and what they are called outside of it."""
+    """A model within an ensemble, with its tensors' names and their names in the ensemble."""
 
     model: str
     inputs: dict[str, str]
@@ -19,7 +19,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """A model of others: its own tensors, and its steps."""
+    """A model that consists of others: its own tensors, and its steps."""
 
     name: str
     inputs: list[Tensor]
@@ -28,13 +28,13 @@ class Ensemble:
 
 
 def joined(name: str, parts: Sequence[Part]) -> Ensemble:
-    """The parts in their order. The inputs of the first, and those of later ones that no output before them
-    becomes, are the ensemble's; so are the outputs of the last."""
+    """The parts in their order. The ensemble's inputs are those of the first part, and those of later parts
+    that get no output of the part before; its outputs are those of the last part."""
     if len(parts) < 2:
         raise RepositoryError(f"ensemble '{name}': expected two parts or more, got {len(parts)}")
     inputs: list[Tensor] = []
     steps: list[Step] = []
-    before: dict[str, Tensor] = {}  # the outputs of the part before, by what they are called outside
+    before: dict[str, Tensor] = {}  # the outputs of the part before, by their names in the ensemble
     for i, part in enumerate(parts):
         last = i == len(parts) - 1
         wanted, given = part.tensors
@@ -56,7 +56,7 @@ def joined(name: str, parts: Sequence[Part]) -> Ensemble:
         before = {outside[t.name]: t for t in given}
     outputs = [replace(tensor, name=called) for called, tensor in before.items()]
     if clash := {t.name for t in inputs} & {t.name for t in outputs}:
-        # Within an ensemble a name stands for one tensor
+        # Within an ensemble a name must be unique
         renamed = {called: f"{called}_out" for called in clash}
         outputs = [replace(t, name=renamed.get(t.name, t.name)) for t in outputs]
         steps[-1] = replace(steps[-1], outputs={k: renamed.get(v, v) for k, v in steps[-1].outputs.items()})

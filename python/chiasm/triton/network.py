@@ -8,7 +8,7 @@ import triton_python_backend_utils as triton  # pyright: ignore[reportMissingImp
 
 
 class TritonPythonModel:
-    """A network; a request is one run, on one thread, for instances are what runs at once."""
+    """A network. A request is one run on one thread, because instances already run in parallel."""
 
     def initialize(self, args):
         folder = os.path.join(args["model_repository"], args["model_version"])
@@ -23,7 +23,7 @@ class TritonPythonModel:
         return [self.answer(request) for request in requests]
 
     def answer(self, request):
-        """One request's answer; what fails, fails alone."""
+        """One request's answer. A request that fails does not affect the others."""
         try:
             inputs = {tensor.name(): tensor.as_numpy() for tensor in request.inputs()}
             arrays = self.session.run(self.outputs, inputs)

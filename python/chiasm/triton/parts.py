@@ -1,4 +1,4 @@
-"""What a repository is made of: bundles, and networks in ONNX files, with the tensors of each."""
+"""The parts of a repository: bundles, and networks in ONNX files, with the tensors of each."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from ..export.manifest import SUFFIX, BundleError, read_manifest
 
-#: A model's name is a folder's, and stands in URLs.
+#: A model's name is a folder's name, and part of URLs.
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 #: TensorProto.DataType, by its number
 _ONNX_TYPES = {
@@ -34,15 +34,15 @@ class RepositoryError(BundleError):
 
 @dataclass(frozen=True)
 class Tensor:
-    """An input or output of a model, as a config.pbtxt has it: all dimensions, -1 for those that differ from
-    request to request."""
+    """An input or output of a model, as in a config.pbtxt: all dimensions, -1 for those that differ between
+    requests."""
 
     name: str
     type: str
     dims: tuple[int, ...]
 
     def fits(self, other: Tensor) -> bool:
-        """Whether one may become the other."""
+        """Whether this tensor can be passed as ``other``."""
         return (
             self.type == other.type
             and len(self.dims) == len(other.dims)
@@ -61,7 +61,7 @@ class Part:
     Raises
     ------
     RepositoryError
-        Where the name is none that a model can have, or the path is neither.
+        If the name is not valid for a model, or the path is neither of the two.
     """
 
     name: str
@@ -74,7 +74,7 @@ class Part:
 
     @staticmethod
     def check_name(name: str) -> str:
-        """The name, where a model may have it."""
+        """The name, if it is valid for a model."""
         if not _NAME.fullmatch(name):
             raise RepositoryError(
                 f"{name!r} cannot be a model's name: expected letters, digits, '_', '.' and '-'"
@@ -83,11 +83,11 @@ class Part:
 
     @classmethod
     def parse(cls, text: str) -> Part:
-        """``NAME=PATH``, or ``PATH``, whose own name without the suffix is the model's."""
+        """``NAME=PATH``, or ``PATH``, whose file name without the suffix becomes the model's name."""
         name, separator, path = text.partition("=")
         if not separator or "/" in name:
             name, path = "", text
-        # Whatever way leads there: `.` has a name too
+        # Resolved, because `.` has a name too
         return cls(name or re.sub(r"\.(chiasm|onnx)$", "", Path(path).resolve().name), Path(path))
 
     @property
@@ -106,7 +106,7 @@ def _of_bundle(bundle: Path) -> tuple[list[Tensor], list[Tensor]]:
     if method is None:
         raise RepositoryError(f"{bundle}: has no method 'forward'; it has {', '.join(manifest['methods'])}")
     dtypes: list[str] = manifest["dtypes"]
-    generic = "float32" if "float32" in dtypes else (dtypes[:1] or [""])[0]  # what the runtime takes
+    generic = "float32" if "float32" in dtypes else (dtypes[:1] or [""])[0]  # as the runtime chooses it
 
     def tensor(entry: dict[str, Any]) -> Tensor:
         dtype: str = generic if entry["dtype"] == "T" else entry["dtype"]

@@ -1,4 +1,4 @@
-"""Writes a model repository: whole models, and nothing over what is there."""
+"""Writes a model repository: complete models, and never over existing ones."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ _NETWORK = Path(__file__).with_name("network.py")
 
 
 def write(repository: Path, parts: Sequence[Part], ensemble: str | None = None) -> list[Path]:
-    """Write a model for each part, and one that runs them after each other.
+    """Write a model for each part, and optionally one that runs them in sequence.
 
     Parameters
     ----------
     repository
-        The folder that ``tritonserver --model-repository`` names; made where it is not there.
+        The folder that ``tritonserver --model-repository`` names; created if it does not exist.
     parts
         Bundles are copied; networks are run by ONNX Runtime in Triton's Python backend.
     ensemble
         The name of a model that runs all parts in their order: the outputs of each become the inputs of the
-        next that have the same name, or, of one output and one input, whatever the names.
+        next part with the same names; a single output becomes a single input whatever their names.
 
     Returns
     -------
@@ -37,9 +37,9 @@ def write(repository: Path, parts: Sequence[Part], ensemble: str | None = None) 
     Raises
     ------
     RepositoryError
-        Where a model of that name is there, or parts do not fit; nothing is written then.
+        If a model of that name exists, or parts do not fit. Nothing is written then.
     BundleError
-        Where a bundle is damaged.
+        If a bundle is damaged.
     """
     chain = [] if ensemble is None else [joined(Part.check_name(ensemble), parts)]
     names = [part.name for part in parts] + [each.name for each in chain]
@@ -51,9 +51,9 @@ def write(repository: Path, parts: Sequence[Part], ensemble: str | None = None) 
                 f"{repository / name} is there already: remove it, or give another name, NAME=PATH"
             )
     for part in parts:
-        _ = part.tensors  # which reads the bundle: nothing is written before all are known to be good
+        _ = part.tensors  # reads the bundle: nothing is written before all bundles are known to be valid
     repository.mkdir(parents=True, exist_ok=True)
-    # Beside the repository, for a server may be looking: a model comes into it whole
+    # Write beside the repository and then move: a running server must see only complete models
     with tempfile.TemporaryDirectory(prefix=".chiasm-triton-", dir=repository.resolve().parent) as scratch:
         for part in parts:
             _write_part(Path(scratch) / part.name, part)
@@ -74,12 +74,12 @@ def _write_part(folder: Path, part: Part) -> None:
         config = 'backend: "python"\n' + _described("input", inputs) + _described("output", outputs)
     else:
         shutil.copytree(part.path, version / f"{part.path.resolve().name.removesuffix(SUFFIX)}{SUFFIX}")
-        config = 'backend: "chiasm"\n'  # the rest the backend reads from the manifest
+        config = 'backend: "chiasm"\n'  # the backend reads the rest from the manifest
     (folder / "config.pbtxt").write_text(config)
 
 
 def _write_ensemble(folder: Path, ensemble: Ensemble) -> None:
-    (folder / "1").mkdir(parents=True)  # Triton wants a version, which has no files
+    (folder / "1").mkdir(parents=True)  # Triton requires a version folder; an ensemble's is empty
     config = 'platform: "ensemble"\n'
     config += _described("input", ensemble.inputs) + _described("output", ensemble.outputs)
     config += "ensemble_scheduling {\n"
