@@ -1,4 +1,4 @@
-"""Bundles on disk: writing one whole or not at all, and reading its golden vectors."""
+"""Bundles on disk: writing one atomically, and reading its golden vectors."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Writer:
         }
 
     def document(self, kind: str, file: str, data: bytes) -> None:
-        """Add a file that travels with the bundle and that no engine reads."""
+        """Add a file to the bundle that no engine reads."""
         self.files[file] = data
         self.manifest.setdefault("documents", {})[kind] = {
             "file": file,
@@ -74,7 +74,7 @@ class Writer:
         }
 
     def write(self, folder: Path) -> Path:
-        """Write `folder`/NAME.chiasm, replacing one that is there, whole or not at all; returns its path."""
+        """Write `folder`/NAME.chiasm atomically, replacing an existing one; returns its path."""
         self.manifest["created"] = _now()
         jsonschema.validate(self.manifest, schema())
         target = folder / f"{self.manifest['name']}{SUFFIX}"
@@ -110,12 +110,12 @@ class Writer:
 
 
 def _writing(process: int) -> str:
-    """How the folders begin that a process writes bundles in."""
+    """The prefix of the folders in which a process writes bundles."""
     return f".writing-{process}-"
 
 
 def clean_up(folder: Path, process: int) -> None:
-    """Remove what a process that was ended was writing; a bundle that it had moved away is put back."""
+    """Remove what a killed process was writing, and put back a bundle that it had moved away."""
     for left in folder.glob(f"{_writing(process)}*"):
         if (left / "old").exists():
             name = json.loads((left / "old" / "manifest.json").read_text())["name"]
@@ -138,7 +138,7 @@ def read_golden(bundle: Path, manifest: dict[str, Any]) -> dict[str, torch.Tenso
     file = bundle / manifest["golden"]["file"]
     try:
         tensors = load(data)
-    except Exception as error:  # safetensors' own, and what its tensors' sizes may cause
+    except Exception as error:  # safetensors' own exceptions, and those that wrong sizes of tensors cause
         raise BundleError(f"{file}: not golden vectors: {error}") from error
     for case in manifest["golden"]["cases"]:
         if case["method"] not in manifest["methods"]:

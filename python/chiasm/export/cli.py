@@ -144,12 +144,12 @@ def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
 def export_names(
     names, output: Path, formats=FORMATS, isas=("x86-64-v3",), methods=METHODS, jobs: int = 1
 ) -> None:
-    """Export ops of the catalog, several at once, with a progress bar; ExportError, at the end, where some
+    """Export ops of the catalog, several at once, with a progress bar. Raises ExportError at the end if some
     failed."""
     started, failures = time.monotonic(), {}
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    # Workers are spawned, not forked: torch's threads do not survive a fork. One op is exported here: a
-    # worker would import torch once more.
+    # Workers are spawned, not forked: torch's threads do not survive a fork. A single op is exported in this
+    # process: a worker would import torch again.
     context = multiprocessing.get_context("spawn")
     scratch = tempfile.TemporaryDirectory(prefix="chiasm-export-", ignore_cleanup_errors=True)
     workers = (
@@ -179,7 +179,7 @@ def export_names(
             _stop(pool, output)
             raise
     if failures:
-        # once more: hundreds of lines may stand between
+        # once more: hundreds of lines may have been printed since
         many = (
             [f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}"] if len(names) > 1 else []
         )
@@ -191,7 +191,7 @@ def export_names(
 
 
 class _Here(Executor):
-    """Does in this process, at once, what it is given."""
+    """Runs tasks in this process, immediately."""
 
     def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
         done: Future = Future()
@@ -203,7 +203,7 @@ class _Here(Executor):
 
 
 def _worker(scratch: str) -> None:
-    """A session of its own, with its compilers: an interrupt is the parent's to handle, and ends them all."""
+    """Start a session for the worker and its compilers: the parent handles interrupts, and ends them all."""
     os.setsid()
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     os.environ["TMPDIR"] = tempfile.tempdir = scratch
@@ -211,15 +211,14 @@ def _worker(scratch: str) -> None:
 
 
 def _stop(pool: Executor, output: Path) -> None:
-    """End the workers whatever they are doing (an exception might be taken for an op's own), and remove what
-    they were writing."""
+    """Kill the workers (an op's code might catch an exception), and remove what they were writing."""
     from .bundle import clean_up
 
     ids = [worker.pid for worker in multiprocessing.active_children() if worker.pid is not None]
     for process in ids:
         try:
             os.killpg(process, signal.SIGKILL)
-        except ProcessLookupError:  # it has no session yet
+        except ProcessLookupError:  # the worker has no session yet
             os.kill(process, signal.SIGKILL)
     pool.shutdown(cancel_futures=True)
     for process in ids:
@@ -227,8 +226,8 @@ def _stop(pool: Executor, output: Path) -> None:
 
 
 def _collect_seldom() -> None:
-    """torch's modules and an op's graphs are many small objects that all stay: to look through them for
-    garbage at every 700th took a tenth of the time."""
+    """Collect garbage rarely. torch's modules and an op's graphs are many small objects that stay alive: a
+    collection after every 700 new objects took a tenth of the time."""
     gc.set_threshold(100_000)
 
 
@@ -422,13 +421,13 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
             console.print(
                 f"{bundle}: signed by the key; {comment}", highlight=False, markup=False, soft_wrap=True
             )
-        # So that what is run below is what was signed, whatever happens to the files meanwhile
+        # So that the code that runs below is what was signed, even if the files change meanwhile
         signing.trust_only(key)
     from .verify import verify as verify_bundle
 
     table = Table("bundle", "method", "dtype", "backend", "largest error", "", box=None, header_style="bold")
     ran = failed = 0
-    said: list[str] = []  # in lines of their own: a table's last column has no room
+    said: list[str] = []  # printed as lines of their own: a table's last column is too narrow
     with Progress(
         TextColumn("{task.description:48}"),
         BarColumn(),
@@ -509,7 +508,7 @@ main.add_command(triton)
 
 
 def _shown(text: str) -> str:
-    """Text from a bundle, which may hold anything, as it stands in a line of the terminal."""
+    """Untrusted text from a bundle, made safe for a line of the terminal."""
     return escape(one_line(text))
 
 

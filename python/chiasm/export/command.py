@@ -1,4 +1,4 @@
-"""How the command `chiasm` ends: whatever goes wrong is one message on stderr and an exit status, never a
+"""How the command `chiasm` ends: every error is one message on stderr and an exit status, never a
 traceback."""
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from .errors import ExportError
 from .manifest import BundleError
 from .text import one_line, plain
 
-#: Set, it lets an unexpected exception through.
+#: If this variable is set, an unexpected exception is not caught.
 TRACEBACK = "CHIASM_TRACEBACK"
 
 
 def jobs_option(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The option `--jobs`: how much is done at once, which is what `text` says."""
+    """The option `--jobs`: how many of the things that `text` names are done at once."""
     cores = len(os.sched_getaffinity(0))
     return click.option(
         "-j", "--jobs", type=click.IntRange(1), default=cores, show_default="one a core", help=text
@@ -30,7 +30,7 @@ def jobs_option(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
-    """The values of an option NAME=VALUE that may be given again, by name."""
+    """The values, by name, of an option NAME=VALUE that may be repeated."""
     found: dict[str, str] = {}
     for text in texts:
         name, separator, value = text.partition("=")
@@ -43,15 +43,15 @@ def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
 
 
 class Group(click.Group):
-    """Commands whose exceptions become one line on stderr: exit status 2 where the command was typed wrong,
-    130 where it was interrupted, else 1."""
+    """Commands whose exceptions become one line on stderr: exit status 2 for wrong usage, 130 after an
+    interrupt, else 1."""
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         with ended():  # `--help` is written before `invoke`
             return super().main(*args, **kwargs)
 
     def invoke(self, ctx: click.Context) -> Any:
-        # Else Python looks through all of torch's objects for garbage before it ends, which takes 1.2 s
+        # Otherwise Python collects garbage among all of torch's objects before it ends, which takes 1.2 s
         atexit.register(gc.freeze)
         with ended():
             try:

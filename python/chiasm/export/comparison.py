@@ -1,5 +1,5 @@
-"""A bundle's ONNX artifacts against its golden vectors, in ONNX Runtime's Python package; and how outputs are
-compared."""
+"""Compares a bundle's ONNX artifacts, in ONNX Runtime's Python package, with its golden vectors; and outputs
+in general."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .verify import Row
 def difference(
     result: torch.Tensor, expected: torch.Tensor, tolerance: dict[str, float] | None
 ) -> tuple[float, str]:
-    """The largest absolute difference, and "" or what is wrong. Without a tolerance, equality is asked for;
+    """The largest absolute difference, and "" or what is wrong. Without a tolerance, values must be equal;
     NaN equals NaN."""
     if result.shape != expected.shape or result.dtype != expected.dtype:
         return (
@@ -43,7 +43,7 @@ def difference(
 def compare(
     method: dict, results: Sequence[torch.Tensor], expected: Sequence[torch.Tensor]
 ) -> tuple[float, str]:
-    """The largest absolute difference of a method's outputs, and "" or what is wrong by its manifest's
+    """The largest absolute difference of a method's outputs, and "" or what is wrong, by the manifest's
     tolerances."""
     worst, message = 0.0, ""
     for tensor, result, want in zip(method["outputs"], results, expected, strict=True):
@@ -62,8 +62,7 @@ def rows(folder: Path, manifest: dict) -> Iterator[Row]:
 
 
 def _rows(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], case: dict) -> Iterator[Row]:
-    """Both forms of the artifact: the flat one, and the fused one as an engine without chiasm's plug-in runs
-    it."""
+    """Both forms of the artifact: the flat one, and the fused one without chiasm's plug-in."""
     method = manifest["methods"][case["method"]]
     dtype = case["dtype"]
     expected = [golden[f"{case['prefix']}/{t['name']}"] for t in method["outputs"]]
@@ -73,7 +72,7 @@ def _rows(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], case: d
             continue
         try:
             worst, message = compare(method, onnx_session(folder / artifact["file"])(inputs), expected)
-        except Exception as error:  # ONNX Runtime's have no common class
+        except Exception as error:  # ONNX Runtime's exceptions have no common class
             worst, message = float("inf"), one_line(error)
         backend = "onnx (python, fused body)" if "function" in artifact else "onnx (python)"
         yield Row(case["method"], dtype or "", backend, artifact["file"], not message, worst, message)
@@ -82,7 +81,7 @@ def _rows(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], case: d
 def onnx_session(
     file: Path, bundle: Path | None = None
 ) -> Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]:
-    """Load a `.onnx` in ONNX Runtime's Python package, with the native code of `bundle` where one is given;
+    """Load a `.onnx` in ONNX Runtime's Python package, with the native code of `bundle` if one is given;
     returns a function from named inputs to outputs."""
     import onnxruntime
 

@@ -1,8 +1,7 @@
-"""What a bundle says of its making: a list of its parts (SBOM, CycloneDX) and where it comes from (in-toto
-statement, SLSA provenance).
+"""A bundle's documents: the list of its parts (SBOM, CycloneDX) and its provenance (in-toto statement, SLSA
+provenance).
 
-Nothing in them tells of the machine, the user or the time, so that the same export gives the same bytes
-anywhere.
+They do not contain the machine, the user or the time, so that the same export gives the same bytes anywhere.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ from torch import nn
 from .formats.native import compiler_command, run_tool
 from .manifest import sha256
 
-#: Whose version a shared library has that compiled code is linked with.
+#: The package whose version a shared library has, for libraries that compiled code is linked with.
 _OWNERS = ((r"libtorch|libc10", "torch"), (r"lib(c|m|mvec|pthread|dl)\.so|ld-linux", "glibc"))
-#: What native code carries inside it, of the compiler's version (`_LINK` in native.py).
+#: Libraries inside native code, in the compiler's version (`_LINK` in native.py).
 _STATIC = ("libstdc++", "libgcc")
 
 
@@ -57,7 +56,8 @@ def sbom(manifest: Mapping[str, Any], files: Mapping[str, bytes]) -> bytes:
         for name, data in sorted(files.items())
     ]
     bundle = _component("library", manifest["name"], manifest["version"])
-    # Native code has parts of chiasm and of torch's headers in it; the rest only made the bundle.
+    # Native code contains parts of chiasm and of torch's headers; the other packages only produced the
+    # bundle.
     inside = [
         p | {"scope": "required" if native and p["name"] in ("chiasm", "torch") else "excluded"}
         for p in packages
@@ -104,7 +104,7 @@ def _needed(code: bytes) -> list[str]:
 
 
 def _compiler_version(manifest: Mapping[str, Any]) -> str:
-    """Of g++, or of each where there was more than one."""
+    """The version of g++, or all versions if there was more than one."""
     artifacts = [a for method in manifest["methods"].values() for a in method["artifacts"]]
     commands = sorted({compiler_command(a["isa"]) for a in artifacts if "isa" in a})
     return ", ".join(dict.fromkeys(run_tool([c, "-dumpfullversion"]).strip() for c in commands))
@@ -116,8 +116,8 @@ def provenance(
     files: Mapping[str, bytes],
     asked: Mapping[str, Sequence[str]],
 ) -> bytes:
-    """Where a bundle comes from: its files with their hashes, the op's source, what was asked for, and the
-    versions that made it."""
+    """A bundle's provenance: its files with their hashes, the op's source, the request, and the versions of
+    the packages that produced it."""
     packages = [
         {"name": name, "uri": f"pkg:pypi/{name}@{version}"} for name, version in manifest["producer"].items()
     ]
@@ -160,8 +160,8 @@ def provenance(
 
 
 def _sources(fn: Callable | nn.Module) -> list[tuple[str, str]]:
-    """The Python modules that the op's function, or its module's classes, are written in, with the hashes of
-    their files."""
+    """The Python modules that define the op's function, or its module's classes, with the hashes of their
+    files."""
     written = (
         [type(m) for m in fn.modules()]
         if isinstance(fn, nn.Module)
@@ -173,7 +173,7 @@ def _sources(fn: Callable | nn.Module) -> list[tuple[str, str]]:
             file = Path(inspect.getsourcefile(item) or "")
             if not file.is_relative_to(Path(torch.__file__).parent):
                 found[item.__module__] = sha256(file.read_bytes())
-        except (OSError, TypeError):  # of an interactive session, or in C
+        except (OSError, TypeError):  # defined in an interactive session, or in C
             continue
     return sorted(found.items())
 

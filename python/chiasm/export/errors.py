@@ -40,7 +40,7 @@ _ENGINE_ROOTS = (
     ),
 )
 _LIBRARY = sysconfig.get_paths()["stdlib"]
-#: What an engine says, and what to do about it.
+#: Errors of engines, and what to do about each.
 _REMEDIES = (
     (
         r"No space left on device|File too large|Disk quota exceeded",
@@ -104,10 +104,11 @@ def explain(
     shapes: str = "",
 ) -> ExportError:
     """An ExportError that names the line of the user's code, or the operator, that `error` comes from, and
-    what to do where that is known.
+    what to do if that is known.
 
-    `target` is what was being made; None says that the op itself failed, in eager PyTorch, with inputs of
-    `shapes`. `guards` are what a trace assumed of sizes, each with the user's line that it was assumed for.
+    `target` is what was being exported to; None means that the op itself failed, in eager PyTorch, with
+    inputs of `shapes`. `guards` are a trace's assumptions about sizes, each with the user's line that caused
+    it.
     """
     text = plain(str(error))
     assumed = _assumption(text, guards) if "Constraints violated" in text else None
@@ -132,9 +133,9 @@ def explain(
 
 
 def own_line(frames: Sequence[traceback.FrameSummary]) -> str | None:
-    """The innermost line of the op in a stack, quoted; None where the op has no lines of its own (a
+    """The innermost line of the op in a stack, quoted; None if the op has no lines of its own (a
     Sequential)."""
-    # Those that called the exporter come first, then the module that it made for the op.
+    # The exporter's callers come first, then the module that the exporter generated for the op.
     marks = [i for i, f in enumerate(frames) if f.filename.startswith("<chiasm")] or [
         i for i, f in enumerate(frames) if f.filename.startswith(_EXPORT)
     ][:1]
@@ -144,7 +145,7 @@ def own_line(frames: Sequence[traceback.FrameSummary]) -> str | None:
 
 
 def quoted_line(text: str, last: bool = False) -> str | None:
-    """The first line of the user's code (or the last) that an engine quotes in a text."""
+    """The first (or last) line of the user's code that an engine quotes in a text."""
     own = [
         (file, int(number))
         for file, number in re.findall(r'File "([^"]+)", line (\d+)', text)
@@ -205,10 +206,10 @@ def _operator(text: str) -> str | None:
 
 
 def _reason(text: str) -> str:
-    """The first lines that say something."""
+    """The first informative lines."""
     lines = [line.strip() for line in text.splitlines()]
     if "Constraints violated" in text:
-        # torch.export lists what the code assumed of a dimension, once per use
+        # torch.export lists the code's assumptions about a dimension, once per use
         facts = [line[2:].split(" If you're using")[0] for line in lines if line.startswith("- ")]
         fact = re.sub(r"L\['(\w+)'\]\.size\(\)\[(\d+)\]", r"\1.shape[\2]", facts[0] if facts else "")
         fact = re.sub(r"torch\.sym_float\(([^()]*)\)", r"\1", fact)

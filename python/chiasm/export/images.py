@@ -1,8 +1,8 @@
 """Image files in and out of a bundle, for `chiasm run`.
 
-Files are read as OpenCV's `imread` reads them: turned as their EXIF entry says, without transparency, and
-16-bit values as the upper eight bits where an op takes bytes; where it takes numbers from 0 to 1, 16-bit grey
-values keep all their bits.
+Files are read as OpenCV's `imread` reads them: rotated by EXIF, without transparency, and with 16-bit values
+reduced to the upper eight bits if an op takes bytes; if it takes numbers from 0 to 1, 16-bit grey values keep
+all their bits.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def run_on_image(bundle: Path, source: Path, target: Path, backend: str, setting
 
 
 def check_target(path: Path) -> None:
-    """Refuse a name that no image can be written to, before anything is computed."""
+    """Reject a name to which no image can be written, before anything is computed."""
     known = {extension for extension, form in Image.registered_extensions().items() if form in Image.SAVE}
     if path.suffix.lower() not in known:
         what = f"{path.suffix!r} is no extension of an image" if path.suffix else "it has no extension"
@@ -81,7 +81,7 @@ def check_target(path: Path) -> None:
 
 def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") -> np.ndarray:
     """An array (H, W, 3) in the colour order, "RGB" or "BGR", or a grey one (H, W, 1) of 16 bits: uint8 or
-    uint16. Of `data`, the bytes of an image file, `path` is the name that errors say."""
+    uint16. With `data`, the bytes of an image file, `path` is only the name in errors."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # large images: what is far too large is an error
@@ -99,14 +99,14 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
                 if deep_pgm or turned.mode.startswith("I;16"):
                     return np.asarray(turned).astype(np.uint16)[..., None]
                 turned = turned if turned.mode == "RGB" else turned.convert("RGB")
-                # Pillow writes either order as fast; NumPy turns one into the other in the time of a decoder
+                # Pillow writes both orders equally fast; NumPy takes as long as a decoder to swap them
                 pixels = np.frombuffer(turned.tobytes("raw", color), np.uint8)
                 return pixels.reshape(turned.height, turned.width, 3)
     except Image.DecompressionBombError as error:
         raise BundleError(
             f"{path}: too many pixels for an image file that is to be trusted: {one_line(error)}"
         ) from error
-    except UnidentifiedImageError as error:  # its text has an address in memory
+    except UnidentifiedImageError as error:  # its text contains a memory address
         raise BundleError(f"{path}: not an image that can be read: of no format that is known") from error
     except (
         OSError,
@@ -116,7 +116,7 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
         IndexError,
         TypeError,
         struct.error,
-    ) as error:  # whatever a decoder raises
+    ) as error:  # any exception of a decoder
         raise BundleError(
             f"{path}: not an image that can be read: {one_line(getattr(error, 'strerror', None) or error)}"
         ) from error
@@ -130,15 +130,14 @@ def is_turned(image: Image.Image) -> bool:
 def _turned(image: Image.Image) -> Image.Image:
     image.load()
     try:
-        # Without an orientation a copy is the whole cost of this
+        # Without an orientation, exif_transpose would only copy
         return ImageOps.exif_transpose(image) if is_turned(image) else image
-    except Exception:  # an EXIF entry that cannot be read says nothing, as for OpenCV
+    except Exception:  # ignore an EXIF entry that cannot be read, as OpenCV does
         return image
 
 
 def to_array(tensor: dict[str, Any], picture: np.ndarray, dtypes: list[str]) -> np.ndarray:
-    """The picture in the layout, colour order and dtype that an input asks for: bytes, or numbers from 0 to
-    1."""
+    """The picture in the layout, colour order and dtype of an input: bytes, or numbers from 0 to 1."""
     dtype = _dtype(tensor, dtypes)
     depth = np.iinfo(picture.dtype).max
     if dtype == "uint8":
@@ -162,7 +161,7 @@ def to_array(tensor: dict[str, Any], picture: np.ndarray, dtypes: list[str]) -> 
 
 
 def _dtype(tensor: dict[str, Any], dtypes: list[str]) -> str:
-    """The NumPy dtype of an input; what is generic gets float32, where it is among the bundle's."""
+    """The NumPy dtype of an input. A generic input gets float32 if the bundle has it."""
     wanted = tensor["dtype"]
     if wanted == "T":
         wanted = "float32" if "float32" in dtypes else dtypes[0]
@@ -174,7 +173,8 @@ def _dtype(tensor: dict[str, Any], dtypes: list[str]) -> str:
 
 
 def setting(tensor: dict[str, Any], settings: dict[str, str], dtypes: list[str]) -> np.ndarray:
-    """The array that NAME=VALUE gives for an input: JSON, or HEIGHTxWIDTH for one whose size alone counts."""
+    """The array for an input that NAME=VALUE specifies: JSON, or HEIGHTxWIDTH for an input of which only the
+    size is used."""
     name, dtype = tensor["name"], _dtype(tensor, dtypes)
     if name not in settings:
         raise BundleError(
@@ -201,8 +201,8 @@ def _leaves(value: Any) -> list[Any]:
 
 
 def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
-    """Write the first image of an output, whole or not at all. Float values are taken as 0 to 1 where they
-    lie there, else stretched to it."""
+    """Write the first image of an output atomically. Float values inside 0 to 1 are kept, others are
+    stretched to that range."""
     if array.size == 0:
         raise BundleError(f"{path}: output {tensor['name']!r} is empty: its shape is {array.shape}")
     if tensor["layout"] == "NCHW":
@@ -219,7 +219,7 @@ def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
     elif tensor["color"] == "BGR":
         array = array[..., ::-1]
     try:
-        encoded = io.BytesIO()  # not right to the file: Pillow takes no notice of a disk that is full
+        encoded = io.BytesIO()  # not directly to the file: Pillow does not report a full disk
         Image.fromarray(np.ascontiguousarray(array)).save(
             encoded, Image.registered_extensions()[path.suffix.lower()]
         )

@@ -1,4 +1,4 @@
-"""What flows through the exporter's stages (pipeline.py): the request, and what each stage adds to it."""
+"""The data of the exporter's stages (pipeline.py): the request, and the results that each stage adds."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Tensors = dict[str, torch.Tensor]
 
 
 def run_eager(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> tuple[torch.Tensor, ...]:
-    """The reference: what eager Python gives."""
+    """The reference: the results of eager Python."""
     result = call(module, inputs)
     return tuple(r.detach() for r in (result if isinstance(result, (tuple, list)) else (result,)))
 
 
 def call(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> Any:
-    """What the module returns, whatever that is."""
-    with torch.enable_grad():  # a step of an optimisation takes gradients itself
+    """The module's result, unchanged."""
+    with torch.enable_grad():  # an optimisation step computes gradients itself
         return module(*inputs.values())
 
 
@@ -57,7 +57,7 @@ def with_cotangents(
 
 @dataclass
 class Method:
-    """A method of the bundle for one value of T: what every format makes its artifact of.
+    """A method of the bundle for one value of T, from which every format makes its artifact.
 
     name: "forward" or "vjp".
     variant: what T stands for; None for an op without T.
@@ -76,12 +76,12 @@ class Method:
 
     @property
     def title(self) -> str:
-        """For people: "forward float32"."""
+        """The name in messages: "forward float32"."""
         return self.file.replace(".", " ")
 
     @property
     def file(self) -> str:
-        """The beginning of the names of its files: "forward.float32"."""
+        """The prefix of its files' names: "forward.float32"."""
         return f"{self.name}.{self.variant}" if self.variant else self.name
 
     @property
@@ -97,8 +97,8 @@ class Method:
 
     def program(self, target: str) -> ExportedProgram:
         """The traced graph for a target ("onnx", "native"), a copy that the caller may change. Tracing is
-        slow: it is done once a target, and once for all where the graph is one of gradients, which have one
-        form."""
+        slow, so it is done once per target, and once for all targets if the graph computes gradients, which
+        have one form."""
         gradients = self.name == "vjp" or self.job.spec.takes_gradients
         key = "vjp" if gradients else target
         if key not in self._programs:
@@ -120,15 +120,15 @@ class Method:
         return _copied(found)
 
     def forget(self) -> None:
-        """Let go of the graphs, which are large; one that is asked for again is traced again."""
+        """Drop the graphs, which are large; a graph that is needed again is traced again."""
         self._programs.clear()
 
 
 def _copied(program: ExportedProgram) -> ExportedProgram:
-    """A copy whose nodes have the names that the signature calls them by: copied, `input` becomes `input_1`,
-    since Python has an `input`."""
+    """A copy whose nodes have the names in the signature: deepcopy renames `input` to `input_1`, because
+    Python has a builtin `input`."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of PyTorch about PyTorch
+        warnings.simplefilter("ignore")  # PyTorch's warnings about itself
         result = deepcopy(program)
     for module, copy in zip(program.graph_module.modules(), result.graph_module.modules(), strict=True):
         if isinstance(module, GraphModule) and isinstance(copy, GraphModule):
@@ -140,10 +140,10 @@ def _copied(program: ExportedProgram) -> ExportedProgram:
 
 @dataclass
 class Artifact:
-    """A file of the bundle in the making.
+    """A file of the bundle that is being exported.
 
-    format: the one that the caller asked for. made: waits for it; returns its bytes, and its entry in the
-    manifest but for the file's name, size and hash.
+    format: the requested format. made: waits for the file; returns its bytes, and its manifest entry without
+    the file's name, size and hash.
     """
 
     method: str
@@ -154,8 +154,8 @@ class Artifact:
 
 @dataclass
 class ExportJob:
-    """One export. The first members are the caller's request; the stage that sets each of the others is named
-    with it."""
+    """One export. The first members are the caller's request; for each of the others, the stage that sets it
+    is named."""
 
     fn: Callable | nn.Module
     spec: Spec
@@ -164,14 +164,14 @@ class ExportJob:
     methods_asked: Sequence[str] | None
     progress: Callable[[str], None]
 
-    #: The op with its configuration bound (begin; check makes results that are inputs copies).
+    #: The op with its configuration bound (begin; check copies results that are inputs).
     op: nn.Module
     #: Outputs with their dtypes and shapes, and the gradient's inputs and outputs (derive).
     outputs: list[TensorSpec] = field(default_factory=list)
     gradient: tuple[list[TensorSpec], list[TensorSpec]] | None = None
     #: The manifest's methods (describe).
     methods: dict[str, dict[str, Any]] = field(default_factory=dict)
-    #: What is exported, each method at each dtype (derive).
+    #: The methods to export, one for each dtype (derive).
     work: list[Method] = field(default_factory=list)
     #: In the bundle's order (lower), and the compilers that may still be at work.
     artifacts: list[Artifact] = field(default_factory=list)
@@ -181,16 +181,16 @@ class ExportJob:
 
     @property
     def variants(self) -> tuple[str | None, ...]:
-        """What T stands for, one after the other."""
+        """The values of T."""
         return self.spec.variants()
 
     def lacks_gradient(self, format: str, error: ExportError) -> None:
-        """Note that a format has no gradient; an error where the caller asked for it."""
+        """Note that a format has no gradient. Raises `error` if the caller requested the gradient."""
         if self.methods_asked is not None:
             raise error
         self.without_gradient[format] = error
 
     def close(self) -> None:
-        """Leave no compiler at work."""
+        """Stop all compilers."""
         for code in self.compiling:
             code.close()

@@ -1,4 +1,4 @@
-"""Reading a bundle: its manifest and its files, checked. Imports no engine, so that a program that only runs
+"""Reading a bundle: its manifest and its files, checked. Imports no engine, so that programs that only run
 bundles can use it."""
 
 from __future__ import annotations

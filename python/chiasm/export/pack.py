@@ -1,7 +1,7 @@
 """Wheels of bundles: `chiasm-bundles-NAME`, which `chiasm.runtime.open` finds by the names of the ops.
 
-A wheel is written here and by no build tool, so that the same bundles give the same bytes: files by name, one
-time for all of them.
+A wheel is written here and not by a build tool, so that the same bundles give the same bytes: files are
+sorted by name, and all have the same time.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def pack(name: str, bundles: Sequence[Path], output: Path, version: str = __vers
     """Write the wheel `chiasm-bundles-NAME` of bundles.
 
     Returns:
-        The wheel's file, and whether it was written: False where it was there and holds the same.
+        The wheel's file, and whether it was written: False if it was already there with the same content.
 
     Raises:
         ExportError: the name or the version is not one of a wheel, or two bundles are of one op.
@@ -78,7 +78,7 @@ def pack(name: str, bundles: Sequence[Path], output: Path, version: str = __vers
 
 
 def _contents(bundle: Path, manifest: dict, folder: str) -> dict[str, bytes]:
-    """Every file of the bundle; those that the manifest names are as it says."""
+    """Every file of the bundle; those in the manifest have been checked against it."""
     for method in manifest["methods"].values():
         for artifact in method["artifacts"]:
             read_file(bundle, artifact)
@@ -90,7 +90,7 @@ def _contents(bundle: Path, manifest: dict, folder: str) -> dict[str, bytes]:
 
 
 def _glibcs(manifest: dict) -> set[tuple[int, int]]:
-    """The versions of glibc that the native code asks for."""
+    """The versions of glibc that the native code needs."""
     found = set()
     for method in manifest["methods"].values():
         for artifact in method["artifacts"]:
@@ -109,7 +109,7 @@ def _record(files: dict[str, bytes], own: str) -> bytes:
 
 
 def _holds(wheel: Path, path: str, record: bytes) -> bool:
-    """Whether a wheel is there, whole, with this list of hashes."""
+    """Whether a complete wheel with this list of hashes exists."""
     try:
         with zipfile.ZipFile(wheel) as archive:
             return archive.read(path) == record

@@ -1,4 +1,5 @@
-"""Peers: the same op in another library. Tests hold an op's values to its peer, the benchmark its speed."""
+"""Peers: the same op in another library. Tests compare an op's values with its peer, the benchmark its
+speed."""
 
 from __future__ import annotations
 
@@ -20,8 +21,8 @@ Form = Literal["images", "planes", "samples", "batch", "tensors"]
 class Peer:
     """The same op in another library.
 
-    library: the module that `call` gets first, e.g. "cv2"; it is imported when the peer is run. call: one
-    call of it. form: what the call is made of.
+    library: the module that `call` gets first, e.g. "cv2"; it is imported when the peer runs. call: one call
+    of it. form: the arguments of the call.
 
     * "images": each image of a batch as NumPy (H, W, C), or (H, W) of one channel, and its other inputs;
     * "planes": each channel of each image as (H, W);
@@ -29,10 +30,10 @@ class Peer:
     * "batch": all inputs as NumPy arrays, as they are;
     * "tensors": all inputs as PyTorch tensors.
 
-    Inputs without a batch come whole to every call. atol, rtol: how far results may be apart, where the
-    spec's tolerance would not do. edge: rows and columns along the border that are not compared, where the
-    two treat it differently. share: of the values that may be further apart, where rounding decides. before:
-    makes the arguments of a call of an op's inputs, after: the op's output of what a call gives, where their
+    Every call gets inputs without a batch as a whole. atol, rtol: the tolerance, if the spec's is too small.
+    edge: rows and columns along the border that are not compared, if the libraries treat the border
+    differently. share: the share of values that may be further apart, if rounding decides. before: converts
+    an op's inputs to the arguments of a call; after: converts a call's result to the op's output, if
     conventions differ; neither counts as the peer's time. sizes: symbols with the only size that the peer
     takes, such as {"C": 3}.
     """
@@ -54,19 +55,19 @@ def opencv(call: Callable[..., Any], form: Form = "images", **options: Any) -> P
     return Peer("cv2", call, form, **options)
 
 
-#: OpenCV's names of what is read outside of an image.
+#: OpenCV's names of border modes.
 BORDERS = {"zeros": "BORDER_CONSTANT", "border": "BORDER_REPLICATE", "reflection": "BORDER_REFLECT_101"}
-#: Its names of ways to read between pixels.
+#: OpenCV's names of interpolations.
 WAYS = {"nearest": "INTER_NEAREST", "bilinear": "INTER_LINEAR", "bicubic": "INTER_CUBIC"}
 
-#: How far two bytes of noise may be apart where positions are a 1/64 pixel apart along both axes.
+#: The largest difference of two bytes of noise whose positions differ by 1/64 pixel along both axes.
 NEAR_BYTES = 2 * 255 / 64 + 1
 
 
 def warped(function: str, mode: str, padding: str, of_bytes: bool = False) -> Peer:
-    """OpenCV's warpAffine or warpPerspective by a matrix, to the size of a tensor. The images are large
-    enough for it to mirror positions once at most; it does no more. Of bytes chiasm reads at positions in
-    1/32 pixel, which noise of 255 levels shows."""
+    """OpenCV's warpAffine or warpPerspective by a matrix, to the size of a tensor. The images are so large
+    that positions are mirrored at most once, because OpenCV does no more. For bytes chiasm rounds positions
+    to 1/32 pixel, which shows in noise of 255 levels."""
 
     def call(cv2: Any, x: np.ndarray, matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
         options = {"flags": getattr(cv2, WAYS[mode]), "borderMode": getattr(cv2, BORDERS[padding])}
@@ -88,19 +89,19 @@ def cvt_color(code: str, **options: Any) -> Peer:
 
 @dataclass
 class Work:
-    """A peer's calls on some inputs. The inputs are in the peer's own form, so that what it takes to bring
-    them there stands outside of the calls' time."""
+    """A peer's calls on some inputs. The inputs are already in the peer's own form, so that the conversion
+    does not count as the calls' time."""
 
     peer: Peer
     arguments: list[list[Any]]
     interleaved: bool
 
     def run(self) -> list[Any]:
-        """What each call gives."""
+        """The result of each call."""
         return [self.peer.call(*a) for a in self.arguments]
 
     def outputs(self, like: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """What the calls give, as the op's outputs are; ValueError where the shapes differ."""
+        """The results of the calls in the form of the op's outputs; ValueError if the shapes differ."""
         made = self.run()
         if self.peer.after is not None:
             made = [self.peer.after(m) for m in made]
@@ -147,7 +148,7 @@ def work(spec: Spec, inputs: Sequence[torch.Tensor]) -> Work:
 
 
 def _part(form: Form, array: np.ndarray, sample: int, channel: int, interleaved: bool) -> Any:
-    """What a call gets of one input: a number where a sample has one."""
+    """The argument of a call for one input: a number if a sample is one number."""
     part = array[sample]
     if part.ndim == 0:
         return part.item()
@@ -159,15 +160,15 @@ def _part(form: Form, array: np.ndarray, sample: int, channel: int, interleaved:
 
 
 class Apart(NamedTuple):
-    """How far an op's values are from its peer's: the largest difference of what is compared, and the share
-    of values that are further away than they may be."""
+    """The difference of an op's values from its peer's: the largest difference of the compared values, and
+    the share of values outside of the tolerance."""
 
     most: float
     share: float
 
 
 def compared(spec: Spec, actual: np.ndarray, expected: np.ndarray, layout: str) -> Apart:
-    """The values of one output beside those of the spec's peer."""
+    """Compares the values of one output with those of the spec's peer."""
     peer = spec.peer
     assert peer is not None
     allowed = spec.tolerance("forward", str(actual.dtype))

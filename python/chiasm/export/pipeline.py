@@ -1,5 +1,4 @@
-"""One call from an op to a bundle, stage by stage. What flows through the stages is an `ExportJob`
-(job.py)."""
+"""The export of an op to a bundle, stage by stage. The stages share an `ExportJob` (job.py)."""
 
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ from .tracing.gradient import vjp_module, vjp_signature
 from .tracing.graph import output_specs
 from .tracing.module import bind_spec
 
-#: What makes a method's artifacts of each format, in the bundle's order.
+#: The function that makes a method's artifacts, for each format, in the bundle's order.
 LOWERINGS = {"torchscript": torchscript.lower, "native": native.lower, "onnx": onnx.lower}
 
 
@@ -48,16 +47,16 @@ def export(
     """Export an op or a pipeline of ops, and write the bundle `path`/NAME.chiasm.
 
     Args:
-        fn: a typed function on tensors, or an nn.Module (torch.nn.Sequential of ops, say), which is exported
-            in evaluation mode and left exactly as it was. It gives the same for the same inputs, and changes
-            neither them nor a state.
+        fn: a typed function on tensors, or an nn.Module (for example a torch.nn.Sequential of ops), which is
+            exported in evaluation mode and left exactly as it was. It must give the same results for the same
+            inputs, and change neither its inputs nor a state.
         spec: its inputs, outputs, configuration and tolerances.
-        path: the folder that gets the bundle; made where it does not exist.
+        path: the folder that gets the bundle; created if it does not exist.
         formats: which of "torchscript", "onnx", "native" to make.
         isas: CPU levels, and GPUs ("sm_90"), to compile native code for.
-        methods: ("forward",) leaves the gradient out, which takes most of an export's time; ("forward",
-            "vjp") demands it. Without either the gradient is exported in the formats that have one, and a
-            warning names the others.
+        methods: ("forward",) omits the gradient, which takes most of an export's time; ("forward", "vjp")
+            requires it. By default the gradient is exported in the formats that support it, and a warning
+            names the others.
         progress: called with the name of each step as it begins.
 
     Returns:
@@ -92,16 +91,17 @@ def export(
 
 
 def check(job: ExportJob) -> None:
-    """Refuse an op that fails or is no function of its inputs, before a tracer tells it in its own words."""
+    """Reject an op that fails or is not a function of its inputs, before a tracer reports it in its own
+    words."""
     job.progress("check")
     copied = [_check(job, variant) for variant in job.variants]
     if any(map(any, copied)):
-        # An output that is an input, or another output: a graph's outputs are tensors of their own.
+        # Copy an output that is an input, or another output: a graph's outputs must be tensors of their own.
         job.op = bind_spec(job.fn, job.spec, [any(of) for of in zip(*copied, strict=True)])
 
 
 def _check(job: ExportJob, variant: str | None) -> list[bool]:
-    """Which results are an input themselves, or another result."""
+    """Which results are themselves an input or another result."""
     sizes = samples.fit(job.spec, samples.GOLDEN)
     inputs = samples.make(job.spec, sizes, variant)
     check_inputs(job.spec, inputs, sizes, variant)
@@ -131,7 +131,7 @@ def derive(job: ExportJob) -> None:
     if job.methods_asked is None or "vjp" in job.methods_asked:
         job.gradient = vjp_signature(job.spec, job.outputs)
     if job.gradient:
-        # Of other dtypes the torch backend's autograd makes the gradient.
+        # For other dtypes the torch backend's autograd computes the gradient.
         module = vjp_module(job.op, job.spec, job.outputs)
         assert module is not None
         vjp = Method(job, "vjp", job.variants[0], module, *job.gradient)
@@ -151,8 +151,8 @@ def describe(job: ExportJob) -> None:
 
 
 def _independent(job: ExportJob) -> bool:
-    """Whether the forward's samples are; a gradient's are where the forward's are and no gradient is a sum
-    over the batch."""
+    """Whether the forward's samples are independent. A gradient's are if the forward's are and no gradient is
+    a sum over the batch."""
     spec = job.spec
     if not has_samples(spec.inputs, job.outputs) or spec.limits(SYMBOL)[0] != 1 or spec.limits(SYMBOL)[1] < 2:
         return False
@@ -163,7 +163,7 @@ def _independent(job: ExportJob) -> bool:
 
 
 def lower(job: ExportJob) -> None:
-    """Begin every artifact: each method at each dtype in each format. Compilers go on after this."""
+    """Start every artifact: each method at each dtype in each format. Compilers may still run after this."""
     for method in job.work:
         for format in LOWERINGS:
             if format in job.formats:
@@ -176,7 +176,7 @@ def _lower(job: ExportJob, method: Method, format: str) -> None:
 
 
 def package(job: ExportJob) -> Writer:
-    """Put what `lower` began into a bundle, when it is finished."""
+    """Wait for the artifacts that `lower` started, and put them into a bundle."""
     writer = Writer(_manifest(job))
     for artifact in job.artifacts:
         _try(job, artifact.method, artifact.format, partial(_add, writer, artifact))
@@ -198,7 +198,7 @@ def _add(writer: Writer, artifact: Any) -> None:
 
 
 def _try(job: ExportJob, method: str, format: str, step: Callable[[], None]) -> None:
-    """Do a step of a method, of which a gradient may lack the format."""
+    """Do a step of a method. If it fails for a gradient, the format has no gradient."""
     try:
         step()
     except ExportError as error:
@@ -214,7 +214,7 @@ def try_out(job: ExportJob, writer: Writer) -> None:
 
 
 def golden(job: ExportJob, writer: Writer) -> None:
-    """Add inputs and eager Python's outputs, by which a bundle tests itself."""
+    """Add inputs and eager Python's outputs, with which a bundle tests itself."""
     cases = []
     for method in job.work:
         if method.name in job.methods:
@@ -227,7 +227,7 @@ def golden(job: ExportJob, writer: Writer) -> None:
 
 
 def document(job: ExportJob, writer: Writer) -> None:
-    """Add what the bundle says of its parts and of where it comes from."""
+    """Add the list of the bundle's parts and its provenance."""
     asked = {"formats": job.formats, "isas": job.isas, "methods": job.methods_asked or METHODS}
     writer.document("sbom", "sbom.cdx.json", sbom(writer.manifest, writer.files))
     writer.document("provenance", "provenance.json", provenance(job.fn, writer.manifest, writer.files, asked))

@@ -1,4 +1,5 @@
-"""Inputs for export, goldens and parity: made from the spec, repeatable, at shapes that strain an op."""
+"""Inputs for export, golden vectors and parity: generated from the spec, reproducible, at difficult
+shapes."""
 
 from __future__ import annotations
 
@@ -8,8 +9,8 @@ import torch
 
 from .spec import Spec, TensorSpec
 
-#: The sizes that ops are exported at. All differ, also from constants that signatures contain (2, 3, 4, 9),
-#: because symbolic tracing takes equal sizes for the same symbol.
+#: The sizes that ops are exported at. All differ, also from constants in signatures (2, 3, 4, 9), because
+#: symbolic tracing gives equal sizes the same symbol.
 EXAMPLE = {"B": 7, "C": 6, "H": 24, "W": 31, "N": 11, "OD": 10, "OH": 14, "OW": 19}
 #: The sizes that they are tested at: none of EXAMPLE's, odd and even, batch 1 and 3, 1, 3 and 5 channels,
 #: non-square.
@@ -19,13 +20,13 @@ TESTS = (
     {"B": 1, "C": 5, "H": 19, "W": 121, "N": 100, "OH": 77, "OW": 78},
     {"B": 3, "C": 1, "H": 96, "W": 33, "N": 6, "OH": 12, "OW": 10},
 )
-#: The sizes of the golden vectors: small, since they ship.
+#: The sizes of the golden vectors: small, because bundles contain them.
 GOLDEN = {"B": 1, "C": 3, "H": 17, "W": 22, "N": 8, "OH": 11, "OW": 13}
 
 
 def example(spec: Spec) -> dict[str, int]:
-    """The sizes that an op is exported at: EXAMPLE's, but for those that the op's settings contain too, such
-    as an `output_size` of (7, 7), which a trace would take for the same."""
+    """The sizes that an op is exported at: those of EXAMPLE, changed if the op's settings contain the same
+    number, such as an `output_size` of (7, 7): a trace would confuse the two."""
     sizes = fit(spec, EXAMPLE)
     taken = {2, 3, 4, 9} | _whole_numbers(spec.config)
     taken |= {d for t in spec.inputs for d in t.shape if isinstance(d, int)}
@@ -46,8 +47,7 @@ def _whole_numbers(value: object) -> set[int]:
 
 
 def fit(spec: Spec, sizes: dict[str, int]) -> dict[str, int]:
-    """`sizes` for the spec's symbols, moved into their limits; symbols that chiasm does not know get a size
-    of their own."""
+    """`sizes` for the spec's symbols, moved into their limits; unknown symbols get a size of their own."""
     result = {}
     for index, (symbol, (low, high)) in enumerate(spec.used_symbols().items()):
         wanted = sizes.get(symbol, sizes["N"] + 3 + index)
@@ -66,7 +66,7 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
     dtype = dtype_of("T", variant) if variant else torch.float32
     if spec.sample is not None:
         made = spec.sample(generator, sizes, dtype)
-        # Native code is compiled for the strides of what it is traced with, and is given whole tensors.
+        # Native code is compiled for the strides of the example inputs, and at run time gets dense tensors.
         return {t.name: made[t.name].contiguous() for t in spec.inputs}
     return {t.name: uniform(generator, t, sizes, variant) for t in spec.inputs}
 
@@ -74,12 +74,12 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
 def uniform(
     generator: torch.Generator, tensor: TensorSpec, sizes: dict[str, int], variant: str | None
 ) -> torch.Tensor:
-    """Independent uniform values in the tensor's range (0 to 1 where it states none)."""
+    """Independent uniform values in the tensor's range (0 to 1 if it states none)."""
     shape = [sizes[d] if isinstance(d, str) else d for d in tensor.shape]
     dtype = dtype_of(tensor.dtype, variant)
     low, high = tensor.range or (0.0, 1.0)
     if dtype.is_floating_point:
-        # drawn in float64 so that every dtype sees the same scene
+        # drawn in float64, so that every dtype gets the same values
         return (torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low).to(dtype)
     if dtype == torch.bool:
         return torch.rand(shape, generator=generator) < 0.5

@@ -1,4 +1,4 @@
-"""Signing bundles, and proving who signed them, in minisign's format.
+"""Signing bundles and checking signatures, in minisign's format.
 
 The manifest names every file of a bundle with its hash, so its signature, `manifest.json.minisig`, covers all
 of them.
@@ -24,7 +24,7 @@ _UNTRUSTED, _TRUSTED = "untrusted comment: ", "trusted comment: "
 
 @dataclass(frozen=True)
 class SecretKey:
-    """An Ed25519 key pair as minisign keeps it: a seed and the public key, and a number that names the
+    """An Ed25519 key pair as minisign stores it: a seed and the public key, and a number that identifies the
     pair."""
 
     id: bytes
@@ -32,7 +32,7 @@ class SecretKey:
 
 
 def read_secret_key(file: Path, ask_password: Callable[[], str]) -> SecretKey:
-    """Read a key file that `minisign -G` has written; `ask_password` is called where it is protected.
+    """Read a key file that `minisign -G` has written; `ask_password` is called if it is encrypted.
 
     Raises:
         ExportError: the file is no such key, or the password is wrong.
@@ -74,8 +74,8 @@ def read_secret_key(file: Path, ask_password: Callable[[], str]) -> SecretKey:
 
 
 def _scrypt(file: Path, password: str, salt: bytes, opslimit: int, memlimit: int) -> bytes:
-    """The key's mask. minisign states the cost as libsodium's two limits, from which that makes scrypt's N
-    and p (r is 8)."""
+    """The key's mask. minisign stores the cost as libsodium's two limits, from which libsodium derives
+    scrypt's N and p (r is 8)."""
     opslimit = max(opslimit, 32768)
     bound_by_work = opslimit < memlimit // 32
     most = opslimit // 32 if bound_by_work else memlimit // 1024
@@ -96,10 +96,10 @@ def _scrypt(file: Path, password: str, salt: bytes, opslimit: int, memlimit: int
 
 
 def sign(bundle: str | Path, key: SecretKey) -> Path:
-    """Write the bundle's signature, in place of one that is there; returns its path.
+    """Write the bundle's signature, replacing an existing one; returns its path.
 
     Raises:
-        BundleError: a file is not what the manifest says: what is damaged is not signed.
+        BundleError: a file differs from the manifest: a damaged bundle is not signed.
     """
     folder, target = Path(bundle), Path(bundle) / SIGNATURE
     message = manifest_text(folder)
@@ -133,13 +133,13 @@ def _signature(message: bytes, key: SecretKey) -> bytes:
 
 
 def check_signature(bundle: str | Path, key: str) -> str:
-    """Prove that this public key (its text or the path of a file) has signed the bundle, and that every file
-    is what was signed.
+    """Check that this public key (its text or the path of a file) has signed the bundle, and that no file has
+    changed since.
 
     Returns the signature's trusted comment.
 
     Raises:
-        BundleError: it is not so.
+        BundleError: the signature or a file is wrong.
     """
     from chiasm import _runtime
 
@@ -169,7 +169,7 @@ def trust_only(key: str) -> None:
 
 
 def read_public_key(key: str) -> str:
-    """The key's text, where `key` is that or the path of a file that holds it."""
+    """The key's text; `key` is the text itself or the path of a file that holds it."""
     try:
         if len(key) == 56 and len(base64.b64decode(key, validate=True)) == 42:
             return key

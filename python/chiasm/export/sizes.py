@@ -18,12 +18,12 @@ Size = TypeVar("Size")
 
 
 def evaluate(expression: str, symbols: Mapping[str, Size]) -> Size | int:
-    """The size that an expression stands for.
+    """The value of a size expression.
 
     Raises
     ------
     ValueError
-        Where it is none, or has a symbol without a value.
+        If it is not an expression, or has a symbol without a value.
 
     Examples
     --------

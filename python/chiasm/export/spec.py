@@ -1,4 +1,4 @@
-"""Specs: what the exporter must know of an op beyond its code."""
+"""Specs: what the exporter must know about an op besides its code."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class TensorSpec:
 
     shape: integers and symbols ("B", "H"); empty for outputs, whose shape the exporter derives.
     dtype: "T", the type variable of a generic op, or a concrete one ("uint8"). Derived for outputs.
-    range: nominal values, used to make test inputs and told to users; not enforced.
-    sizes: the op's arguments that are numbers of this tensor's shape, in place of the tensor: one that takes
-    all of them, or one for each. Every runtime passes tensors, but not every one numbers that change from
-    call to call (`like`).
+    range: nominal values, for test inputs and for users; not enforced.
+    sizes: the op gets this tensor's shape instead of the tensor, in these arguments: one for all sizes, or
+    one for each. Every runtime can pass tensors, but not every runtime can pass numbers that change from call
+    to call (`like`).
     """
 
     name: str
@@ -62,11 +62,11 @@ DEFAULT_TOLERANCES = MappingProxyType(
 @dataclass(frozen=True)
 class Frames:
     """How an op on image batches (B, C, H, W) is deployed for frames, (B, H, W, C), as cameras and files have
-    them. The bundle is NAME.frames; of a batch of one, the runtime takes a frame alone, (H, W, C).
+    them. The bundle is NAME.frames; the runtime also accepts a single frame, (H, W, C), as a batch of one.
 
     dtypes: the element types of the frames; the first is the default. config, tolerances, reference: as in
-    Spec, where they differ from it: the settings of an op on bytes are in the units of bytes. ranges: those
-    of other inputs, likewise; None leaves an input out, for which the op has a default. peer: as in Spec, of
+    Spec, if they differ from it: the settings of an op on bytes are in the units of bytes. ranges: those of
+    the other inputs, likewise; None omits an input for which the op has a default. peer: as in Spec, for
     frames of the first type.
     """
 
@@ -84,22 +84,22 @@ class Spec:
 
     name: the bundle's name, e.g. "filters.sobel". inputs, outputs: the tensors, in the order of the
     function's arguments and results. config: the function's other arguments, frozen into the artifacts.
-    symbols: limits (min, max) of the symbolic dimensions, where they differ from DEFAULT_SYMBOLS. dtypes:
-    what "T" stands for; the first is the default. gradients: inputs that `vjp` differentiates by; None means
-    every floating input, () means no vjp. tolerances: per dtype of an output, where DEFAULT_TOLERANCES would
-    not do. gradient_tolerances: the same for the results of `vjp`, where they differ from `tolerances`.
-    vectorize: False compiles native loops without SIMD: right where AOTInductor's SIMD loops are not.
-    without_nan: True where the op is documented for images without NaN: native minima and maxima then take
-    one instruction, not three. special_values: why backends may differ from eager Python on inputs with NaN
-    or infinity; empty where they agree (tests/parity/special_values.py). takes_gradients: True for a function
-    that calls torch.autograd.grad (a step of an optimisation); it is traced as gradients are, and has no vjp.
-    sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
-    reference: what the values are tested against, in words. peer: the same op in another library, which is
-    called: tests compare values with it, the benchmark times. also: other settings that are tested like
-    `config`, whose entries they replace, but are not deployed. picture: how the gallery shows the op, where
-    its tensors' layouts do not say it: a name in PICTURES of gallery/panels/choice.py.
-    frames: what makes the op's form for frames, if it has one (`as_frames`). interleaved: True for that form:
-    the tensors of layout "NHWC" are images (B, C, H, W) to the op.
+    symbols: limits (min, max) of the symbolic dimensions, if they differ from DEFAULT_SYMBOLS. dtypes: the
+    values of "T"; the first is the default. gradients: inputs that `vjp` differentiates by; None means every
+    floating input, () means no vjp. tolerances: per dtype of an output, if DEFAULT_TOLERANCES do not suit.
+    gradient_tolerances: the same for the results of `vjp`, if they differ from `tolerances`. vectorize: False
+    compiles native loops without SIMD, for ops whose SIMD loops AOTInductor gets wrong. without_nan: True if
+    the op is documented for images without NaN: native minima and maxima then take one instruction, not
+    three. special_values: why backends may differ from eager Python on inputs with NaN or infinity; empty if
+    they agree (tests/parity/special_values.py). takes_gradients: True for a function that calls
+    torch.autograd.grad (an optimisation step); it is traced like a gradient, and has no vjp. sample: makes
+    inputs from (generator, sizes, dtype), if independent uniform values do not suit. reference: what the
+    values are tested against, in words. peer: the same op in another library: tests compare values with it,
+    the benchmark times it. also: other settings that are tested like `config`, whose entries they replace,
+    but are not deployed. picture: how the gallery shows the op, if its tensors' layouts do not tell: a name
+    in PICTURES of gallery/panels/choice.py. frames: describes the op's form for frames, if it has one
+    (`as_frames`). interleaved: True for that form: the tensors of layout "NHWC" are images (B, C, H, W) to
+    the op.
     """
 
     name: str
@@ -158,11 +158,11 @@ class Spec:
 
     @property
     def generic(self) -> bool:
-        """Whether some input is of the type variable T."""
+        """Whether some input has the type variable T as its dtype."""
         return any(t.dtype == "T" for t in self.inputs)
 
     def variants(self) -> tuple[str | None, ...]:
-        """The values of T to export for; (None,) where there is no T."""
+        """The values of T to export for; (None,) if there is no T."""
         return self.dtypes if self.generic else (None,)
 
     def limits(self, symbol: str) -> tuple[int, int]:
@@ -202,7 +202,7 @@ def _is_images(tensor: TensorSpec) -> bool:
 
 
 def _frames_sampler(sample: Sampler, inputs: Sequence[TensorSpec]) -> Sampler:
-    """What `sample` makes, its images as frames of 0 to 255."""
+    """A sampler like `sample`, with images as frames of 0 to 255."""
     images = [t.name for t in inputs if _is_images(t)]
 
     def frames(
@@ -217,7 +217,7 @@ def _frames_sampler(sample: Sampler, inputs: Sequence[TensorSpec]) -> Sampler:
 
 
 def _as_frames(tensor: TensorSpec, frames: Frames) -> TensorSpec:
-    """An image as frames; of what else is of type T, float32."""
+    """An image becomes frames; any other tensor of type T becomes float32."""
     if _is_images(tensor):
         batch, channels, height, width = tensor.shape
         shape, range = (batch, height, width, channels), (0.0, 255.0)
@@ -241,7 +241,7 @@ def image(
 
 
 def like(*sizes: str, shape: tuple[str, ...] = ("OH", "OW")) -> TensorSpec:
-    """A tensor whose shape is the size wanted, for the op's arguments `sizes`.
+    """A tensor whose shape is the wanted size, for the op's arguments `sizes`.
 
     >>> like("dsize").shape, like("height", "width").sizes
     (('OH', 'OW'), ('height', 'width'))

@@ -1,4 +1,4 @@
-"""Proof on the machine where a bundle is: golden vectors replayed on every backend that is present."""
+"""Replays a bundle's golden vectors on every backend that this machine has."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .manifest import BundleError, read_file, read_manifest
 
 @dataclass(frozen=True)
 class Row:
-    """One golden case on one backend; `passed` is None where it could not be run, `message` says why."""
+    """One golden case on one backend; `passed` is None if it could not be run; `message` says why."""
 
     method: str
     dtype: str
@@ -23,8 +23,8 @@ class Row:
 
 
 def verify(bundle: str | Path) -> list[Row]:
-    """Replay a bundle's golden vectors: by the C++ runtime on each of its backends; and, where the exporter's
-    packages are, by ONNX Runtime in Python.
+    """Replay a bundle's golden vectors: by the C++ runtime on each of its backends; and by ONNX Runtime in
+    Python, if the exporter's packages are installed.
 
     Raises:
         BundleError: the bundle is damaged.

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 from ..spec import Spec
 
-#: Least sizes for ops that look at neighbours: compiled code treats the borders apart from the middle, and
-#: needs one.
+#: Minimum sizes for ops that read neighbours: compiled code treats the borders separately from the middle,
+#: which must not be empty.
 STENCIL = {"H": (8, 32768), "W": (8, 32768)}
 #: A reason for `special_values`: 0 times infinity is NaN.
 ZERO_WEIGHTS = "some forms multiply by weights that are 0, which others leave out: NaN of what is not finite"

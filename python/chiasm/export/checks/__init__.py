@@ -1,3 +1,3 @@
-"""What the exporter refuses: arguments and specs that cannot be (`arguments.py`), ops that are no functions
-of their inputs (`purity.py`, `script_purity.py`). And whether the samples of a batch are independent
-(`independence.py`)."""
+"""What the exporter rejects: invalid arguments and specs (`arguments.py`), and ops that are not functions of
+their inputs (`purity.py`, `script_purity.py`). `independence.py` finds whether the samples of a batch are
+independent."""

@@ -1,5 +1,5 @@
-"""What is wrong with a call of `export`, said in one sentence before anything is traced: the spec, the
-function and its results."""
+"""Checks a call of `export` before anything is traced: the spec, the function and its results. An error is
+one sentence."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*")
 _VERSION = re.compile(r"[0-9]+\.[0-9]+\.[0-9]+")
 _RANK = 8
-#: Dtypes that people have, and what to give an op instead.
+#: Dtypes that users may have, and what to give an op instead.
 _INSTEAD = {
     "uint32": "; convert to int64 before the op, which holds every value",
     "complex64": "; take the real and the imaginary part as two float32 tensors",
@@ -61,7 +61,7 @@ def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> Non
 
 
 def check_spec(spec: Spec) -> None:
-    """Refuse a spec that says what cannot be."""
+    """Reject an invalid spec."""
     if not isinstance(spec.name, str) or not _NAME.fullmatch(spec.name) or len(spec.name) > 200:
         raise ExportError(
             "spec: name: expected words of letters, digits and _ joined by dots, such as 'my.op' (at most"
@@ -207,7 +207,7 @@ def _text(name: str, what: str, text: Any) -> None:
 
 
 def _check_function(fn: Any, spec: Spec) -> None:
-    """Refuse what cannot be called with the spec's inputs and configuration."""
+    """Reject a function that cannot be called with the spec's inputs and configuration."""
     if not callable(fn) or inspect.isclass(fn):
         hint = f": give an instance, {fn.__name__}(...)" if inspect.isclass(fn) else ""
         raise ExportError(f"{spec.name}: fn: expected a function or a module, got {fn!r}{hint}")
@@ -218,7 +218,7 @@ def _check_function(fn: Any, spec: Spec) -> None:
         _check_module(fn, spec)
     try:
         signature = inspect.signature(fn.forward if is_module else fn)
-    except (ValueError, TypeError):  # functions of torch itself have none
+    except (ValueError, TypeError):  # functions of torch itself have no signature
         return
     parameters = signature.parameters.values()
     if star := [p for p in parameters if p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]:
@@ -270,7 +270,7 @@ def _check_module(module: nn.Module, spec: Spec) -> None:
 def check_inputs(
     spec: Spec, inputs: Mapping[str, Tensor], sizes: Mapping[str, int], variant: str | None
 ) -> None:
-    """Refuse what the spec's `sample` made, where it is not what the spec says."""
+    """Reject results of the spec's `sample` that do not match the spec."""
     for t in spec.inputs:
         value, shape = inputs.get(t.name), tuple(sizes[d] if isinstance(d, str) else d for d in t.shape)
         dtype = variant if t.dtype == "T" else t.dtype

@@ -15,7 +15,8 @@ SYMBOL = "B"
 
 
 def has_samples(inputs: Sequence[TensorSpec], outputs: Sequence[TensorSpec]) -> bool:
-    """Whether every output and some input begin with the batch, and no tensor has it elsewhere."""
+    """Whether the first dimension of every output and of some input is the batch, and no other dimension
+    is."""
     inside = any(SYMBOL in str(d) for t in (*inputs, *outputs) for d in t.shape[1:])
     leading = [t.shape[:1] == (SYMBOL,) for t in inputs]
     return not inside and any(leading) and all(t.shape[:1] == (SYMBOL,) for t in outputs)
@@ -27,16 +28,17 @@ def independent(
     made: Tensors,
     tolerances: Sequence[Tolerance | None],
 ) -> bool:
-    """Whether each sample gives the same alone as in its batch, whatever the others are.
+    """Whether each sample gives the same results alone as in its batch, whatever the other samples are.
 
-    Tried on one batch: on each sample alone, and with what would show in a sum, an extreme or a comparison
-    over the batch put into the first sample, at which the others must stay as they are to the bit.
+    Tried on one batch: on each sample alone; and with values in the first sample that would change a sum, an
+    extreme or a comparison over the batch, after which the results of the others must be the same to the bit.
 
     Args:
         run: the method, from named inputs to outputs, eager.
         inputs: the tensors that it takes.
         made: a batch of two samples or more.
-        tolerances: of each output, since a vector's last elements may round otherwise; None means exact.
+        tolerances: of each output, since a vector's last elements may be rounded differently; None means
+            exact.
     """
     batched = [t.name for t in inputs if t.shape[:1] == (SYMBOL,)]
     whole = run(made)
@@ -47,7 +49,7 @@ def independent(
     for other in _disturbed(made, batched):
         try:
             changed = run(other)
-        except Exception:  # values that the op refuses
+        except Exception:  # values that the op rejects
             continue
         if not all(
             torch.equal(c[1:].nan_to_num(), w[1:].nan_to_num()) for c, w in zip(changed, whole, strict=True)

@@ -1,10 +1,10 @@
-"""Refuses ops that are no functions of their inputs: that write into what is not theirs, keep state, or draw
+"""Rejects ops that are not functions of their inputs: that write into memory of others, keep state, or draw
 random numbers.
 
-Compiled code would write into its caller's memory, and every engine would keep other state and draw other
-numbers. An op is run in eager mode under a watch that sees each operator before it runs; a graph that could
-do other than the op did is run so too. TorchScript keeps the branches that no run takes: script_purity.py
-reads it.
+Compiled code would write into its caller's memory, and every engine would keep its own state and draw its own
+numbers. An op runs in eager mode under a dispatch mode that sees each operator before it runs; so does a
+traced graph, which may behave differently. TorchScript also has the branches that no run takes:
+script_purity.py reads it.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ _RANDOM = (
     "instead: make the random numbers an input of the op (of Dropout: call .eval() first, or pass"
     " training=False)"
 )
-#: Operators that say they write, and change no value and no shape.
+#: Operators whose schema says that they write, but which change no value and no shape.
 MARKERS = ("aten::detach_", "aten::requires_grad_", "aten::retain_grad")
 #: Operators that write into arguments which their schemas do not mark.
 _RUNNING = {torch.ops.aten.native_batch_norm.default: ("running_mean", "running_var")}
 
 
 class Impure(ExportError):
-    """An op is no function of its inputs."""
+    """An op is not a function of its inputs."""
 
 
 def impure(name: str, what: str, where: str | None, operator: str | None, remedy: str) -> Impure:
@@ -78,8 +78,8 @@ def is_random(operator: Any) -> bool:
 
 
 class _Watch(TorchDispatchMode):
-    """Raises before an operator writes into memory that no operator of the run has made, and after one has
-    drawn random numbers."""
+    """Raises before an operator writes into memory that no operator of this run has allocated, and after one
+    has drawn random numbers."""
 
     supports_higher_order_operators = True
 
@@ -88,7 +88,7 @@ class _Watch(TorchDispatchMode):
         self.name = name
         self.inputs = {_memory(t): key for key, t in inputs.items()}
         self.made: set[int] = set()
-        self.found: Impure | None = None  # again at the end, for an op that catches exceptions
+        self.found: Impure | None = None  # raised again at the end, because an op may catch exceptions
 
     def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         kwargs = kwargs or {}
@@ -113,13 +113,13 @@ class _Watch(TorchDispatchMode):
             raise self.found
         given = {_memory(t) for t in tree_iter((args, kwargs)) if isinstance(t, Tensor)}
         made = {_memory(t) for t in tree_iter(result) if isinstance(t, Tensor)}
-        # lift_fresh is how a tensor made from numbers comes in
+        # lift_fresh returns a tensor that was made from numbers
         self.made |= made if func is torch.ops.aten.lift_fresh.default else made - given
         return result
 
 
 def _shaped(func: Any, args: Any, kwargs: Any) -> Any:
-    """Zeros of the shape of a kernel's result: kernels are native code's, and an eager run has none."""
+    """Zeros of the shape of a kernel's result: kernels exist only in native code, not in eager mode."""
     args, kwargs = tree_map(lambda a: a.to("meta") if isinstance(a, Tensor) else a, (args, kwargs))
     return tree_map(lambda r: torch.zeros(r.shape, dtype=r.dtype), func(*args, **kwargs))
 
@@ -137,7 +137,7 @@ def _written(func: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Itera
 
 
 def _memory(tensor: Tensor) -> int:
-    """The address of what a tensor and its views share; 0 where it has none."""
+    """The address of the memory that a tensor and its views share; 0 if it has none."""
     try:
         return tensor.untyped_storage().data_ptr()
     except (NotImplementedError, RuntimeError):  # sparse tensors, and tensors of other kinds
@@ -150,10 +150,10 @@ def check_op(
     inputs: Mapping[str, Tensor],
     state: nn.Module,
 ) -> list[bool]:
-    """Run an op under the watch, and once more: it must leave its inputs and its state as they are, and give
-    the same again.
+    """Run an op under the watch, and once more: it must not change its inputs or its state, and must give the
+    same results again.
 
-    Returns of each result whether it is an input itself, or an earlier result.
+    Returns for each result whether it is itself an input or an earlier result.
     """
     first, taken = _watched(name, run, inputs)
     before = _state(state)
@@ -195,7 +195,7 @@ def _watched(
     if watch.found:
         raise watch.found
     for key, value in copies.items():
-        if not _same(value, inputs[key]):  # by NumPy, say, which the watch does not see
+        if not _same(value, inputs[key]):  # for example by NumPy, which the watch does not see
             raise writes(name, key, None, None)
     places = [(_memory(t), t.storage_offset(), t.shape, t.stride()) for t in (*copies.values(), *results)]
     return results, [places[i] in places[:i] for i in range(len(copies), len(places))]
@@ -223,9 +223,9 @@ def _same(a: Any, b: Any) -> bool:
 
 
 def check_program(name: str, program: ExportedProgram, inputs: Mapping[str, Tensor]) -> None:
-    """The same of a traced graph, which may do other than the eager op (`torch.compiler.is_exporting()`): its
-    writes and random numbers."""
-    # The bodies of loops too
+    """The same for the writes and random numbers of a traced graph, which may differ from the eager op
+    (`torch.compiler.is_exporting()`)."""
+    # Including the bodies of loops
     graphs = [m.graph for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]
     targets = {
         n.target for graph in graphs for n in graph.nodes if isinstance(n.target, torch._ops.OpOverload)
@@ -239,14 +239,14 @@ def check_program(name: str, program: ExportedProgram, inputs: Mapping[str, Tens
             _watched(name, lambda tensors: list(tree_iter(module(*tensors.values()))), inputs)
         except ExportError:
             raise
-        except Exception:  # a graph for native code need not run in eager mode: what it stands for has run
+        except Exception:  # a graph for native code need not run in eager mode: the op itself has run
             return
 
 
 @contextmanager
 def preserved(fn: Any) -> Iterator[None]:
-    """A module in evaluation mode inside the block, and after it exactly as it was; the random numbers of the
-    process too."""
+    """Puts a module into evaluation mode inside the block, and restores it exactly afterwards, as well as the
+    process's random number generators."""
     modules = list(fn.modules()) if isinstance(fn, nn.Module) else []
     tensors = [t for m in modules for t in (*m.parameters(recurse=False), *m.buffers(recurse=False))]
     values = [(t, t.detach().clone(), t.requires_grad, t.grad if t.is_leaf else None) for t in tensors]

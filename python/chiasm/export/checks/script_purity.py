@@ -1,8 +1,8 @@
-"""The same refusals (purity.py) read off TorchScript, which keeps what one run does not show: the branches
-that data decide.
+"""The checks of purity.py on TorchScript, which has the branches that depend on data and that a single run
+does not take.
 
-Each value of the graph is followed to where its memory comes from: an input, a state of the module, or an
-operator that made it.
+Each value of the graph is traced back to the origin of its memory: an input, a state of the module, or the
+operator that allocated it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..errors import quoted_line
 from .purity import MARKERS, draws, impure, is_random, writes
 
 _STATE = "a state of the module"
-#: TorchScript's numbers of dtypes.
+#: TorchScript's numbers for dtypes.
 _DTYPES = {
     0: "uint8",
     1: "int8",
@@ -31,12 +31,12 @@ _DTYPES = {
     15: "bfloat16",
     27: "uint16",
 }
-#: Arguments that say, where they are this constant, that an operator draws nothing.
+#: If one of these arguments is this constant, an operator draws no random numbers.
 _QUIET = {"train": False, "training": False, "p": 0.0, "dropout": 0.0, "dropout_p": 0.0}
 
 
 def check_script(name: str, scripted: torch.jit.ScriptModule, dtypes: Mapping[str, tuple[str, ...]]) -> None:
-    """Refuse a scripted op that writes into an input or a state, draws random numbers or prints, in whatever
+    """Reject a scripted op that writes into an input or a state, draws random numbers or prints, in any
     branch.
 
     `dtypes` are those that each input may have: `to` another dtype is a copy.
@@ -85,7 +85,7 @@ def _graph(scripted: torch.jit.ScriptModule) -> torch._C.Graph:
     """The op's graph without calls, and without the branches of training."""
     try:
         graph = torch.jit.freeze(scripted, optimize_numerics=False).graph
-    except RuntimeError:  # what cannot be frozen is read as it is, with both branches
+    except RuntimeError:  # a module that cannot be frozen is read as it is, with both branches
         graph = scripted.inlined_graph
     graph = graph.copy()
     torch._C._jit_pass_inline(graph)
@@ -117,7 +117,7 @@ def _origins(
         origins[value.debugName()] = {key}
     schemas = [_schema(node) for node in nodes]
     size = -1
-    # Until nothing is added: loops carry values round
+    # Repeat until nothing is added: values pass through loops
     while size != (size := sum(map(len, origins.values()))):
         for node, schema in zip(nodes, schemas, strict=True):
             for value, found in _flows(node, schema, origins, dtypes):
@@ -129,7 +129,7 @@ def _origins(
 def _flows(
     node: Any, schema: Any, origins: Mapping[str, set[str]], dtypes: Mapping[str, tuple[str, ...]]
 ) -> Iterator[tuple[Any, set[str]]]:
-    """The values that a node gives memory to, and where that comes from."""
+    """The values whose memory a node determines, and the origins of that memory."""
     kind, inputs, outputs = node.kind(), list(node.inputs()), list(node.outputs())
     of = [origins[v.debugName()] for v in inputs]
     whole = set().union(*of)
@@ -173,11 +173,11 @@ def _flows(
             and schema.arguments[0].alias_info.is_write
             and "List" in str(inputs[0].type().kind())
         ):
-            yield inputs[0], whole  # a list that something is put into
+            yield inputs[0], whole  # a list to which something is added
 
 
 def _casts(schema: Any, inputs: list[Any], origins: set[str], dtypes: Mapping[str, tuple[str, ...]]) -> bool:
-    """Whether a `to` makes another dtype of whatever it is given, which is a copy."""
+    """Whether a `to` changes the dtype of every possible input, so that it is a copy."""
     for argument, value in zip(schema.arguments, inputs):
         if argument.name == "dtype" and value.node().kind() == "prim::Constant":
             wanted = _DTYPES.get(value.toIValue())

@@ -1,5 +1,4 @@
-"""The C++ compiler beside the exporter: it works while Python goes on, and reads headers that were
-precompiled with the package."""
+"""Runs the C++ compiler while Python goes on, with headers that were precompiled with the package."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from pathlib import Path
 
 import torch
 
-#: What Inductor's code includes first, for each of the two files that it writes.
+#: The first header that Inductor's code includes, for each of the two files that it writes.
 HEADERS = {"wrapper": "torch/csrc/inductor/aoti_include/cpu.h", "kernel": "torch/csrc/inductor/cpp_prefix.h"}
 #: Bytes of C++ above which -O3 takes four times as long as -O2: thousands of lines of arithmetic, with no
 #: loop in them to unroll.
@@ -21,17 +20,17 @@ _LARGE = 150_000
 
 
 class Build:
-    """A library that Inductor builds by commands, which `run` takes. Compilers are started and not waited
-    for; `library` waits, and links.
+    """Builds the library of an Inductor package from the commands that Inductor passes to `run`. `run` starts
+    compilers without waiting; `library` waits, and links.
 
     Args:
         include: headers that go before the compiler's own.
-        precompiled: a folder with what `precompile` made, or made for something else.
-        objects: are linked too.
-        after: its compilers end before others start, so that the number of them does not grow with the number
-            of methods.
-        dropped: words that are left out of the linker's command.
-        at_once: Inductor gets its library when it links it; else it gets an empty file, and goes on.
+        precompiled: a folder of headers from `precompile`, perhaps for other settings.
+        objects: object files that are linked too.
+        after: another build, whose compilers must end before this one's start, so that the number of
+            compilers does not grow with the number of methods.
+        dropped: words that are removed from the linker's command.
+        at_once: when Inductor links, it gets the library; otherwise it gets an empty file, and goes on.
     """
 
     def __init__(
@@ -67,8 +66,8 @@ class Build:
             _check(words, subprocess.run(words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT))
 
     def _start(self, words: list[str], source: str, target: Path) -> None:
-        """Compile in a folder of ours, where files have the same names in every export: they stand in the
-        texts of errors."""
+        """Compile in a folder of ours, where files have the same names in every export: error messages in the
+        code contain them."""
         if self.after is not None:
             self.after.wait()
         kind = source.split(".")[-2]
@@ -98,16 +97,17 @@ class Build:
         target.touch()  # Inductor removes it
 
     def _kept(self, word: str) -> str:
-        """A word of the linker's command; of an object file, which Inductor will remove, a copy."""
+        """A word of the linker's command. For an object file, a copy, because Inductor will remove the
+        file."""
         return str(shutil.copy(word, self.folder)) if word.endswith(".o") else word
 
     def wait(self) -> None:
-        """Until no compiler is at work."""
+        """Wait until no compiler is running."""
         for _, process in self._running:
             process.wait()
 
     def library(self) -> bytes:
-        """The linked library, once."""
+        """The linked library. Call it once."""
         for command, process in self._running:
             output = subprocess.CompletedProcess(
                 command, process.wait(), (self.folder / f"{Path(command[-1]).stem}.log").read_bytes()
@@ -120,7 +120,7 @@ class Build:
         return (self.folder / "library.so").read_bytes()
 
     def close(self) -> None:
-        """End what is at work, and remove its files."""
+        """Stop running compilers, and remove their files."""
         for _, process in self._running:
             process.kill()
             process.wait()
@@ -135,12 +135,12 @@ def _check(command: Sequence[str], done: subprocess.CompletedProcess) -> None:
 
 
 def _flags(words: Sequence[str], source: str) -> list[str]:
-    """The compiler and what it is told, without the files. Texts of errors name headers without their folder,
-    which would make the same export on another machine another file; of warnings there are thousands, about
-    PyTorch's headers."""
+    """The compiler and its flags, without the files. Error messages in the code name headers without their
+    folder, so that exports on other machines give the same file. Warnings are off, because there are
+    thousands about PyTorch's headers."""
     skipped = {source, "-c", "-o", words[words.index("-o") + 1]}
-    # Integers from data wrap around, as in PyTorch: else the compiler takes a sum of two for positive, and an
-    # index's check with it out.
+    # Integers from data wrap around, as in PyTorch: otherwise the compiler assumes that a sum of positive
+    # integers is positive, and removes the check of an index.
     return [
         *(word for word in words if word not in skipped),
         "-w",
@@ -159,8 +159,8 @@ def _environment(include: Path | None) -> dict[str, str]:
 
 
 def precompile(folder: Path, kind: str, command: str, include: Path) -> None:
-    """Make `folder`/KIND.h.gch: what `HEADERS` names, for commands like `command`. It is 140 MB, so it stays
-    where it was built."""
+    """Write `folder`/KIND.h.gch, a header of `HEADERS` precompiled for commands like `command`. It has 140
+    MB, so it stays where it was built."""
     flags = _flags(words := shlex.split(command), next(word for word in words if word.endswith(".cpp")))
     header, made, new = folder / f"{kind}.h", folder / f"{kind}.h.gch", folder / f"{kind}.h.new"
     header.write_text(_text(kind, flags))
@@ -174,14 +174,14 @@ def precompile(folder: Path, kind: str, command: str, include: Path) -> None:
 
 
 def _fitting(folder: Path, kind: str, flags: list[str]) -> Path | None:
-    """The precompiled header, where it was made by the same command from headers that are still the same.
-    Whether it was by the same compiler, the compiler itself looks; else it reads the headers."""
+    """The precompiled header, if it was compiled by the same command and its headers have not changed. The
+    compiler itself checks that it was compiled by the same compiler; otherwise it reads the plain headers."""
     header = folder / f"{kind}.h"
     try:
         if header.read_text() != _text(kind, flags):
             return None
         made = os.stat(f"{header}.gch").st_mtime_ns
-        # The first is what was made of them
+        # The first one is the target
         files = Path(f"{header}.gch.d").read_text().replace("\\\n", " ").split()[1:]
         return header if all(os.stat(file).st_mtime_ns <= made for file in files) else None
     except OSError:

@@ -1,9 +1,9 @@
 # sympy and Inductor declare results that may be None, which these are not.
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportOptionalMemberAccess=false, reportOptionalOperand=false
-"""Which indices of a compiled loop are in range whatever the data: bounds on the nodes of Inductor's loop
+"""Finds which indices of a compiled loop are in range for any data: bounds on the nodes of Inductor's loop
 bodies, as expressions of sizes.
 
-Inductor's own bounds are numbers, so that they cannot say that `clamp(i, 0, W - 1)` is less than `W`.
+Inductor's own bounds are numbers, so they cannot express that `clamp(i, 0, W - 1)` is less than `W`.
 """
 
 from __future__ import annotations
@@ -17,16 +17,15 @@ from typing import Any
 import sympy
 import torch
 
-#: Integers up to here are exact in a floating type: a bound that is greater may be rounded up to the limit
-#: itself.
+#: Integers up to here are exact in a floating type: a greater bound may be rounded up to the limit itself.
 _EXACT = {torch.float64: 1 << 53, torch.float32: 1 << 24, torch.float16: 1 << 11, torch.bfloat16: 1 << 8}
 _MOST_BOUNDS = 4
 
 
 @dataclass(frozen=True)
 class _Range:
-    """Every bound that is known of a value, whether it is certainly a number (not NaN), and how large it is
-    at most: arithmetic on what is certainly finite makes no NaN."""
+    """The known bounds of a value, whether it is certainly a number (not NaN), and its largest magnitude:
+    arithmetic on values that are certainly finite produces no NaN."""
 
     lows: tuple[sympy.Expr, ...] = ()
     highs: tuple[sympy.Expr, ...] = ()
@@ -36,10 +35,10 @@ class _Range:
 
 
 class IndexRanges:
-    """The ranges of one compilation. What a buffer holds is looked up where an earlier loop stored it, and
-    kept."""
+    """The ranges of one compilation. The range of a buffer is derived from the earlier loop that stored it,
+    and cached."""
 
-    #: Through so many buffers a bound is followed.
+    #: How many buffers a bound is followed through.
     _DEPTH = 8
 
     def __init__(self) -> None:
@@ -48,12 +47,12 @@ class IndexRanges:
 
     def proves(self, node: Any, size: Any, wrapped: bool) -> bool:
         """Whether the index that a node of a loop body computes is certainly in [0, size), or in [-size,
-        size) where it is `wrapped`."""
+        size) if it is `wrapped`."""
         from torch._inductor.virtualized import V
 
         if not isinstance(node, torch.fx.Node):
             return False
-        # A kernel calls sizes by the names of its arguments.
+        # In a kernel, sizes have the names of its arguments.
         named = {inner: outer for outer, inner in V.kernel.args.sizevars.items()}
         loops = {
             v: n.subs({s: named[s.name] for s in n.free_symbols if s.name in named})
@@ -67,7 +66,7 @@ class IndexRanges:
         )
 
     def _stored(self, name: str) -> _Range:
-        """The range of what an earlier loop stored in a buffer."""
+        """The range of the values that an earlier loop stored in a buffer."""
         from torch._inductor.virtualized import V
 
         key = (id(V.graph), name)
@@ -105,7 +104,8 @@ def depends_on_data(node: Any) -> bool:
 
 
 def _not_negative(expression: sympy.Expr) -> bool:
-    """Of all sizes. PyTorch takes a size whose limits begin at 1 for 2 or more: 1 is looked at apart."""
+    """Whether an expression is >= 0 for all sizes. PyTorch assumes that a size with limits from 1 is 2 or
+    more, so 1 is checked separately."""
     from torch._inductor.virtualized import V
 
     sizevars = V.graph.sizevars
@@ -129,13 +129,13 @@ def _greatest(expression: sympy.Expr) -> Any:
 
 
 def _simplest(bounds: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
-    """The bounds that are worth keeping: those of a clamp are shorter than those of what is clamped."""
+    """The bounds that are worth keeping: the bounds of a clamp are shorter than those of its argument."""
     return tuple(sorted(dict.fromkeys(bounds), key=lambda b: b.count_ops())[:_MOST_BOUNDS])
 
 
 class _Ranges:
-    """The ranges of the nodes of one loop body: `get_index` has its expressions by name, in the variables of
-    `var_ranges`."""
+    """The ranges of the nodes of one loop body. `get_index` returns the body's index expressions by name;
+    their variables are in `var_ranges`."""
 
     def __init__(
         self,
@@ -161,7 +161,7 @@ class _Ranges:
 
     @staticmethod
     def _most(found: _Range) -> float:
-        """How large a value is at most, by its bounds."""
+        """The largest magnitude of a value, by its bounds."""
         if not found.number:
             return math.inf
         if found.lows and found.highs:
@@ -200,7 +200,7 @@ class _Ranges:
         return _Range(lows, highs, found.number, dtype, found.magnitude if fits else math.inf)
 
     def _bounds(self, expression: sympy.Expr) -> tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]:
-        """The bounds of an index that is an expression of the loop's variables; of a clamp, those of its
+        """The bounds of an index that is an expression of the loop's variables. For a clamp, those of its
         parts."""
         from torch.utils._sympy.functions import Max, Min
 
@@ -228,7 +228,7 @@ class _Ranges:
 
     def _to_dtype(self, node: Any) -> _Range:
         found, dtype = self.of(node.args[1]), node.args[2]
-        if not found.number:  # the conversion of NaN is any number
+        if not found.number:  # NaN may convert to any number
             return _Range((), (), not dtype.is_floating_point, dtype)
         if dtype.is_floating_point:
             return self._represented(found, dtype)
@@ -309,10 +309,10 @@ class _Ranges:
             if a.number
             else _Range((), (), False, a.dtype, a.magnitude)
         )
-        return self._fitting(found)  # the magnitude of the least integer is that integer
+        return self._fitting(found)  # abs of the smallest integer is that integer
 
     def _same(self, node: Any) -> _Range:
-        """Rounding: a whole bound holds still."""
+        """Rounding: an integer bound still holds."""
         return self.of(node.args[1])
 
     _floor = _ceil = _trunc = _round = _same
@@ -326,7 +326,7 @@ class _Ranges:
 
     def _says_number(self, condition: Any, value: Any, *names: str) -> bool:
         """Whether `condition` is value == value (value != value, isnan(value)), so that the branch of `where`
-        has no NaN. What a sum or a product is made of is no NaN either where that is none."""
+        has no NaN. If a sum or a product is not NaN, its operands are not NaN either."""
         if not isinstance(condition, torch.fx.Node) or condition.target not in names:
             return False
         tested = condition.args[1]
@@ -340,7 +340,7 @@ class _Ranges:
         return any(self._equal(a, value) for a in (tested, *parts))
 
     def _equal(self, a: Any, b: Any) -> bool:
-        """Whether two nodes compute the same: a value that is used twice may stand there twice."""
+        """Whether two nodes compute the same value: one that is used twice may occur as two nodes."""
         if not isinstance(a, torch.fx.Node) or not isinstance(b, torch.fx.Node):
             return a == b
         if a is b:
@@ -373,7 +373,8 @@ class _Ranges:
 
     @staticmethod
     def _least_above(a: sympy.Expr, b: sympy.Expr) -> sympy.Expr | None:
-        """A bound of both: one of them, or of two that no rule orders (as W - 2 and 1) something greater."""
+        """An upper bound of both: one of them, or something greater if no rule orders them (as W - 2 and
+        1)."""
         return next(
             (
                 c
@@ -407,7 +408,7 @@ class _Ranges:
 
     @staticmethod
     def _fitting(found: _Range) -> _Range:
-        """`found`, without bounds where the value may not fit its integer type."""
+        """`found`, without bounds if the value may not fit into its integer type."""
         if found.dtype is None or found.dtype.is_floating_point:
             return found
         limits = torch.iinfo(found.dtype) if found.dtype != torch.bool else None
@@ -419,8 +420,8 @@ class _Ranges:
         return found if fits else _Range((), (), True, found.dtype)
 
     def _extreme(self, expression: sympy.Expr, greatest: bool) -> sympy.Expr | None:
-        """The least or greatest value, or a bound of it, as an expression of sizes: of an expression that is
-        linear in the loop's variables and in absolute values of such."""
+        """The least or greatest value of an expression, or a bound of it, as an expression of sizes. The
+        expression must be linear in the loop's variables and in absolute values of such expressions."""
         expression = sympy.expand(expression)
         absolutes = expression.atoms(sympy.Abs)
         for absolute in (a for a in absolutes if not any(other != a and other.has(a) for other in absolutes)):

@@ -1,8 +1,9 @@
-"""The native exporter: AOTInductor code, linked statically with what stands in for libtorch and with kernels
+"""The native exporter: AOTInductor code, linked statically with a replacement of libtorch and with kernels
 (runtime/artifact).
 
-The result is a `.pt2`: a zip with the shared library in it. An op that calls an ATen function which has no
-stand-in is packaged as AOTInductor does it, for the torch backend's loader, and says so (`needs: libtorch`).
+The result is a `.pt2`: a zip with the shared library in it. If an op calls an ATen function that has no
+replacement, the package is AOTInductor's own, for the torch backend's loader, and its manifest entry says so
+(`needs: libtorch`).
 """
 
 from __future__ import annotations
@@ -43,16 +44,16 @@ from .compiler import HEADERS, Build
 from .networks import use_kernels
 from .selections import select_by_tensors
 
-#: What the package was built with for the code of ops: headers, and static libraries for each instruction set
-#: (runtime/artifact/CMakeLists.txt).
+#: The files for linking ops, which are built with the package: headers, and static libraries for each
+#: instruction set (runtime/artifact/CMakeLists.txt).
 LIBRARIES = Path(chiasm.__file__).parent / "artifact"
 
 
 @dataclass(frozen=True)
 class Isa:
-    """An instruction set: whose CPUs have it (as platform.machine() says it), and the width in bits of the
-    vectors that Inductor writes for it; 0 where it writes loops over numbers. Code for a GPU has its compute
-    capability (90 for 9.0) in `sm`, and runs on any CPU of that family."""
+    """An instruction set: the family of CPUs (as in platform.machine()), and the width in bits of the vectors
+    that Inductor uses for it; 0 if it writes scalar loops. Code for a GPU has its compute capability (90 for
+    9.0) in `sm`, and runs on any CPU of the family."""
 
     machine: str
     bits: int
@@ -60,12 +61,12 @@ class Isa:
 
     @property
     def is_foreign(self) -> bool:
-        """Whether it is compiled for by a cross-compiler here."""
+        """Whether compiling for it needs a cross-compiler here."""
         return self.machine != platform.machine()
 
 
-#: By what g++ calls it after -march=. x86-64-v4 too uses vectors of 256 bits, with its masks and registers.
-#: For SSE4 Inductor has no vectors: its loops are over numbers, and kernels alone have vectors.
+#: By g++'s name after -march=. x86-64-v4 also uses 256-bit vectors, with its masks and registers. Inductor
+#: has no vectors for SSE4: its loops are scalar, and only kernels have vectors.
 ISAS = {
     "x86-64-v2": Isa("x86_64", 0),
     "x86-64-v3": Isa("x86_64", 256),
@@ -76,20 +77,21 @@ ISAS = {
 #: Of code that needs libtorch: no exception may leave a parallel region.
 _ONE_THREAD = {"cpp.threads": 1, "cpp.dynamic_threads": False}
 _ENTRY = "chiasm_native_entry"
-#: What follows the libraries on the linker's command line, but for the version script. glibc has vector
-#: functions for x86 (and, from 2.38 on, for aarch64, where those of one number are taken).
+#: The options after the libraries on the linker's command line, except the version script. glibc has vector
+#: functions for x86 (and since 2.38 for aarch64, where the scalar functions are used).
 _LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -static-libstdc++ -static-libgcc -Wl,--as-needed"
 _LINK_OF = {"x86_64": f"{_LINK} -lmvec", "aarch64": _LINK}
 
 
 def _folder(isa: str) -> Path:
-    """Where the libraries for an instruction set are."""
+    """The folder of the libraries for an instruction set."""
     return LIBRARIES / ("cuda" if ISAS[isa].sm else isa)
 
 
 @dataclass(frozen=True)
 class NativeArtifact:
-    """The bytes of a `.pt2`; whether it needs libtorch, and what for: the operators that have no stand-in."""
+    """The bytes of a `.pt2`, and whether and why it needs libtorch: the operators that have no
+    replacement."""
 
     data: bytes
     needs_libtorch: bool
@@ -134,14 +136,14 @@ def signature_text(
     variant: str | None,
     batch: str | None,
 ) -> str:
-    """What compiled code relies on: the runtime writes the same text from the manifest
-    (runtime/core/signature_text.cpp) and compares.
+    """The signature that compiled code relies on. The runtime writes the same text from the manifest
+    (runtime/core/signature_text.cpp) and compares the two.
 
     Args:
         spec: the symbols' limits.
         inputs: of the method.
         outputs: of the method, with the shapes that were derived.
-        variant: what T stands for.
+        variant: the value of T.
         batch: the symbol that counts independent samples, if there is one.
     """
     lines = ["chiasm 1"] + sorted(
@@ -158,8 +160,8 @@ def signature_text(
 
 
 def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
-    """Native code of a method for each CPU level and GPU. Compilers are at work when this returns; the
-    artifact waits for them."""
+    """Native code of a method for each CPU level and GPU. Compilers may still be running when this returns;
+    the artifact waits for them."""
     batch = job.methods[method.name].get("samples")
     signature = signature_text(job.spec, method.inputs, method.outputs, method.variant, batch)
     for isa in job.isas:
@@ -200,10 +202,10 @@ def to_native(
     """Begin to compile for `isa`, a level of CPUs or a GPU, or fetch the same compilation from the cache. The
     code carries `signature`.
 
-    `program` gives the program for a target ("native"), which may be changed; where an op turns out to need
-    libtorch it is asked for one without kernels of our own ("vjp"), which nothing has there. `after` is other
-    code in the making, whose compilers are waited for before others start. `gradient`: whether the program is
-    one's.
+    `program` returns the program for a target ("native"), which may be changed. If the op turns out to need
+    libtorch, the program without our kernels ("vjp") is used, because libtorch does not have these. `after`
+    is other code that is being compiled; its compilers must end before new ones start. `gradient`: whether
+    the program computes a gradient.
     """
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
@@ -222,7 +224,7 @@ def to_native(
 
 @dataclass
 class NativeCode:
-    """Native code in the making. `artifact` waits for it; `close` gives it up."""
+    """Native code that is being compiled. `artifact` waits for it; `close` cancels it."""
 
     spec: Spec
     isa: str
@@ -301,10 +303,10 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
     """Everything that the compiled code depends on."""
     digest = hashlib.sha256()
     for part in (
-        # without the comments, which tell where the graph was traced: in generated code, numbered by what the
-        # process did before
+        # without the comments, which say where the graph was traced: in generated code, whose numbers depend
+        # on what the process did before
         re.sub(r"(?m)^\s*# File: .*\n", "", program.graph_module.print_readable(print_output=False)),
-        # sizes and dtypes of the inputs, which the listing leaves out
+        # sizes and dtypes of the inputs, which the listing does not have
         str([(n.name, str(n.meta.get("val"))) for n in program.graph.nodes if n.op == "placeholder"]),
         str(sorted((str(k), str(v)) for k, v in program.range_constraints.items())),
         str({k: _content(v) for k, v in sorted(program.constants.items()) if isinstance(v, torch.Tensor)}),
@@ -325,19 +327,19 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
 
 
 def _content(tensor: torch.Tensor) -> tuple[str, list[int], str]:
-    """Type, shape and a hash of the values."""
+    """The type, the shape and a hash of the values."""
     data = tensor.detach().contiguous().reshape(-1).view(torch.uint8).numpy()
     return str(tensor.dtype), list(tensor.shape), sha256(data.tobytes())
 
 
 def compiler_command(isa: str) -> str:
-    """$CXX, where the code is for CPUs of this machine's family; else the cross-compiler."""
+    """$CXX if the code is for CPUs of this machine's family; else the cross-compiler."""
     return f"{ISAS[isa].machine}-linux-gnu-g++" if ISAS[isa].is_foreign else os.environ.get("CXX", "g++")
 
 
 @cache
 def _libraries_hash(isa: str) -> str:
-    """Of how code is compiled and what it is linked with; the kernels are apart."""
+    """A hash of the compile settings and of the linked libraries, without the kernels."""
     formats, patches = Path(__file__).parent, Path(__file__).parents[1] / "patches"
     sources = [
         *(
@@ -373,7 +375,7 @@ def _hash(files: Iterable[Path]) -> str:
 
 def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
     """The operators of the program that are kernels of our own."""
-    # The bodies of loops too
+    # Including the bodies of loops
     modules = [m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]
     targets = {
         n.target for m in modules for n in m.graph.nodes if isinstance(n.target, torch._ops.OpOverload)
@@ -397,7 +399,7 @@ def run_tool(command: list[str]) -> str:
 
 
 def _check_vector_isa(spec: Spec, isa: str) -> None:
-    """AOTInductor writes scalar loops, without a word, where this machine's CPU lacks the vector width."""
+    """Raise if this machine's CPU lacks the vector width: AOTInductor would silently write scalar loops."""
     from torch._inductor import config, cpu_vec_isa
 
     with config.patch(_settings(spec.vectorize, isa)), known_vectors(ISAS[isa].machine):
@@ -465,7 +467,7 @@ def precompile(isa: str) -> None:
 
 
 def _compile_signature(signature: str, isa: str, folder: Path) -> Path:
-    """An object file with the signature, which the library's entry shows
+    """An object file with the signature, which the library's entry point returns
     (runtime/artifact/aoti/entry.cpp)."""
     source, compiled = folder / "signature.cpp", folder / "signature.o"
     text = "".join(f"\n  {json.dumps(line)}" for line in signature.splitlines(keepends=True))
@@ -479,7 +481,7 @@ def _compile_signature(signature: str, isa: str, folder: Path) -> Path:
 
 
 def _declaration(operator: torch._ops.OpOverload) -> str:
-    """The C function (made by runtime/artifact/generate.py) that a kernel's operator is called by."""
+    """The C function of a kernel's operator (generated by runtime/artifact/generate.py)."""
     types = {
         "Tensor": "AtenTensorHandle",
         "int": "int64_t",
@@ -504,16 +506,17 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
             "aot_inductor.embed_kernel_binary": True,
             "triton.autotune_at_compile_time": True,
             "compile_threads": 1,
-            "assume_32bit_indexing": True,  # runtime/artifact/aoti/entry.cpp refuses larger tensors
+            "assume_32bit_indexing": True,  # runtime/artifact/aoti/entry.cpp rejects larger tensors
             "triton.prefer_nd_tiling": True,  # a row and a column, without a division for each pixel
-            "joint_graph_constant_folding": False,  # computes on the GPU, which is not here
+            "joint_graph_constant_folding": False,  # it would need a GPU
             "assert_indirect_indexing": False,  # `gpu_compiler` checks without ending the process
         }
     return {
         "cpp.march": isa,
         "cpp.cxx": (None, compiler_command(isa)),
         "cpp.simdlen": (vectorize and ISAS[isa].bits) or 1,
-        # Else a probe is compiled with these settings, fails without libtorch, and all loops come out scalar.
+        # Otherwise Inductor compiles a probe with these settings, which fails without libtorch, and makes all
+        # loops scalar.
         "cpp.vec_isa_ok": True,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
         "cpp.min_chunk_size": 0,  # however small the example is
@@ -555,7 +558,7 @@ def _inductor(
             checks,
             warnings.catch_warnings(),
         ):
-            warnings.simplefilter("ignore")  # of PyTorch about PyTorch
+            warnings.simplefilter("ignore")  # PyTorch's warnings about itself
             path = str(Path(scratch) / "op.pt2")
             aoti_compile_and_package(
                 program, package_path=path, inductor_configs=_settings(spec.vectorize, isa) | options
@@ -568,7 +571,7 @@ def _inductor(
 
 
 def _symbols(code: bytes, *options: str) -> str:
-    """What a library needs of others, as nm lists it."""
+    """The undefined symbols of a library, as nm lists them."""
     with tempfile.NamedTemporaryFile(suffix=".so") as file:
         file.write(code)
         file.flush()
@@ -576,7 +579,7 @@ def _symbols(code: bytes, *options: str) -> str:
 
 
 def _missing_symbols(code: bytes) -> list[str]:
-    """The functions of libtorch that the code calls and that have no stand-in."""
+    """The functions of libtorch that the code calls and that have no replacement."""
     return sorted(set(re.findall(r"\b(?:aoti_torch_|Sleef_|GOMP_|omp_)\w+", _symbols(code))))
 
 

@@ -72,8 +72,8 @@ class _Layer:
     """A convolution; a linear layer is one of single pixels. Pairs are (rows, columns).
 
     padding: zeros above and left of the image; below and right there are as many as the result needs, whose
-    size is (the image's + growth) // stride + 1. input_dilation: the image is taken with its pixels so far
-    apart, and zeros between them and behind the last.
+    size is (the image's + growth) // stride + 1. input_dilation: the distance of the image's pixels; zeros
+    are between them and after the last.
     """
 
     image: Node
@@ -106,7 +106,7 @@ class _Layer:
 
     def subpixel(self) -> tuple[_Layer, list[int]]:
         """An equal convolution of the image itself, without the zeros of input_dilation and without negative
-        padding; and how many rows and columns its result has too many.
+        padding; and the numbers of surplus rows and columns of its result.
 
         One pixel of its result has the channels of a whole block of pixels: channel n of pixel (y, x) is
         channel (n, y % rows, x % columns) of pixel (y // rows, x // columns) (W. Shi et al., Is the
@@ -115,7 +115,7 @@ class _Layer:
         weight, padding, surplus = self.weight, [], []
         for axis, block in enumerate(self.input_dilation):
             size, step = self.weight.shape[2 + axis], self.dilation[axis]
-            # For pixel `phase` of a block tap k is on the image's pixel at `offset`, or on a zero.
+            # For pixel `phase` of a block, tap k reads the image's pixel at `offset`, or a zero.
             taps = [
                 (phase, k, offset)
                 for phase in range(block)
@@ -163,12 +163,12 @@ class _Network:
     # --- what there is ---
 
     def value(self, node: Any) -> Tensor | None:
-        """The value of a node that is a parameter of an element type that the kernels have."""
+        """The value of a node that is a parameter with an element type of the kernels."""
         found = self.values.get(node.name) if isinstance(node, Node) and node.op == "placeholder" else None
         return found.detach() if found is not None and found.dtype in (torch.float32, torch.float64) else None
 
     def layer(self, node: Node) -> _Layer | None:
-        """The layer that a node is, if a kernel can compute it."""
+        """The layer of a node, if a kernel can compute it."""
         read = _LAYERS.get(node.target) if node.op == "call_function" else None
         if read is None or not all(isinstance(a, Node) for a in node.args[:2]):
             return None
@@ -297,7 +297,7 @@ class _Network:
         return node
 
     def drop_unused(self) -> None:
-        """Remove the parameters without users, which would be in the artifact otherwise."""
+        """Remove parameters without users, which would otherwise be in the artifact."""
         signature = self.program.graph_signature
         for node in [n for n in self.graph.nodes if n.op == "placeholder" and not n.users]:
             spec = next(s for s in signature.input_specs if s.arg.name == node.name)
@@ -317,7 +317,7 @@ def _arguments(node: Node) -> dict[str, Any]:
     return {a.name: given.get(a.name, a.default_value) for a in schema}
 
 
-#: The row part of a setting where the input is a row of pixels, (B, C, L).
+#: The setting along rows if the input is a single row of pixels, (B, C, L).
 _OF_ONE_ROW = {"stride": 1, "padding": 0, "dilation": 1, "output_padding": 0}
 
 
@@ -342,7 +342,8 @@ def _convolution(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer:
 
 
 def _transposed(a: dict[str, Any], weight: Tensor, bias: Tensor) -> _Layer:
-    """A transposed convolution is one with the flipped window, of the image dilated by the stride."""
+    """A transposed convolution is a convolution with the flipped window, of the image dilated by the
+    stride."""
     weight = weight if weight.dim() == 4 else weight[:, :, None]
     stride, dilation, groups = _setting(a, "stride"), _setting(a, "dilation"), a["groups"]
     padding, more = _setting(a, "padding"), _setting(a, "output_padding")

@@ -29,8 +29,8 @@ IR_VERSION = 8  # what ONNX Runtime 1.14 and later read
 
 
 def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
-    """A method as a flat model, and as one call of a function, which native code can stand in for."""
-    if method.variant == "bfloat16":  # ONNX Runtime's CPU kernels have none
+    """A method as a flat model, and as one call of a function, which native code can replace."""
+    if method.variant == "bfloat16":  # ONNX Runtime's CPU kernels do not support it
         return
     job.progress(f"{method.title} onnx")
     flat = to_onnx(method.program("onnx"), job.spec, method.inputs, method.outputs, method.name)
@@ -60,11 +60,11 @@ def to_onnx(
     outputs: Sequence[TensorSpec],
     method: str,
 ) -> onnx.ModelProto:
-    """The model, checked. Its inputs and outputs are those named, all of them and in that order. It changes
+    """The model, checked. Its inputs and outputs are the named ones, all of them and in this order. Changes
     the program."""
     exporter_log = logging.getLogger("torch.onnx")
     level = exporter_log.level
-    exporter_log.setLevel(logging.ERROR)  # it reports the absence of torchvision, which nothing here uses
+    exporter_log.setLevel(logging.ERROR)  # it reports that torchvision is missing, which nothing here uses
     try:
         with warnings.catch_warnings(), fast_onnx():
             warnings.simplefilter("ignore")
@@ -110,7 +110,7 @@ def to_onnx(
 
 
 def to_fused_onnx(model: onnx.ModelProto, spec: Spec, method: str) -> onnx.ModelProto:
-    """The form of `to_onnx`'s model that is one function call."""
+    """The model of `to_onnx` as one function call."""
     return fuse(model, function_name(spec.name, method), domain_version(spec.version))
 
 
@@ -146,8 +146,7 @@ def _simplify(model: onnx_ir.Model) -> None:
 
 
 def _keep_tiny_terms(model: onnx_ir.Model) -> None:
-    """`x + 1e-300` as a Sum: of an Add, ONNX Runtime looks whether the constant is zero in float32, and takes
-    it out."""
+    """`x + 1e-300` as a Sum: ONNX Runtime removes an Add if its constant is zero in float32."""
     for node in model.graph.all_nodes():
         if node.op_type == "Add" and any(_is_tiny(value) for value in node.inputs):
             node.op_type = "Sum"
@@ -162,7 +161,7 @@ def _is_tiny(value: onnx_ir.Value | None) -> bool:
 
 
 def _strip(graph: onnx.GraphProto | onnx.FunctionProto) -> None:
-    """Remove what tells of the machine that exported: stack traces and file names."""
+    """Remove traces of the exporting machine: stack traces and file names."""
     graph.doc_string = ""
     del graph.metadata_props[:]
     for value in list(getattr(graph, "value_info", [])) + list(getattr(graph, "initializer", [])):

@@ -1,8 +1,7 @@
 """The fused form of an ONNX artifact: the whole graph as one function, so that the model is a single node.
 
-An engine that knows nothing of chiasm inlines the function and runs its body, standard operators. Where
-chiasm's custom-op library is registered with ONNX Runtime, the node is run by the bundle's native code, and
-the body is not looked at.
+An engine without chiasm inlines the function and runs its body, standard operators. If chiasm's custom-op
+library is registered with ONNX Runtime, the bundle's native code runs the node, and the body is ignored.
 """
 
 from __future__ import annotations
@@ -40,8 +39,8 @@ def domain_version(version: str) -> int:
 def fuse(model: onnx.ModelProto, name: str, version: int) -> onnx.ModelProto:
     """A model that is one call of a function of its own, whose body is the graph of `model`.
 
-    Inputs, outputs and the model's metadata stay as they are. The types of values within the body are left
-    out: functions hold them from IR version 10 on only, and engines infer them.
+    Inputs, outputs and the model's metadata stay as they are. The types of values in the body are omitted:
+    functions can have them only since IR version 10, and engines infer them.
 
     Args:
         model: a model without functions of its own.
@@ -67,7 +66,7 @@ def fuse(model: onnx.ModelProto, name: str, version: int) -> onnx.ModelProto:
         for inner in _subgraphs(copied):
             del inner.value_info[:]
         body.append(copied)
-    # not make_function and make_model: they set IR versions, opsets and names by their own defaults
+    # not by make_function and make_model, which set IR versions, opsets and names by their own defaults
     function = onnx.FunctionProto(
         domain=DOMAIN, name=name, input=inputs, output=outputs, node=body, opset_import=model.opset_import
     )
@@ -98,7 +97,7 @@ def _constant(tensor: onnx.TensorProto) -> onnx.NodeProto:
 
 
 def _subgraphs(node: onnx.NodeProto) -> Iterator[onnx.GraphProto]:
-    """The graphs in a node's attributes, and those within."""
+    """The graphs in a node's attributes, and the graphs nested in them."""
     for attribute in node.attribute:
         for graph in [
             *([attribute.g] if attribute.type == onnx.AttributeProto.GRAPH else []),

@@ -1,7 +1,7 @@
 """Sums by index, in one order.
 
-ONNX Runtime's ScatterND adds what falls on one place from several threads without a lock, so that sums lack
-some of their terms, now and then (its issues 18048 and 23396); its ScatterElements adds one after the other.
+ONNX Runtime's ScatterND adds values with the same index from several threads without a lock, so that a sum
+sometimes lacks a term (its issues 18048 and 23396); its ScatterElements adds one value after the other.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from onnx_ir import convenience
 
 
 def add_in_order(model: onnx_ir.Model) -> None:
-    """Each ScatterND that adds as a ScatterElements over the dimensions that it indexes, taken for one."""
+    """Replace each ScatterND that adds by a ScatterElements over its indexed dimensions, flattened to one."""
     for node in list(model.graph.all_nodes()):
         reduction = node.attributes.get("reduction")
         if node.op_type != "ScatterND" or reduction is None or reduction.as_string() != "add":
@@ -31,7 +31,7 @@ def add_in_order(model: onnx_ir.Model) -> None:
 
 
 class _Steps:
-    """Nodes in the making, whose values have names of their own."""
+    """Adds nodes, and gives their values new names."""
 
     def __init__(self, name: str) -> None:
         self.name, self.nodes = name, list[onnx_ir.Node]()

@@ -17,7 +17,7 @@ from ..spec import Spec
 
 
 def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
-    """One file for all dtypes and both methods: of the gradient, the backend asks the op's own autograd."""
+    """One file for all dtypes and both methods: for the gradient, the backend uses the op's own autograd."""
     if method.variant != job.variants[0]:
         return
     entry = {
@@ -60,8 +60,8 @@ def to_torchscript(module: nn.Module, spec: Spec) -> bytes:
 
 
 def _anywhere(program: io.BytesIO) -> bytes:
-    """The program without what tells where it was made: the paths of the sources, and a number that depends
-    on them."""
+    """The program without traces of the exporting machine: the paths of the sources, and a number that
+    depends on them."""
     result = io.BytesIO()
     with zipfile.ZipFile(program) as given, zipfile.ZipFile(result, "w", zipfile.ZIP_STORED) as kept:
         for entry in given.infolist():

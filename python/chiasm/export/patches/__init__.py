@@ -1,9 +1,9 @@
 """What chiasm replaces inside PyTorch and onnxscript while it exports, for the versions in `VERSIONS`.
 
 Each replacement is declared here, with its reason and a digest of the source that it replaces. `replaced`
-puts in what is declared and nothing else. `tests/export/test_patches.py` compares the digests with the
-installed packages: an upgrade that changes one of the sources fails there, and whoever upgrades reads the new
-source and adapts the replacement before recording its digest.
+accepts only declared replacements. `tests/export/test_patches.py` compares the digests with the installed
+packages: an upgrade that changes one of the sources fails there. Then read the new source and adapt the
+replacement before you record its digest.
 
 | module | replaces |
 |---|---|
@@ -192,27 +192,27 @@ PATCHES: Mapping[str, Patch] = {
 
 @contextmanager
 def replaced(replacements: Mapping[str, Any]) -> Iterator[None]:
-    """While this lasts, the attributes (`module:attribute`, as declared in `PATCHES`) are those given."""
+    """Replace the attributes (`module:attribute`, as declared in `PATCHES`) inside the block."""
     with ExitStack() as stack:
         for name, replacement in replacements.items():
             assert name in PATCHES, (
                 f"{name}: a replacement is declared in chiasm/export/patches/__init__.py, with its reason"
             )
             owner, attribute = _owner(name)
-            # torch.export._trace calls the builtin `print`, which is no attribute of the module
+            # torch.export._trace calls the builtin `print`, which is not an attribute of the module
             stack.enter_context(patch.object(owner, attribute, replacement, create=attribute == "print"))
         yield
 
 
 def source_digest(name: str) -> str:
-    """The first digits of SHA-256 of the source of what a replacement stands for, as it is installed."""
+    """The first digits of SHA-256 of the installed source that a replacement replaces."""
     owner, attribute = _owner(name)
     found = inspect.getattr_static(owner, attribute, None)
     if isinstance(found, property):
         found = found.fget
     elif isinstance(found, (staticmethod, classmethod)):
         found = found.__func__
-    # A builtin, a value or another package: what counts is who calls it
+    # For a builtin, a value or another package's function, the calling module counts
     source: Any = inspect.unwrap(found) if callable(found) else found
     if not inspect.isclass(source) and not inspect.isfunction(source):
         source = inspect.unwrap(owner)

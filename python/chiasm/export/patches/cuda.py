@@ -1,9 +1,10 @@
-# PyTorch declares what it takes as narrower than what it uses of it.
+# PyTorch declares narrower parameter types than it uses.
 # pyright: reportArgumentType=false, reportAttributeAccessIssue=false
-"""AOTInductor for a GPU that is not here: Triton's compiler needs none, and what PyTorch would ask a GPU is
-known from its compute capability. So code for CUDA is compiled where code for CPUs is.
+"""AOTInductor for a GPU that this machine does not have. Triton's compiler needs no GPU, and the answers to
+PyTorch's queries follow from the compute capability. So CUDA code can be compiled on the machine that
+compiles CPU code.
 
-Without a GPU nothing is timed: of several forms of a loop, the first that Inductor writes down is taken.
+Without a GPU nothing is timed: if a loop has several forms, Inductor's first one is used.
 """
 
 from __future__ import annotations
@@ -36,12 +37,13 @@ _LIMITS = {
     120: (99, 1536, 170),
 }
 _DEVICE = torch.device("cuda", 0)
-#: Sizes of the example from this on stand for larger ones, by this factor: of images, or of as many points.
+#: Sizes of the example from `_FEW` on represent sizes that are larger by the factor `_ENLARGED`: those of
+#: images, or of as many points.
 _FEW, _ENLARGED = 10, 32
 
 
 class _Driver:
-    """What Triton asks of its driver while it compiles."""
+    """The methods of Triton's driver that it calls while it compiles."""
 
     def __init__(self, sm: int) -> None:
         self.sm = sm
@@ -91,7 +93,8 @@ def _constant_on_device(constant: Any, device: torch.device | None) -> Any:
 
 
 class _LargeSizes:
-    """A trace's symbols, for whoever sizes blocks by the example, which is small."""
+    """A trace's symbols with larger hints, because Triton's block sizes depend on the example, which is
+    small."""
 
     def __init__(self, environment: Any) -> None:
         self._environment = environment
@@ -108,7 +111,7 @@ class _LargeSizes:
 
 @contextmanager
 def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
-    """AOTInductor which compiles for GPUs of compute capability `sm`, with CUDA's headers from
+    """Let AOTInductor compile for GPUs of compute capability `sm`, with CUDA's headers from
     `toolkit`/include."""
     from torch._inductor import sizevars
     from torch._inductor.codegen.block_analysis import BlockPatternMatcher
@@ -209,7 +212,7 @@ def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
 
 
 def _forget_answers() -> None:
-    """Of PyTorch's questions about the GPU, most are asked once a process."""
+    """Clear PyTorch's caches of GPU queries, most of which it makes once per process."""
     from torch._inductor import utils
     from torch._inductor.codegen.cuda import cuda_env
     from torch._inductor.runtime.hints import DeviceProperties
@@ -222,7 +225,7 @@ def _forget_answers() -> None:
 
 
 def _properties(sm: int) -> SimpleNamespace:
-    """As torch.cuda.get_device_properties gives them."""
+    """The result of torch.cuda.get_device_properties."""
     shared, threads, count = _LIMITS[sm]
     return SimpleNamespace(
         name=f"sm_{sm}",
@@ -243,7 +246,7 @@ def _properties(sm: int) -> SimpleNamespace:
 
 
 def _compile(wrapper: Any) -> None:
-    """Compile the loops, where Inductor would time their forms."""
+    """Compile the loops, instead of timing their forms as Inductor would."""
     from torch._inductor.runtime.triton_heuristics import CachingAutotuner
 
     wrapper.kernel_autotune_defs.splice("async_compile.wait(globals())\ndel async_compile\n")
@@ -255,7 +258,7 @@ def _compile(wrapper: Any) -> None:
 
 
 def _with_short_sizes(*args: Any, **kwargs: Any) -> dict[str, str]:
-    """The types of a program's arguments: where positions have 32 bits, sizes too."""
+    """The types of a program's arguments: if positions have 32 bits, sizes do too."""
     from torch._inductor.codegen.triton_utils import signature_to_meta
 
     found = signature_to_meta(*args, **kwargs)
@@ -271,14 +274,14 @@ def _extreme(printer: Any, expression: sympy.Expr, comparison: str) -> str:
 
 
 def _clamped(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
-    """The Triton expression for `index`, moved to the nearest element of its axis: a run returns before its
-    loops have looked at the data, so there is nobody to tell."""
+    """The Triton expression for `index`, clamped to the nearest element of its axis: a run returns before its
+    loops have read the data, so it cannot report an error."""
     limit = kernel.index_to_str(kernel.rename_indexing(sympy.sympify(size)))
     return f"tl.minimum(tl.maximum({index}, 0), {limit} - 1)"
 
 
 def on_gpu(program: ExportedProgram) -> None:
-    """Change a program of tensors on the CPU to one of tensors on a GPU. Its results become dense tensors."""
+    """Change a program on CPU tensors to one on GPU tensors. Its results become dense tensors."""
     aten = torch.ops.aten
     signature = program.graph_signature
     constants = {
@@ -305,7 +308,7 @@ def on_gpu(program: ExportedProgram) -> None:
         if node.name not in constants or not isinstance(node.meta.get("val"), torch.Tensor):
             continue
         value: Any = values[str(spec.target)]
-        if value.numel() == 1:  # a copy of it PyTorch would make at once, on the GPU
+        if value.numel() == 1:  # PyTorch would copy it immediately, on the GPU
             options = {"dtype": value.dtype, "device": _DEVICE}
             _replaced(graph, node, inputs[-1], aten.full.default, (list(value.shape), value.item()), options)
         else:
@@ -335,7 +338,8 @@ def _replaced(
     options: dict[str, Any],
     only: torch.fx.Node | None = None,
 ) -> torch.fx.Node:
-    """`target(*args, **options)`, after `place`, instead of `node`: for `only`, or for all that uses it."""
+    """Insert `target(*args, **options)` after `place`, and use it in place of `node`, in `only` or in all
+    users."""
     with graph.inserting_after(place):
         new = graph.call_function(target, args, options)
     value = node.meta["val"]

@@ -1,8 +1,7 @@
-"""What AOTInductor's code leaves to luck, made safe while chiasm compiles: indices and divisors that come
-from data.
+"""Makes AOTInductor's code check indices and divisors that come from data.
 
 AOTInductor either trusts an index (a wrong one reads and writes anywhere) or throws inside a parallel region,
-which ends the process. Here a wrong index is noted for the run, an allowed one takes its place, and the run
+which ends the process. Here a wrong index is noted for the run, a valid one is used instead, and the run
 returns the error (`runtime/artifact/include/chiasm/checked.h`). An index that `IndexRanges` proves to be in
 range costs nothing.
 """
@@ -20,12 +19,12 @@ import sympy
 from ..formats.index_ranges import IndexRanges, depends_on_data
 from . import replaced
 
-#: Calls of PyTorch's header whose checked forms stand in namespace chiasm.
+#: Functions of PyTorch's header that have checked forms in namespace chiasm.
 _DIVISIONS = re.compile(r"(?<![\w:.])(floor_divide_integral|remainder_integral|mod)\(")
 _WRAPPER = "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu"
 _PREFIX = "#include <torch/csrc/inductor/cpp_prefix.h>\n"
-#: PyTorch notes a division by zero in a global pointer to a local variable, which concurrent runs overwrite
-#: for each other.
+#: PyTorch notes a division by zero through a global pointer to a local variable, which concurrent runs
+#: overwrite.
 _DIVISION_FLAG = re.compile(
     r"^\s*(?:std::atomic<int> )?inductor_cpu_(?:integer_div_error|throw_if_integer_div_error)\b.*\n", re.M
 )
@@ -114,8 +113,8 @@ def indirect_indexing_with(
 
 
 def checked_propagation() -> Callable[..., Any]:
-    """For `IndexPropagation.indirect_indexing`: an index that is an expression of sizes is checked as one
-    from data, unless it is proved."""
+    """For `IndexPropagation.indirect_indexing`: an index that is an expression of sizes is checked like one
+    from data, unless it is proved to be in range."""
     from torch._inductor.index_propagation import IndexPropagation
 
     propagated = IndexPropagation.indirect_indexing
@@ -134,8 +133,8 @@ def checked_propagation() -> Callable[..., Any]:
 
 
 def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
-    """The C++ expression for `index` with its check. The axis has an element: no symbol may be 0
-    (checks/arguments.py), and torch.export sees to the rest."""
+    """The C++ expression for `index` with its check. The axis is not empty: no symbol may be 0
+    (checks/arguments.py), and torch.export ensures the rest."""
     from torch._inductor.codegen.cpp_utils import cexpr_index
 
     limit = cexpr_index(kernel.rename_indexing(sympy.sympify(size)))
@@ -155,8 +154,8 @@ def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
 
 
 def _operators(kernel: Any) -> set[str]:
-    """The ATen operators that the loop was made of, as the author wrote them; those that use indices, if
-    there are any."""
+    """The ATen operators of the op's code from which the loop was made; only those that use indices, if there
+    are any."""
     origins = kernel.current_node.node.get_origins() if kernel.current_node is not None else ()
     names = {
         str(n.meta.get("original_aten") or n.target).rpartition(".")[0] or str(n.target)
@@ -167,12 +166,11 @@ def _operators(kernel: Any) -> set[str]:
 
 
 def _refuses_negative(kernel: Any) -> bool:
-    """Whether the indices are of operators that take none from the end. They are decomposed into one that
-    does."""
+    """Whether the operators do not allow negative indices. They are decomposed into an operator that does."""
     operators = _operators(kernel)
     return bool(operators) and operators <= {"aten.index_select", "aten.index_add", "aten.index_copy"}
 
 
 def _reader(kernel: Any) -> str:
-    """What an error names."""
+    """The operators that an error names."""
     return " or ".join(sorted(_operators(kernel))) or "an index"

@@ -14,8 +14,8 @@ from . import replaced
 
 
 class _Sympy:
-    """sympy, but for `simplify`: Inductor calls it to see whether an index is linear in a loop's variable,
-    for which expanding does as well, in a fraction of the time."""
+    """sympy with a faster `simplify`: Inductor calls it to find out whether an index is linear in a loop's
+    variable. Expanding is sufficient for that, in a fraction of the time."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(sympy, name)
@@ -26,13 +26,13 @@ class _Sympy:
 
 
 class _Remembering:
-    """A loop's body, `inner(index)`, that is evaluated once an index. Inductor evaluates it again at each of
-    its uses, and so what it is made of: twice as often with every sum of two such values. It drops what came
-    double later, one operation at a time."""
+    """A loop's body, `inner(index)`, that is evaluated only once for each index. Inductor evaluates it again
+    at each use, and its operands too, so that every sum of two such values doubles the work. Inductor removes
+    the duplicates later, one operation at a time."""
 
     def __init__(self, inner: Callable[[Any], Any]) -> None:
         self.inner = inner
-        self.handler: Any = None  # what the operations are written to
+        self.handler: Any = None  # the handler that records the operations
         self.values: dict[tuple[Any, ...], Any] = {}
 
     def __call__(self, index: Any) -> Any:
@@ -43,20 +43,20 @@ class _Remembering:
             self.handler, self.values = handler, {}
         if key not in self.values:
             value = self.inner(index)
-            if handler is not self.handler:  # it was asked for inside a branch in the meantime
+            if handler is not self.handler:  # it was evaluated inside a branch meanwhile
                 return value
             self.values[key] = value
         return self.values[key]
 
 
-#: Lanes of 32 bits in a vector of AVX2: of bytes, a loop takes as many at a time.
+#: 32-bit lanes of an AVX2 vector: a loop reads as many bytes at a time.
 _LANES = 8
 
 
 @contextmanager
 def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]:
-    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, puts tensors of bytes side
-    by side itself, and whose compiler is `compile_command(command, folder)`."""
+    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, concatenates tensors of
+    bytes itself, and compiles by `compile_command(command, folder)`."""
     from torch._inductor import ir, lowering
     from torch._inductor.codegen.cpp import CppVecKernel
 
@@ -99,15 +99,16 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
 @contextmanager
 def fast_gradients() -> Iterator[None]:
     """AOTInductor which evaluates a loop's body once, and stacks planes as planes. Not for forward methods:
-    how a loop is vectorised hangs on how often it counts an operation, and frames are better interleaved."""
+    their vectorisation depends on how often Inductor counts an operation, and frames should stay
+    interleaved."""
     from torch._inductor import ir
 
     is_laid_out, make_loader = ir.is_contiguous_for_memory_format_or_false, ir.Pointwise.make_loader
     bodies = dict[int, tuple[Any, _Remembering]]()
 
     def is_only_laid_out(tensor: torch.Tensor, memory_format: torch.memory_format) -> bool:
-        # (B, 1, H, W) is both; taken for channels_last, planes were interleaved, then separated again, by
-        # loops that read through transposed tiles: code of 3.5 MB for the gradient of `adjust_hue`.
+        # (B, 1, H, W) is contiguous and channels_last. As channels_last, planes were interleaved and then
+        # separated again, by loops over transposed tiles: 3.5 MB of code for the gradient of `adjust_hue`.
         contiguous = is_laid_out(tensor, memory_format=torch.contiguous_format)
         return not contiguous and is_laid_out(tensor, memory_format=memory_format)
 
@@ -128,13 +129,13 @@ def fast_gradients() -> Iterator[None]:
 
 @contextmanager
 def known_vectors(machine: str) -> Iterator[None]:
-    """Inductor with the vectors of a family of CPUs: AVX2, where this CPU has it, or NEON."""
+    """Inductor with the vectors of a family of CPUs: AVX2, if this CPU has it, or NEON."""
     from torch._inductor import cpu_vec_isa
 
     found: list[cpu_vec_isa.VecISA] = []
     if machine == "aarch64":
         neon = cpu_vec_isa.VecNEON()
-        neon._macro = ["CPU_CAPABILITY_NEON"]  # without Sleef: torch's header of it is this machine's
+        neon._macro = ["CPU_CAPABILITY_NEON"]  # no Sleef: torch has only this machine's header
         found = [neon]
     elif "avx2" in cpu_vec_isa.x86_isa_checker():
         found = [cpu_vec_isa.VecAVX2()]
@@ -144,8 +145,8 @@ def known_vectors(machine: str) -> Iterator[None]:
 
 @contextmanager
 def plain_minima() -> Iterator[None]:
-    """Native minima and maxima of one instruction where the CPU has it (chiasm/minima_avx2.h). PyTorch's,
-    which pass NaN on, take three, and networks of them are all that a rank filter or a dilation does."""
+    """Minima and maxima by one instruction if the CPU has it (chiasm/minima_avx2.h). PyTorch's propagate NaN
+    and take three instructions; rank filters and dilations consist only of minima and maxima."""
 
     def smaller(a: Any, b: Any) -> str:
         return f"chiasm::smaller({a}, {b})"

@@ -17,8 +17,7 @@ from .tracing import fast_tracing
 @contextmanager
 def fast_onnx() -> Iterator[None]:
     """torch.onnx without reading its 1500 operator definitions at each export, and without running the whole
-    graph again: to decompose a few operators, and to see which types are to be promoted. It changes the
-    program that it is given."""
+    graph again to decompose a few operators and to find the type promotions. It changes the given program."""
     registry = _registry()
     with (
         fast_tracing(),
@@ -39,8 +38,8 @@ def fast_onnx() -> Iterator[None]:
 def _registry() -> Any:
     from torch.onnx._internal.exporter import _registration
 
-    # It reads the source text of each of 600 functions, to note a domain that nobody asks for: that of the
-    # opset, which is taken instead.
+    # torch.onnx parses the source text of 600 functions only to find a domain that nobody uses. The opset's
+    # own domain is used instead.
     with replaced(
         {"onnxscript.values:TracedOnnxFunction.function_ir": property(lambda function: function.opset)}
     ):
@@ -50,9 +49,8 @@ def _registry() -> Any:
 
 
 def _promoted(interpreter: Any, node: torch.fx.Node) -> Any:
-    """A node's value, once its arguments are of the types that it promotes them to. The value that tracing
-    left with the node holds still, since a promoted node is followed by a cast where its type would
-    change."""
+    """A node's value after its arguments were promoted. The value from tracing is still valid, because a cast
+    follows a promoted node whose type would change."""
     from torch.onnx._internal.fx.passes import type_promotion
 
     if node.op != "call_function" or "val" not in node.meta:

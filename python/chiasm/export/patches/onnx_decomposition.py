@@ -1,9 +1,9 @@
-# An argument of a graph's node is declared as anything that may be one.
+# torch declares a node's argument as a union of all possible types.
 # pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportOperatorIssue=false, reportOptionalMemberAccess=false, reportReturnType=false, reportAssignmentType=false
-"""Operators that have no ONNX form, taken apart where they stand.
+"""Decomposes operators without an ONNX form, in place.
 
 `ExportedProgram.run_decompositions` traces the whole graph again, which takes longer than all the rest of the
-conversion; what there is to decompose is a handful of nodes. The graph comes out the same.
+conversion; only a few nodes need decomposition. The resulting graph is the same.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ from torch.fx.experimental.proxy_tensor import make_fx
 
 
 def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
-    """The program in operators that have an ONNX form, what can be. It changes the program that it is
-    given."""
+    """The program in operators that have an ONNX form, as far as possible. It changes the given program."""
     table = _table(registry)
     functional = [
         _decompose_graph(m.graph, table, program)
@@ -46,8 +45,8 @@ def _table(registry: Any) -> dict:
 
 
 def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> bool:
-    """Decompose the nodes of a graph: the program's, or of the body of one of its loops. False where a node
-    that writes to its argument is left."""
+    """Decompose the nodes of a graph: the program's, or that of a loop's body. False if a node that writes to
+    its argument is left."""
     functional = True
     # The first node that computes each symbolic size: tracing again would not compute it again
     sizes: dict[Any, Node] = {}
@@ -58,7 +57,7 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
             _replace(node, first, program)
         elif node.target is torch.ops.aten._assert_tensor_metadata.default:
             graph.erase_node(node)
-        elif node.target is torch.ops.aten.detach_.default:  # of a constant: there is nothing to detach from
+        elif node.target is torch.ops.aten.detach_.default:  # of a constant, which has nothing to detach from
             _replace(node, node.args[0], program)
         elif isinstance(node.target, torch._ops.OpOverload):
             if node.target._schema.is_mutable and not _make_functional(node):
@@ -69,7 +68,7 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
                 or _is_composite_view(node.target)
             ):
                 if isinstance(value, torch.SymInt):
-                    del sizes[value.node.expr]  # the node goes
+                    del sizes[value.node.expr]  # the node is removed
                 made = _decompose(node, table, sizes)
                 if isinstance(made, Node):
                     _replace(node, made, program)
@@ -79,11 +78,11 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
 
 
 def _replace_results(node: Node, made: Sequence[Node | None], program: ExportedProgram) -> None:
-    """The same for an operator with several results: each is taken from it by an index."""
+    """The same for an operator with several results, each of which is a getitem node."""
     for taken in list(node.users):
         if taken.users:
             _replace(taken, made[taken.args[1]], program)
-        else:  # a result that is asked for nowhere may not be there at all
+        else:  # an unused result may be missing
             node.graph.erase_node(taken)
     node.graph.erase_node(node)
 
@@ -91,20 +90,19 @@ def _replace_results(node: Node, made: Sequence[Node | None], program: ExportedP
 def _replace(node: Node, other: Node, program: ExportedProgram) -> None:
     node.replace_all_uses_with(other)
     if node.graph is program.graph:
-        program.graph_signature.replace_all_uses(node.name, other.name)  # it names the outputs
+        program.graph_signature.replace_all_uses(node.name, other.name)  # the signature names the outputs
     node.graph.erase_node(node)
 
 
 @cache
 def _is_composite_view(operator: torch._ops.OpOverload) -> bool:
-    """Whether the operator is made of others and may return its argument: `run_decompositions` keeps none of
-    those, not even where they have an ONNX form. `reshape` has one that takes a size of 0 for the
-    argument's."""
+    """Whether the operator is composite and may return its argument: `run_decompositions` decomposes all of
+    those, even if they have an ONNX form. That of `reshape` would read a size of 0 as the argument's size."""
     return _is_cia_op(operator) and not _is_preservable_cia_op(operator)
 
 
 def _make_functional(node: Node) -> bool:
-    """Whether the node writes to a value that nobody else sees; then it is made to return a new value
+    """Whether the node writes to a value that no other node uses. If so, it is changed to return a new value
     instead.
 
     Gradients have many: `(a > 0).logical_and_(b)`.
@@ -127,11 +125,11 @@ def _elements(tensor: torch.Tensor) -> int | torch.SymInt:
 
 
 def _decompose(node: Node, table: dict, sizes: dict[Any, Node]) -> Node | Sequence[Node | None]:
-    """Insert the nodes that an operator is made of before it; returns the one with the result, or those with
-    the results."""
+    """Insert the nodes of an operator's decomposition before it. Returns the node of the result, or the nodes
+    of the results."""
     arguments = node.all_input_nodes
     values = [n.meta["val"] for n in arguments]
-    # make_fx looks up no decomposition for this one
+    # make_fx looks up no decomposition for this operator
     operator = _elements if node.target is torch.ops.aten.sym_numel.default else node.target
 
     def call(*given: Any) -> Any:

@@ -1,8 +1,7 @@
-# onnxscript declares what an operator takes as its type in ONNX, which is not what is given.
+# onnxscript declares parameters by their ONNX types, which differ from the Python types.
 # pyright: reportArgumentType=false
 """Numbers in float64 graphs: torch.onnx writes every Python number as float32 and casts it, so that 1 / 3
-comes out as 0.33333334 and 1e-300 as 0. These are the operators that make tensors of numbers, in the dtype
-that is wanted."""
+becomes 0.33333334 and 1e-300 becomes 0. The operators below make tensors of numbers in the wanted dtype."""
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ from onnxscript import opset18 as op
 
 
 def _number(value: Any, dtype: int) -> Any:
-    """A number as a constant of that dtype; a computed size, which is a tensor already, cast."""
+    """A number as a constant of that dtype; a computed size, which is already a tensor, is cast."""
     if isinstance(value, (bool, int, float)):
         return op.Constant(value=ir.tensor(value, dtype=ir.DataType(dtype)))
     return op.Cast(value, to=dtype)

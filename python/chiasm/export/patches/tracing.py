@@ -21,8 +21,8 @@ Guard = tuple[sympy.Basic, str]
 @contextmanager
 def fast_tracing() -> Iterator[None]:
     """Fake tensors without their cache: with symbolic sizes a hit costs more than computing the result's
-    metadata again. And without asking of each operand whether it has its channels last, which takes more such
-    arithmetic than all the rest; what has not is computed as well.
+    metadata again. And without checking each operand for channels_last, which takes more symbolic arithmetic
+    than everything else; the fallback for other layouts gives the same results.
     """
     import torch._dynamo.config
     from torch._subclasses import fake_impls
@@ -57,8 +57,8 @@ def noted_guards(guards: list[Guard]) -> Iterator[None]:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Without torch's own reports of what it raises anyway: to its log, and the graph so far to standard
-    output."""
+    """Without torch's additional reports of errors that it raises: in its log, and as a partial graph on
+    standard output."""
     logger = logging.getLogger("torch")
     level = logger.level
     logger.setLevel(logging.CRITICAL)

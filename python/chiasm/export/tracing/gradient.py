@@ -24,7 +24,7 @@ from .module import bind
 
 def vjp_signature(spec: Spec, outputs: list[TensorSpec]) -> tuple[list[TensorSpec], list[TensorSpec]] | None:
     """Inputs and outputs of the method `vjp`: the forward's inputs and a `grad_` per floating output, to a
-    `grad_` per differentiable input. None where there is nothing to differentiate."""
+    `grad_` per differentiable input. None if there is nothing to differentiate."""
     wanted = spec.differentiated()
     seeds = [t for t in outputs if t.dtype == "T" or t.dtype.startswith(("float", "bfloat"))]
     if not wanted or not seeds:
@@ -71,12 +71,12 @@ class _Vjp(nn.Module):
             return tuple(result[i] for i in self.floating_outputs)
 
         pullback = torch.func.vjp(of_differentiable, *(inputs[n] for n in self.gradients))[1]
-        # A gradient that is a cotangent itself is copied: a graph's outputs may not be its inputs.
+        # Copy a gradient that is itself a cotangent: a graph's outputs must not be its inputs.
         return tuple(g.clone() if any(g is c for c in cotangents) else g for g in pullback(tuple(cotangents)))
 
 
 def vjp_module(op: nn.Module, spec: Spec, outputs: list[TensorSpec]) -> nn.Module | None:
-    """The eager vjp of a bound op, or None where it has none."""
+    """The eager vjp of a bound op, or None if it has none."""
     signature = vjp_signature(spec, outputs)
     if signature is None:
         return None
@@ -93,8 +93,8 @@ def trace_vjp(
     inputs: Inputs,
     doubts: list[Doubt] | None = None,
 ) -> ExportedProgram:
-    """Export a vjp, or what takes gradients itself: torch.export cannot trace either, so make_fx turns it
-    into a plain graph first."""
+    """Export a vjp, or a function that computes gradients itself: torch.export can trace neither, so make_fx
+    turns it into a plain graph first."""
     args = tuple(inputs[t.name] for t in tensors)
     try:
         with exporting("vjp"), fast_tracing():

@@ -1,10 +1,10 @@
-# An argument of a graph's node is declared as anything that may be one.
+# torch declares a node's argument as a union of all possible types.
 # pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportOperatorIssue=false, reportOptionalMemberAccess=false, reportReturnType=false, reportAssignmentType=false
 """Gradients of parts of tensors, in forms that engines run well.
 
-The gradient of `x[..., 0]` is zeros around what came back, and that of all of x the sum of such: code for a
-point's x, y and z computes each of the three everywhere. Where the parts lie side by side along an axis of
-known size they are joined instead.
+The gradient with respect to x through `x[..., 0]` is the incoming gradient padded with zeros, and the total
+gradient is a sum of these terms: for a point's x, y and z, the code would compute all three terms everywhere.
+If the parts are adjacent along an axis of known size, they are concatenated instead.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ _ADD, _SELECT, _SLICE = (
     torch.ops.aten.select_backward.default,
     torch.ops.aten.slice_backward.default,
 )
-#: Along longer axes, which are images', padding is as good.
+#: Along longer axes, as in images, padding is as fast.
 _LONGEST = 64
 
 
 class _Part(NamedTuple):
-    """What came back for positions `start` to `end` - 1 of an axis."""
+    """The incoming gradient for positions `start` to `end` - 1 of an axis."""
 
     start: int
     end: int
@@ -36,7 +36,7 @@ class _Part(NamedTuple):
 
 
 def joined(module: GraphModule) -> GraphModule:
-    """The graph of a gradient with its parts joined where they can be, and otherwise padded."""
+    """The graph of a gradient with its parts joined if possible, otherwise padded."""
     graph = module.graph
     for node in list(graph.nodes):
         if node.target is _SLICE and _is_whole(node):
@@ -56,8 +56,8 @@ def joined(module: GraphModule) -> GraphModule:
 
 
 def _is_whole(node: Node) -> bool:
-    """Whether a slice was all of its axis, as in `x[:, 0]`, for which PyTorch writes that it ends at the
-    greatest number."""
+    """Whether a slice covers its whole axis, as in `x[:, 0]`: PyTorch then writes the largest integer as its
+    end."""
     _, _, _, start, end, step = node.args
     return (start, end, step) == (0, torch.iinfo(torch.int64).max, 1)
 
@@ -88,7 +88,7 @@ def _join_terms(total: Node) -> None:
     made: list[Node] = []
     with total.graph.inserting_before(total):
         for dim, some in parts.items():
-            layers: list[list[_Part]] = []  # of parts that do not overlap
+            layers: list[list[_Part]] = []  # each layer has parts that do not overlap
             for part in sorted(some, key=lambda p: p.start):
                 free = [layer for layer in layers if layer[-1].end <= part.start]
                 free[0].append(part) if free else layers.append([part])
@@ -108,14 +108,14 @@ def _join_terms(total: Node) -> None:
 
 
 def _call(function: Callable[..., Tensor], arguments: tuple, total: Node) -> Node:
-    """A node of the shape that a sum has, for it may itself be what came back for a part."""
+    """A node with the sum's shape: the sum may itself be the incoming gradient of a part."""
     node = total.graph.call_function(function, arguments)
     node.meta["val"] = total.meta["val"]
     return node
 
 
 def _part(term: Node, total: Node) -> tuple[int, _Part] | None:
-    """The axis and the part of it that a term of a sum is zero outside of, at the sizes of the example."""
+    """The axis, and the part of it outside of which a term of a sum is zero, at the example's sizes."""
     if (
         term.target not in (_SELECT, _SLICE)
         or len(term.users) != 1
@@ -143,8 +143,7 @@ def _hint(size: int | torch.SymInt) -> int:
 
 def _join(dim: int, pieces: list[tuple]) -> Tensor:
     """Parts along an axis one after the other, with zeros between them: (start, end, whether selected,
-    arguments of the backward). Where the axis's size turns out not to be constant, they are padded and
-    added."""
+    arguments of the backward). If the axis's size turns out not to be constant, they are padded and added."""
     size = pieces[0][4][dim]
     if not isinstance(size, int):
         padded = [
@@ -170,7 +169,7 @@ def _zeros(like: Tensor, dim: int, extent: int) -> Tensor:
 
 
 def _slice_backward(gradient, input_sizes, dim, start, end, step):
-    """Zeros around the gradient: one Pad in ONNX, where PyTorch's own form becomes a ScatterND."""
+    """Zeros around the gradient. This becomes one Pad in ONNX; PyTorch's own form becomes a ScatterND."""
     dim = dim % len(input_sizes)
     size = input_sizes[dim]
     if isinstance(start, int) and start < 0:

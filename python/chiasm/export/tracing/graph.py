@@ -33,10 +33,10 @@ def dynamic_shapes(spec: Spec, tensors: Sequence[TensorSpec]) -> dict[str, dict[
 
 
 def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
-    """A symbol's Dim, or one derived from it: the gradient of an output has the output's shape, `(-1 + H)`
-    say."""
+    """A symbol's Dim, or one derived from it: the gradient of an output has the output's shape, for example
+    `(-1 + H)`."""
     try:
-        # Our own text, from _expression; torch.export derives dims by linear arithmetic.
+        # The text is our own, from _expression. torch.export derives Dims by linear arithmetic on Dims.
         return eval(expression, {"__builtins__": {}}, dims)
     except (TypeError, NotImplementedError):
         return Dim.AUTO
@@ -111,7 +111,7 @@ def _dim(size: int | torch.SymInt, names: dict[sympy.Symbol, str], op: str) -> i
 
 
 def _expression(e: sympy.Expr, names: dict[sympy.Symbol, str]) -> str:
-    """In the manifest's grammar: integers, symbols, + - * // ( )."""
+    """The expression in the manifest's grammar: integers, symbols, + - * // ( )."""
     if e.is_Integer:
         return str(int(e))
     if e.is_Symbol:

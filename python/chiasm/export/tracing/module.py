@@ -22,10 +22,9 @@ from ..spec import Spec, TensorSpec
 def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ()) -> nn.Module:
     """An nn.Module whose `forward` takes the spec's inputs, and calls `fn` with them and the configuration.
 
-    Batches of frames come to an op on planes as a view (B, C, H, W), and its images go back as frames. A
-    tensor that stands for sizes gives its shape.
-    `copied` says of each result whether it is an input itself, or another result: a graph's outputs are
-    tensors of their own.
+    An op on planes gets batches of frames as a view (B, C, H, W), and its images are returned as frames. For
+    a tensor that stands for sizes, the op gets its shape. `copied` tells for each result whether it is itself
+    an input or another result, and must be copied: a graph's outputs must be tensors of their own.
     """
     passed = {t.name: f"{t.name}={t.name}" for t in spec.inputs}
     results = ["{}.clone()" if c else "{}" for c in copied] or ["{}"] * len(spec.outputs)
@@ -46,7 +45,7 @@ def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ())
 
 
 def _sizes(tensor: TensorSpec) -> str:
-    """The arguments that are numbers of a tensor's shape."""
+    """The op's arguments that get the sizes of a tensor's shape, as text."""
     numbers = [f"{tensor.name}.shape[{i - len(tensor.shape)}]" for i in range(len(tensor.shape))]
     if len(tensor.sizes) == 1:
         return f"{tensor.sizes[0]}=({', '.join(numbers)})"
@@ -63,10 +62,10 @@ def bind(
 ) -> nn.Module:
     """An nn.Module whose `forward(arguments...)` calls `fn` with them and with `config`.
 
-    `arguments` has for each what `fn` gets of it, as text ("x=x"; a module takes them by position),
-    `results` what is returned of each result `{}`, and `checks` the statements before the call.
-    All of it is source text because torch.jit.script reads that, and because the arguments' names become the
-    tensors' names in ONNX.
+    `arguments` has, for each argument, the text that is passed to `fn` ("x=x"; a module takes them by
+    position); `results` has the text that is returned for each result `{}`, and `checks` the statements
+    before the call. All of it is source text because torch.jit.script reads that, and because the arguments'
+    names become the tensors' names in ONNX.
     """
     for argument in arguments:
         if not argument.isidentifier() or keyword.iskeyword(argument):
@@ -76,7 +75,7 @@ def bind(
     passed += [f"{k}={v!r}" for k, v in sorted(config.items())]
     callee = "self.fn" if is_module else "_op"
     typed = ", ".join(f"{a}: Tensor" for a in arguments)
-    # The class carries the op's name, so that TorchScript's and ONNX's graphs do.
+    # The class has the op's name, so that TorchScript's and ONNX's graphs have it too.
     class_name = "Op_" + "".join(c if c.isalnum() else "_" for c in name)
     call = f"{callee}({', '.join(passed)})"
     lines = [*checks, f"return {call}"]
