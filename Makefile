@@ -27,7 +27,7 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
 
-setup: ## install what is needed: Debian packages, .venv, ONNX Runtime's headers
+setup: ## install the dependencies: Debian packages, .venv, ONNX Runtime's headers
 	@tools/setup.sh
 
 build: setup ## configure and build the C++ runtime, its Python module and its tests
@@ -61,7 +61,7 @@ study: build ## WHAT=batch, registration, depth, attack or distributed: a use ca
 gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
 	$(PY) -m gallery.pages
 
-test: build ## every test of what has changed, and a part of the rest (tests/stages.py)
+test: build ## all tests of changed parts, and a sample of the others (tests/stages.py)
 	@targets=$$($(PY) tests/stages.py)
 	$(MAKE) $$targets
 	@echo "make test: all passed"
@@ -69,7 +69,7 @@ test: build ## every test of what has changed, and a part of the rest (tests/sta
 test-all: build bundles ## every test on the whole catalog (hours)
 	@CHIASM_ALL_TESTS=1 $(MAKE) test special-values sanitize-artifacts
 
-test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
+test-quick: build ## tests that need no exported bundles: ops, and the runtime's core (under 2 minutes)
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -x -n $(JOBS) tests/ops
 	ctest --preset release -L core
 
@@ -82,39 +82,39 @@ test-export: build test-bundles ## the exporter, the command, the runtime in Pyt
 test-runtime: build test-bundles ## GoogleTest
 	ctest --preset release -j $(JOBS)
 
-build-x86-64-v4: build ## what `chiasm export --isa x86-64-v4` links
+build-x86-64-v4: build ## the libraries that `chiasm export --isa x86-64-v4` links
 	cmake --build --preset release -j $(JOBS) --target artifact_x86-64-v4
 
-build-aarch64: build ## the runtime, and what `chiasm export --isa armv8.2-a` links, for aarch64, by a cross-compiler
+build-aarch64: build ## the runtime, and the libraries that `chiasm export --isa armv8.2-a` links, by a cross-compiler
 	@tools/aarch64.sh
 	@cmake --preset aarch64 > /dev/null
 	cmake --build --preset aarch64 -j $(JOBS)
 
-test-aarch64: build-aarch64 ## the kernels, the runtime's core and bundles under qemu: the results are this machine's
+test-aarch64: build-aarch64 ## the kernels, the runtime's core and bundles under qemu: results must equal this machine's
 	CHIASM_RECORD_RESULTS=build/release/kernel_results build/release/bin/guarded_kernels_test --gtest_brief=1
 	CHIASM_EXPECTED_RESULTS=$$PWD/build/release/kernel_results ctest --preset aarch64 -j $(JOBS)
 	$(PY) tests/parity/aarch64.py
 	tests/consumer/aarch64.sh
 
-test-parity: build test-bundles ## every bundle that is there x artifact x backend x shape against eager Python
+test-parity: build test-bundles ## compare every exported bundle, artifact, backend and shape with eager Python
 	$(PY) tests/parity/matrix.py
 
-parity: build bundles ## the full matrix: every op in every format -> build/parity.json
+parity: build bundles ## the same for every op in every format -> build/parity.json
 	$(PY) tests/parity/matrix.py
 
-test-special-values: build test-bundles ## NaN, infinities and extreme numbers into the ops that tests name, for a minute
+test-special-values: build test-bundles ## feed NaN, infinities and extreme numbers into the ops that tests name, for a minute
 	@$(PY) tests/parity/special_values.py --seconds 60 $$($(PY) tests/parity/selection.py 2> /dev/null | awk '/a test names it/ {print $$1}')
 
-special-values: build bundles ## NaN, infinities and extreme numbers into every input of every op on every backend -> build/special_values.json
+special-values: build bundles ## feed NaN, infinities and extreme numbers into every input of every op on every backend -> build/special_values.json
 	$(PY) tests/parity/special_values.py
 
-coverage: ## docs/coverage.md, and its record, from the catalog and what the last matrix compared
+coverage: ## write docs/coverage.md and its record, from the catalog and the last `make parity`
 	$(PY) tests/parity/coverage.py
 
-docs: ## docs/kernels.md from the kernels' declarations
+docs: ## write docs/kernels.md from the kernels' declarations
 	@python3 -B runtime/artifact/generate.py docs docs/kernels.md
 
-site: build ## the pages and a reference of every op as HTML -> build/site/html; warnings and links to nowhere are errors
+site: build ## the pages and a reference of every op as HTML -> build/site/html; warnings and broken links are errors
 	tools/site.sh
 
 linalg-accuracy: setup ## measure the linear algebra against NumPy -> docs/linalg.md
@@ -130,7 +130,7 @@ test-browser: build test-bundles ## in headless Chromium: the ONNX artifacts on 
 	PYTHONPATH=. $(PY) tools/site/live.py build/live
 	$(PY) tests/browser/live.py
 
-test-serving: build test-bundles ## bundles in Triton Inference Server, asked by its client (where cargo was there for its headers)
+test-serving: build test-bundles ## bundles in Triton Inference Server, called by its client (if cargo was there to get its headers)
 	@if [ ! -e build/release/lib/triton/chiasm/libtriton_chiasm.so ]; then
 	  echo "test-serving: left out, because the Triton backend was not built: tools/triton.sh headers says why"
 	  exit 0
@@ -159,7 +159,7 @@ sanitize-artifacts: build ## forty compiled ops under AddressSanitizer and UBSan
 	cmake --build --preset asan-ubsan -j $(JOBS) --target artifact
 	OMP_NUM_THREADS=1 $(PY) tests/robustness/sanitized_artifacts.py
 
-attack: build test-bundles ## MUTANTS=20000 damaged bundles, from FIRST=0 on: an error or a right answer, never a signal
+attack: build test-bundles ## MUTANTS=20000 damaged bundles, from FIRST=0 on: each gives an error or a right answer, never a signal
 	cd build && CHIASM_TEST_BUNDLES=../$(BUNDLES) release/bin/mutants $(MUTANTS) $(FIRST) $(JOBS)
 
 soak: build test-bundles ## 64 threads on every backend for MINUTES=60, a quarter of it under TSan; and 20,000 loads on each
@@ -173,7 +173,7 @@ soak: build test-bundles ## 64 threads on every backend for MINUTES=60, a quarte
 test-fuzz: setup ## libFuzzer over every reader, whole bundles and the C interface, 10 seconds each
 	tests/fuzz/run.sh 10
 
-fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, two at a time, a line a minute
+fuzz: setup ## libFuzzer for hours: SECONDS=3600 for each of the eight fuzzers, two at a time, a line a minute
 	tests/fuzz/run.sh $(or $(SECONDS),3600)
 
 test-install: build ## wheels, a pack of bundles, Debian's and Conan's packages, used from outside (ctest covers cmake --install)
@@ -187,7 +187,7 @@ fresh-root: build ## SUITE=trixie (or jammy, with MIRROR= the address of one of 
 wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
 	tools/wheels.sh runtime aarch64 export torch
 
-dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are kept)
+dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are cached)
 	tools/packs.sh $(BUNDLES)
 
 bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving, ray, letterbox, networks or cuda: measure against peers -> docs/benchmarks*.md
@@ -208,7 +208,7 @@ format: setup ## lay out the sources: ruff, clang-format
 	.venv/bin/ruff format --quiet .
 	clang-format -i $(CPP)
 
-stubs: build ## what editors know of the module classes -> python/chiasm/*/__init__.pyi
+stubs: build ## write the module classes' stubs, for editors -> python/chiasm/*/__init__.pyi
 	$(PY) tools/stubs.py
 
 lock: setup ## every *.in -> *.txt, pinned with hashes
