@@ -10,7 +10,7 @@ cmake --build --preset fuzz -j 2 >build/fuzz/build.log || { cat build/fuzz/build
 dashboard() {  # NAME
   local last crashes
   last=$(grep -aE '^#[0-9]+.* cov: ' "build/fuzz/log/$1" | tail -n 1 || true)
-  crashes=$(find build/fuzz -maxdepth 1 -name "crash-$1-*" | wc -l)
+  crashes=$(find build/fuzz -maxdepth 1 -name "crash-$1-*" ! -name "*-slow-unit-*" | wc -l)
   awk -v name="$1" -v crashes="$crashes" '{
     for (i = 1; i < NF; ++i) { if ($i == "cov:") cov = $(i + 1); if ($i == "corp:") corpus = $(i + 1) }
     printf "fuzz %-12s %10d executions  coverage %6s  corpus %12s  crashes %d\n", name, substr($1, 2), cov, corpus, crashes }' <<<"$last"
