@@ -240,7 +240,7 @@ class NativeCode:
             raise ExportError(f"{self.entry}: was removed while it was needed: export again")
         artifact = self._linked(self.build)
         try:
-            self.entry.parent.mkdir(exist_ok=True)
+            self.entry.parent.mkdir(parents=True, exist_ok=True)
             if self.entry.is_dir():
                 shutil.rmtree(self.entry)
             # Renamed when whole: two exports at once leave one file
