@@ -27,4 +27,5 @@ class Consumer(ConanFile):
     def test(self) -> None:
         if can_run(self):
             bundle = os.environ.get("CHIASM_CONSUMER_BUNDLE", "")
-            self.run(f'"{Path(self.build_folder, self.cpp.build.bindir, "consumer")}" {bundle}', env="conanrun")
+            program = Path(self.build_folder, self.cpp.build.bindir, "consumer")
+            self.run(f'"{program}" {bundle}', env="conanrun")
