@@ -93,9 +93,9 @@ def _compare(job: ExportJob, backend: str, bundle: Path, cases: list[Case]) -> N
             f"{name}: the artifacts for the backend {backend} {end}: by a fault of chiasm or of PyTorch they"
             " are not what the op is; please report it with the op"
         ) from end
-    seen: Counter[tuple[str, str]] = Counter()
+    seen: Counter[tuple[str, str, str]] = Counter()
     for row in rows:
-        key = row["artifact"], row["dtype"]
+        key = row["method"], row["artifact"], row["dtype"]  # a file may serve two methods
         of_method = [
             c for c in cases if (c.golden.method, c.golden.variant or "") == (row["method"], row["dtype"])
         ]
