@@ -55,27 +55,28 @@ struct CompiledModel {
   }
 };
 
-int32_t fail(const std::string& text, char* error, size_t size, int32_t result = CHIASM_NATIVE_FAILED) {
-  if (size) std::snprintf(error, size, "%s", text.c_str());
+int32_t fail(const char* text, char* error, size_t size, int32_t result = CHIASM_NATIVE_FAILED) {
+  if (size) std::snprintf(error, size, "%s", text);
   return result;
 }
 
-// Calls the engine. The error is the noted one, else the exception of AOTInductor.
+// Calls the engine. Its error is what was noted here, else what AOTInductor throws. Nothing is allocated for
+// it, because there may be no memory.
 template <class Call>
 int32_t engine(Call call, char* error, size_t size) {
   *last_error = 0;
   out_of_memory = false;
-  std::string text;
   try {
     call();
     return 0;
+  } catch (const std::bad_alloc&) {
+    guarded_out_of_memory();
   } catch (const std::exception& e) {
-    text = e.what();
+    if (!*last_error) guarded_failure(e.what());
   } catch (...) {
-    text = "the compiled op failed without a message";
+    if (!*last_error) guarded_failure("the compiled op failed without a message");
   }
-  return fail(*last_error ? last_error : text, error, size,
-              out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
+  return fail(last_error, error, size, out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
 }
 
 int32_t create(int32_t device_type, int32_t device_index, void** result, char* error, size_t error_size) {
@@ -160,9 +161,8 @@ int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outp
       const AtenTensorOpaque& result = *results.list[k];
       std::unique_ptr<AtenTensorOpaque> target(borrow(outputs[k], *host));
       if (result.dtype != target->dtype || result.sizes != target->sizes)
-        return fail(
-            "output " + std::to_string(k) + " of the compiled op differs from the manifest in shape or dtype",
-            error, error_size);
+        throw std::runtime_error("output " + std::to_string(k) +
+                                 " of the compiled op differs from the manifest in shape or dtype");
       if (result.data() == target->data()) continue;
       if (result.is_dense() && result.offset == 0) found[k] = result.storage->ordinal;
       copy(result, *target);
@@ -172,6 +172,8 @@ int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outp
       if (!model.plan) model.plan = std::make_shared<std::vector<int64_t>>(std::move(found));
     }
     return 0;
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory", error, error_size, CHIASM_NATIVE_OUT_OF_MEMORY);
   } catch (const std::exception& e) {
     return fail(e.what(), error, error_size,
                 out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
@@ -188,6 +190,11 @@ Run*& current_run() {
 int32_t guarded_failure(const char* what) {
   std::snprintf(last_error, sizeof last_error, "%s", what);
   return AOTI_TORCH_FAILURE;
+}
+
+int32_t guarded_out_of_memory() {
+  out_of_memory = true;
+  return guarded_failure("out of memory");
 }
 
 AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -145,11 +146,14 @@ inline const AtenTensorOpaque& dense(const AtenTensorOpaque& tensor,
 
 // Calls `body` and turns an exception into AOTInductor's error code, keeping the text for `run` to report.
 int32_t guarded_failure(const char* what);
+int32_t guarded_out_of_memory();
 template <class Body>
 int32_t guarded(Body body) {
   try {
     body();
     return 0;
+  } catch (const std::bad_alloc&) {
+    return guarded_out_of_memory();
   } catch (const std::exception& error) {
     return guarded_failure(error.what());
   } catch (...) {

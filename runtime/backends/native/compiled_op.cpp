@@ -10,6 +10,7 @@
 #include <string>
 
 #include "backends/native/archive.h"
+#include "base/library.h"
 
 namespace chiasm::native {
 namespace {
@@ -57,9 +58,19 @@ void check_signature(const std::string& compiled, const std::string& expected) {
                                   ": the manifest was changed after the export; export the bundle again");
 }
 
+/** Throws what the native code reported. */
+void check_result(int32_t result, const char* text) {
+  switch (result) {
+    case CHIASM_NATIVE_OK: return;
+    case CHIASM_NATIVE_BAD_VALUE: throw Error(CHIASM_INVALID_ARGUMENT, text);
+    case CHIASM_NATIVE_OUT_OF_MEMORY: throw Error(CHIASM_OUT_OF_MEMORY, text);
+    default: throw Error(CHIASM_INTERNAL, text);
+  }
+}
+
 }  // namespace
 
-Library::Library(const MemoryFile& file) : handle_(dlopen(unique_path(file).c_str(), RTLD_NOW | RTLD_LOCAL)) {
+Library::Library(const MemoryFile& file) : handle_(base::open_library(unique_path(file).c_str())) {
   if (handle_ == nullptr)
     throw Error(CHIASM_UNAVAILABLE, std::string("cannot load the native code: ") + dlerror());
 }
@@ -88,8 +99,7 @@ CompiledOp::CompiledOp(const Request& request) : request_(request) {
   check_signature(api_->signature, request.signature);
   request_.signature = nullptr;
   char text[1024] = "";
-  if (api_->create(request.device_type, request.device_index, &model_, text, sizeof(text)) != 0)
-    throw Error(CHIASM_INTERNAL, text);
+  check_result(api_->create(request.device_type, request.device_index, &model_, text, sizeof(text)), text);
 }
 
 CompiledOp::~CompiledOp() {
@@ -147,12 +157,7 @@ void CompiledOp::run_whole(const chiasm_tensor* inputs, const chiasm_tensor* out
                            const chiasm_native_host& host) const {
   char text[1024];
   text[0] = '\0';
-  switch (api_->run(model_, inputs, outputs, &host, text, sizeof(text))) {
-    case CHIASM_NATIVE_OK: return;
-    case CHIASM_NATIVE_BAD_VALUE: throw Error(CHIASM_INVALID_ARGUMENT, text);
-    case CHIASM_NATIVE_OUT_OF_MEMORY: throw Error(CHIASM_OUT_OF_MEMORY, text);
-    default: throw Error(CHIASM_INTERNAL, text);
-  }
+  check_result(api_->run(model_, inputs, outputs, &host, text, sizeof(text)), text);
 }
 
 /** What the threads that share a batch have in common. */
