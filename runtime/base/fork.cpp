@@ -48,7 +48,9 @@ ForkGate::ForkGate() {
 }
 
 ForkGate& ForkGate::instance() {
-  static ForkGate& gate = *new ForkGate;
+  // Never destroyed, and not allocated: a passage cannot say that there is no memory.
+  alignas(ForkGate) static unsigned char memory[sizeof(ForkGate)];
+  static ForkGate& gate = *new (memory) ForkGate;
   return gate;
 }
 
@@ -99,10 +101,13 @@ void ForkGate::open() noexcept {
   forks_.unlock();
 }
 
-ForkGate::Worker::Worker() {
+ForkGate::Worker::Worker() noexcept {
   ForkGate& gate = instance();
   const std::lock_guard lock(gate.workers_mutex_);
-  gate.workers_.push_back(::gettid());
+  try {
+    gate.workers_.push_back(::gettid());
+  } catch (const std::bad_alloc&) {  // a fork does not wait for this one
+  }
 }
 
 ForkGate::Worker::~Worker() {

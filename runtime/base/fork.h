@@ -35,7 +35,7 @@ class ForkGate final {
    *  moment after them. While a Worker lives, a fork also waits until its thread sleeps. */
   class Worker final {
    public:
-    Worker();
+    Worker() noexcept;
     Worker(const Worker&) = delete;
     Worker& operator=(const Worker&) = delete;
     ~Worker();

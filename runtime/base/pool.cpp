@@ -27,7 +27,8 @@ constexpr std::size_t kLargest = std::size_t{1} << 62;
 Pool& Pool::instance() {
   static Pool& pool = []() -> Pool& {
     pthread_atfork(nullptr, nullptr, [] { instance().go_on_in_child(); });
-    return *new Pool;
+    alignas(Pool) static unsigned char memory[sizeof(Pool)];
+    return *new (memory) Pool;  // not allocated: native code calls this, and nothing is thrown through it
   }();
   return pool;
 }

@@ -2,54 +2,87 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <utility>
 
 #include "core/status.h"
 
 namespace chiasm::core {
 namespace {
 
-constexpr int kMaxDepth = 32;
+constexpr size_t kMaxDepth = 32;
 
 using Json = nlohmann::json;
 
-/** Rejects deep nesting and repeated keys, which the parser would accept. */
-class Guard final {
+/** Builds a document from what the parser finds. The parser's own way would let repeated keys pass, and
+ *  destroys what it has built where memory runs out, which needs memory (JsonDocument). */
+class Builder final : public Json::json_sax_t {
  public:
-  explicit Guard(const std::string& origin) : origin_(origin) {}
+  Builder(Json& root, const std::string& origin) : root_(root), origin_(origin) {}
 
-  bool operator()(int depth, Json::parse_event_t event, Json& parsed) {
-    if (depth > kMaxDepth)
-      fail(CHIASM_CORRUPT, origin_ + ": nested deeper than " + std::to_string(kMaxDepth) + " levels");
-    if (event == Json::parse_event_t::object_start) {
-      keys_.emplace_back();
-    } else if (event == Json::parse_event_t::object_end) {
-      keys_.pop_back();
-    } else if (event == Json::parse_event_t::key) {
-      const auto& key = parsed.get_ref<const std::string&>();
-      if (!keys_.back().insert(key).second)
-        fail(CHIASM_CORRUPT, origin_ + ": the key '" + key + "' occurs twice");
-    }
+  bool null() override { return add(nullptr); }
+  bool boolean(bool value) override { return add(value); }
+  bool number_integer(int64_t value) override { return add(value); }
+  bool number_unsigned(uint64_t value) override { return add(value); }
+  bool number_float(double value, const std::string&) override { return add(value); }
+  bool string(std::string& value) override { return add(std::move(value)); }
+  bool binary(Json::binary_t&) override { return false; }  // JSON has none
+  bool start_object(size_t) override { return open(Json::value_t::object); }
+  bool start_array(size_t) override { return open(Json::value_t::array); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+  bool key(std::string& key) override {
+    if (open_.back()->contains(key)) fail(CHIASM_CORRUPT, origin_ + ": the key '" + key + "' occurs twice");
+    key_ = std::move(key);
     return true;
+  }
+  bool parse_error(size_t, const std::string&, const Json::exception& error) override {
+    fail(CHIASM_CORRUPT, origin_ + ": not JSON: " + error.what());
   }
 
  private:
+  bool add(Json value) {
+    place(std::move(value));
+    return true;
+  }
+  Json& place(Json value) {
+    if (open_.empty()) return root_ = std::move(value);
+    if (open_.back()->is_object()) return (*open_.back())[key_] = std::move(value);
+    open_.back()->push_back(std::move(value));
+    return open_.back()->back();
+  }
+  bool open(Json::value_t type) {
+    if (open_.size() == kMaxDepth)
+      fail(CHIASM_CORRUPT, origin_ + ": nested deeper than " + std::to_string(kMaxDepth) + " levels");
+    open_.push_back(&place(type));
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+
+  Json& root_;
   const std::string& origin_;
-  std::vector<std::set<std::string>> keys_;
+  std::vector<Json*> open_;  // the objects and arrays around what comes next; they do not move meanwhile
+  std::string key_;
 };
+
+/** Empties what `value` holds. */
+void take_apart(Json& value) noexcept {
+  if (!value.is_structured()) return;
+  for (Json& element : value) take_apart(element);
+  value.clear();
+}
 
 }  // namespace
 
-Json parse_json(std::string_view text, const std::string& origin) {
-  Guard guard(origin);
-  const auto callback = [&guard](int depth, Json::parse_event_t event, Json& parsed) {
-    return guard(depth, event, parsed);
-  };
-  try {
-    return Json::parse(text.begin(), text.end(), callback);
-  } catch (const Json::exception& error) {
-    fail(CHIASM_CORRUPT, origin + ": not JSON: " + error.what());
-  }
+JsonDocument::~JsonDocument() { take_apart(value); }
+
+JsonDocument parse_json(std::string_view text, const std::string& origin) {
+  JsonDocument document;
+  Builder builder(document.value, origin);
+  Json::sax_parse(text.begin(), text.end(), &builder);
+  return document;
 }
 
 void JsonNode::refuse(const std::string& what, chiasm_code code) const {

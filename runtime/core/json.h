@@ -12,9 +12,20 @@
 
 namespace chiasm::core {
 
-/** Parse untrusted text. Throws Error (CHIASM_CORRUPT) for text that is not JSON, is nested deeper than 32
- *  levels, or has the same key twice in one object. */
-nlohmann::json parse_json(std::string_view text, const std::string& origin);
+/** A document that was parsed. nlohmann's destructor collects what an object or an array holds in a vector,
+ *  and where there is no memory for that ends the process; this one empties them before. */
+struct JsonDocument final {
+  JsonDocument() = default;
+  JsonDocument(JsonDocument&&) = default;
+  JsonDocument& operator=(JsonDocument&&) = delete;
+  ~JsonDocument();
+
+  nlohmann::json value;
+};
+
+/** Parse text that may hold anything. Throws Error (CHIASM_CORRUPT) for text that is not JSON, is nested
+ *  deeper than 32 levels, or has the same key twice in one object. */
+JsonDocument parse_json(std::string_view text, const std::string& origin);
 
 /** A value of a document together with its place. The document must outlive it. */
 class JsonNode final {

@@ -422,8 +422,8 @@ Manifest parse_manifest(std::string_view text, const std::string& origin) {
   if (text.size() > kMaxManifestSize) {
     fail(CHIASM_CORRUPT, origin + ": longer than " + std::to_string(kMaxManifestSize) + " bytes");
   }
-  const nlohmann::json document = parse_json(text, origin);
-  return Reader(JsonNode(document, origin)).read();
+  const JsonDocument document = parse_json(text, origin);
+  return Reader(JsonNode(document.value, origin)).read();
 }
 
 }  // namespace chiasm::core

@@ -4,10 +4,13 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <map>
+#include <new>
 
 #include "base/fork.h"
+#include "base/library.h"
 #include "core/status.h"
 
 namespace chiasm::core {
@@ -46,6 +49,7 @@ std::string backend_of(const std::string& file) {
 std::map<std::string, std::string> plugins_in(const std::string& folder) {
   std::map<std::string, std::string> found;
   const std::unique_ptr<DIR, int (*)(DIR*)> listing(::opendir(folder.c_str()), ::closedir);
+  if (listing == nullptr && errno == ENOMEM) throw std::bad_alloc();
   while (const dirent* const entry = listing ? ::readdir(listing.get()) : nullptr) {
     const std::string name = backend_of(entry->d_name);
     if (!name.empty()) found.emplace(name, folder + "/" + entry->d_name);
@@ -81,7 +85,7 @@ void Backend::open(const std::string& path) {
   const auto unusable = [this](const std::string& what) {
     engine_.problem = "the " + name_ + " backend is not available: " + what;
   };
-  void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const library = open_library(path.c_str());
   if (library == nullptr) return unusable(path + ": " + last_dl_error());
   void* const symbol = ::dlsym(library, CHIASM_BACKEND_ENTRY);
   if (symbol == nullptr) return unusable(path + " is not a chiasm backend: " + last_dl_error());
@@ -134,11 +138,11 @@ void Backend::check_option(const std::string& option) const {
 }
 
 const Backend::Engine& Backend::engine() const {
-  std::call_once(probed_, [this] {
-    // if the parent forked while it opened a library, the child could neither open one nor start again
-    const ForkGate::Passage passage;
-    probe();
-  });
+  // a child could neither open a library nor begin again while its parent was opening one
+  const ForkGate::Passage passage;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!probed_) probe();
+  probed_ = true;
   return engine_;
 }
 
@@ -171,6 +175,7 @@ Registry& Registry::instance() {
 }
 
 void Registry::scan() {
+  backends_.clear();  // of a scan that found no memory
   std::map<std::string, std::string> paths;
   for (const std::string& folder : folders_) paths.merge(plugins_in(folder));
   for (const auto& [name, path] : paths) backends_.push_back(std::make_unique<Backend>(name, path));
@@ -182,10 +187,10 @@ void Registry::scan() {
 }
 
 const std::vector<std::unique_ptr<Backend>>& Registry::all() {
-  std::call_once(scanned_, [this] {
-    const ForkGate::Passage passage;  // as in Backend::engine
-    scan();
-  });
+  const ForkGate::Passage passage;  // as in Backend::engine
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!scanned_) scan();
+  scanned_ = true;
   return backends_;
 }
 

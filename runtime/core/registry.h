@@ -47,7 +47,9 @@ class Backend final {
   std::string name_;
   const chiasm_backend* table_ = nullptr;
   mutable Engine engine_;
-  mutable std::once_flag probed_;
+  // Not std::call_once: where no memory is left at all, glibc's part of it ends the process.
+  mutable std::mutex mutex_;
+  mutable bool probed_ = false;
 };
 
 /** Finds `libchiasm_<name>.so` in a list of folders. If several have the same name, the first one counts,
@@ -75,7 +77,8 @@ class Registry final {
 
   std::vector<std::string> folders_;
   std::vector<std::unique_ptr<Backend>> backends_;
-  std::once_flag scanned_;
+  std::mutex mutex_;  // as in Backend
+  bool scanned_ = false;
 };
 
 /** Whether `text` may be a backend's name: 1 to 64 lower-case letters, digits and underscores, the first a

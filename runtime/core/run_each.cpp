@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <new>
 #include <system_error>
 #include <thread>
 
@@ -119,7 +120,9 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
     others.reserve(at_once);
     while (others.size() + 1 < at_once) others.emplace_back(work);
   } catch (const std::system_error&) {
-    // The system allows no more threads: the existing ones do the work.
+    // The process may have no more threads: those that there are do the work.
+  } catch (const std::bad_alloc&) {
+    // no memory for one more: likewise
   }
   work();
   for (std::thread& other : others) other.join();

@@ -48,10 +48,10 @@ std::map<std::string, StoredTensor> read_safetensors(const unsigned char* bytes,
                              " bytes, but the file has " + std::to_string(size));
   }
   const std::string_view header(reinterpret_cast<const char*>(bytes) + kPrefix, header_size);
-  const nlohmann::json document = parse_json(header, origin);
+  const JsonDocument document = parse_json(header, origin);
   const unsigned char* const data = bytes + kPrefix + header_size;
   std::map<std::string, StoredTensor> tensors;
-  for (const auto& member : JsonNode(document, origin).members(0, kMaxStoredTensors)) {
+  for (const auto& member : JsonNode(document.value, origin).members(0, kMaxStoredTensors)) {
     if (member.key == "__metadata__") continue;
     tensors.emplace(member.key, read_tensor(member.node, data, size - kPrefix - header_size));
   }

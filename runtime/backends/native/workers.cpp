@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <system_error>
 #include <thread>
 
@@ -92,16 +93,16 @@ struct Workers::Worker {
 };
 
 Workers::Workers(int32_t count) : process_(getpid()) {
-  for (int32_t i = 0; i < count; ++i) {
-    auto worker = std::make_unique<Worker>();
-    workers_.reserve(workers_.size() + 1);
-    try {
+  // The process may have no more threads, or no memory for one: then runs share those that there are.
+  try {
+    for (int32_t i = 0; i < count; ++i) {
+      auto worker = std::make_unique<Worker>();
+      workers_.reserve(workers_.size() + 1);
       std::thread(&Worker::serve, worker.get()).detach();
-    } catch (const std::system_error&) {
-      return;  // the system allows no more threads: runs share the existing ones
+      workers_.push_back(worker.release());
     }
-    workers_.push_back(worker.release());
-  }
+  } catch (const std::system_error&) {
+  } catch (const std::bad_alloc&) {}
 }
 
 /** The idle workers that a job was offered to. Nobody else can take them until they have returned. */
