@@ -180,6 +180,18 @@ void Arguments::refuse(const chiasm_tensor_info& info, const std::string& why) c
               std::string(role_ == Role::input ? "input '" : "output '") + info.name + "': " + why);
 }
 
+template <class Make>
+py::object Arguments::capsule_of(const chiasm_tensor_info& info, const Make& make) const {
+  try {
+    return make();
+  } catch (py::error_already_set& error) {
+    if (!error.matches(PyExc_Exception)) throw;  // KeyboardInterrupt
+    const std::string text = py::str(error.value()).cast<std::string>();
+    refuse(info, "its memory cannot be had through DLPack (" + type_name(error.value()) + ": " +
+                     text.substr(0, text.find('\n')) + "); pass a dense array or tensor on the CPU or CUDA");
+  }
+}
+
 void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
   if (py::isinstance<py::array>(object)) {
     if (is_masked(object))
@@ -191,15 +203,25 @@ void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
       refuse(info,
              "the tensor requires grad, and a run is not recorded by autograd; pass tensor.detach(), or run "
              "the method 'vjp'");
+    // DLPack does not know torch's negative bit: it shows what lies in memory. (The conjugate bit is of complex
+    // tensors alone, whose dtypes chiasm does not have.)
+    if (object.attr("is_neg")().cast<bool>())
+      refuse(info,
+             "the tensor's values are the negatives of what its memory holds (its negative bit is set); "
+             "pass tensor.resolve_neg()");
     // Not object.__dlpack__(), which is Python code and takes ten times as long.
-    add_dlpack(imported_torch()->to_dlpack(object), info);
+    add_dlpack(capsule_of(info, [&] { return imported_torch()->to_dlpack(object); }), info);
   } else if (py::hasattr(object, "__dlpack__")) {
-    try {
-      add_dlpack(object.attr("__dlpack__")(py::arg("max_version") = py::make_tuple(1, 0)), info);
-    } catch (py::error_already_set& error) {
-      if (!error.matches(PyExc_TypeError)) throw;
-      add_dlpack(object.attr("__dlpack__")(), info);  // written before version 1 of the protocol
-    }
+    add_dlpack(capsule_of(info,
+                          [&]() -> py::object {
+                            try {
+                              return object.attr("__dlpack__")(py::arg("max_version") = py::make_tuple(1, 0));
+                            } catch (py::error_already_set& error) {
+                              if (!error.matches(PyExc_TypeError)) throw;
+                              return object.attr("__dlpack__")();  // written before version 1 of the protocol
+                            }
+                          }),
+               info);
   } else if (role_ == Role::input &&
              (py::isinstance<py::float_>(object) || py::isinstance<py::int_>(object) ||
               py::isinstance<py::bool_>(object))) {

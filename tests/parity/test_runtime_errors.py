@@ -21,6 +21,7 @@ def test_run_into_refuses(method: runtime.Method) -> None:
         ([np.empty((4, 7), np.float32), dropped], ["y", "4", "5"]),
         ([y.astype(np.float64), dropped], ["y", "float64", "float32"]),
         ([x, dropped], ["y", "overlap"]),
+        ([torch._neg_view(torch.from_numpy(y)), dropped], ["y", "negative bit"]),
         ([y, np.empty((7, 5), bool).T], ["dropped", "stride"]),
     ]:
         with pytest.raises(ChiasmError) as error:
@@ -35,6 +36,11 @@ def test_run_into_refuses(method: runtime.Method) -> None:
 
 
 # Errors
+
+
+class Unwilling:
+    def __dlpack__(self, **options: object) -> object:
+        raise KeyError("no")
 
 
 @pytest.mark.parametrize(
@@ -52,6 +58,11 @@ def test_run_into_refuses(method: runtime.Method) -> None:
         (lambda x: np.zeros((0, 7), np.float32), ["x", "0"]),
         (lambda x: torch.from_numpy(x).t(), ["x"]),
         (lambda x: torch.from_numpy(x).requires_grad_(), ["x", "requires grad", "detach"]),
+        (lambda x: torch._neg_view(-torch.from_numpy(x)), ["x", "negative bit", "resolve_neg"]),
+        (lambda x: torch.empty((5, 7), device="meta"), ["x", "DLPack", "meta"]),
+        (lambda x: torch.from_numpy(x).to_sparse(), ["x", "DLPack", "pass a dense"]),
+        (lambda x: torch.quantize_per_tensor(torch.from_numpy(x), 0.1, 0, torch.quint8), ["x", "DLPack"]),
+        (lambda x: Unwilling(), ["x", "DLPack", "KeyError: 'no'"]),
         (lambda x: x.tolist(), ["x", "list", "array"]),
         (lambda x: None, ["x", "NoneType"]),
         (lambda x: "text", ["x", "str"]),
