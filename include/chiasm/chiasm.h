@@ -89,7 +89,7 @@ typedef enum chiasm_trust_policy {
 
 /** Element types. Values are stable. */
 typedef enum chiasm_dtype {
-  CHIASM_BOOL = 0,
+  CHIASM_BOOL = 0, /**< a byte that is 0 or 1; on the CPU a run refuses any other */
   CHIASM_UINT8 = 1,
   CHIASM_INT8 = 2,
   CHIASM_INT16 = 3,

@@ -121,6 +121,7 @@ void Method::load_model(const LoadCall& call) {
 }
 
 void Method::execute(const Call& call, const chiasm_run_options* options) const {
+  signature_.check_bools(call);
   chiasm_error_text error;
   error.text[0] = '\0';
   const int32_t code = backend_.table()->run(model_, call.inputs, call.outputs, options, &error);

@@ -334,6 +334,23 @@ void Signature::check_outputs(const chiasm_tensor* outputs, size_t count, Call& 
   }
 }
 
+void Signature::check_bools(const Call& call) const {
+  if (device_type_ != CHIASM_CPU) return;
+  for (size_t n = 0; n < inputs_.size(); ++n) {
+    if (inputs_[n].dtype != CHIASM_BOOL) continue;
+    const auto* const bytes = static_cast<const uint8_t*>(call.inputs[n].data);
+    const size_t count = byte_count(call.inputs[n]);
+    uint8_t any = 0;
+    for (size_t i = 0; i < count; ++i) any |= bytes[i];
+    if (any <= 1) continue;
+    const size_t wrong = static_cast<size_t>(
+        std::find_if(bytes, bytes + count, [](uint8_t byte) { return byte > 1; }) - bytes);
+    refuse("input", inputs_[n].spec->name,
+           "a bool is a byte that is 0 or 1, got " + std::to_string(bytes[wrong]) + " at element " +
+               std::to_string(wrong) + ": compare with 0 first (mask != 0)");
+  }
+}
+
 void Signature::smallest_call(Call& call, int64_t (*shapes)[CHIASM_MAX_DIMS]) const {
   for (size_t i = 0; i < symbols_.size(); ++i) call.symbols[i] = symbols_[i].min;
   for (size_t n = 0; n < inputs_.size(); ++n) {

@@ -48,7 +48,11 @@ class Signature final {
   /** After check_inputs: check the caller's outputs and take them into `call`. */
   void check_outputs(const chiasm_tensor* outputs, size_t count, Call& call) const;
 
-  /** The call in which every symbol has its minimum; data is NULL everywhere. `shapes` holds the inputs'
+  /** Once the inputs are dense: refuses a bool that is neither 0 nor 1, of which engines make different
+   *  numbers. Memory on a device is not read. */
+  void check_bools(const Call& call) const;
+
+  /** The call whose every symbol is at its minimum; data is NULL everywhere. `shapes` holds the inputs'
    *  shapes. */
   void smallest_call(Call& call, int64_t (*shapes)[CHIASM_MAX_DIMS]) const;
 
