@@ -80,7 +80,7 @@ def test_bad_inputs_are_named(method: runtime.Method, change, words: list[str]) 
 def test_bytes_of_bool_are_0_or_1(method: runtime.Method) -> None:
     x, scale, keep = example()
     keep.view(np.uint8)[1, 2] = 255
-    with pytest.raises(ChiasmError, match="'keep'.*0 or 1, got 255 at element 9") as error:
+    with pytest.raises(ChiasmError, match=r"'keep'.*0 or 1, got 255 at element 9") as error:
         method(x, scale, keep)
     assert error.value.code == Code.INVALID_ARGUMENT
 
