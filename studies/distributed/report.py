@@ -112,7 +112,7 @@ def section(settings: Settings, together: list[Result], alone: Result) -> list[s
         "",
         (
             "The machine that gets the first process reads `settings.json` in that folder, which `make"
-            " example-distributed` writes, and puts `result.pt` there; the others are"
+            " study WHAT=distributed` writes, and puts `result.pt` there; the others are"
         ),
         (
             "sent settings, op and photographs. Several machines were not at hand: a test starts two"
