@@ -20,12 +20,13 @@ TITLES = {
     "depth": "Depth of several views by gradient descent",
     "attack": "A targeted attack on the matching of two views",
     "distributed": "Several processes",
+    "training": "Training with augmentation",
 }
 _HEAD = """# Use cases
 
 The four of the Kornia paper (E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library
-for PyTorch, WACV 2020, section 4) and distribution. Each section is written by the run of its command: no
-figure here was typed.
+for PyTorch, WACV 2020, section 4), distribution, and training with augmentation. Each section is written by
+the run of its command: no figure here was typed.
 """
 
 
@@ -45,7 +46,7 @@ def settings_table(settings: object) -> list[str]:
 def publish(name: str, lines: list[str], page: Path = PAGE) -> None:
     """Write an example's section, leaving the others as their runs wrote them."""
     sections = _sections(page)
-    made = f"Written by `make example-{name}` on {date.today()}: {cpu()}, {cores()} cores."
+    made = f"Written by `make study WHAT={name}` on {date.today()}: {cpu()}, {cores()} cores."
     sections[TITLES[name]] = "\n".join([made, "", *lines]).strip()
     body = [f"## {title}\n\n{sections[title]}\n" for title in TITLES.values() if title in sections]
     page.write_text("\n".join([_HEAD, *body]))
