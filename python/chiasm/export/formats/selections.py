@@ -27,7 +27,9 @@ def select_by_tensors(program: ExportedProgram, name: str) -> ExportedProgram:
     """
     if not any(n.target in _ITEMS for n in program.graph.nodes):
         return program
-    program = program.run_decompositions({})  # a selection that is written to is a view until then
+    operators = [n.target for n in program.graph.nodes if isinstance(n.target, torch._ops.OpOverload)]
+    if any(operator._schema.is_mutable for operator in operators):
+        program = program.run_decompositions({})  # a selection that is written to is a view until then
     graph = program.graph
     for node in list(graph.nodes):
         if node.target is aten.select.int and _is_from_data(node.args[2]):
@@ -60,8 +62,12 @@ def select_by_tensors(program: ExportedProgram, name: str) -> ExportedProgram:
 
 
 def _is_from_data(argument: Any) -> bool:
-    value = argument.meta.get("val") if isinstance(argument, Node) else None
-    return isinstance(value, torch.SymInt) and bool(free_unbacked_symbols(value))
+    if not isinstance(argument, Node):
+        return False
+    value = argument.meta.get("val")
+    return argument.target in _ITEMS or (
+        isinstance(value, torch.SymInt) and bool(free_unbacked_symbols(value))
+    )
 
 
 def _as_tensor(index: Node) -> Node:
