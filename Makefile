@@ -54,9 +54,9 @@ demo: setup ## export part of the catalog, run it from C++ on real photographs, 
 	$(PY) -m chiasm.export export $$($(PY) -m gallery.demo --list) --method forward -o build/demo/bundles -j $(JOBS)
 	$(PY) -m gallery.demo
 
-study: build ## WHAT=batch, registration, depth, attack or distributed: a use case at full size -> docs/use_cases.md
-	@[ "$(WHAT)" != batch ] || tools/kornia.sh
-	$(PY) -m studies.$(or $(WHAT),$(error make study WHAT=batch|registration|depth|attack|distributed))
+study: build ## WHAT=batch, registration, depth, attack, distributed or training: a use case at full size -> docs/use_cases.md
+	@case "$(WHAT)" in batch | training) tools/kornia.sh ;; esac
+	$(PY) -m studies.$(or $(WHAT),$(error make study WHAT=batch|registration|depth|attack|distributed|training))
 
 gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
 	$(PY) -m gallery.pages
@@ -190,8 +190,9 @@ wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-ex
 dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are cached)
 	tools/packs.sh $(BUNDLES)
 
-bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving, ray, letterbox, networks or cuda: measure against peers -> docs/benchmarks*.md
-	@[ "$(WHAT)" != images ] || tools/kornia.sh
+bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving, ray, letterbox, networks, augmentation or cuda: measure against peers -> docs/benchmarks*.md
+	@case "$(WHAT)" in images | augmentation) tools/kornia.sh ;; esac
+	[ "$(WHAT)" != augmentation ] || ABOUT="Albumentations and DALI: 1.4 GB" tools/environment.sh augmentation tools/augmentation.txt
 	[ "$(WHAT)" != serving ] || tools/triton.sh server
 	[ "$(WHAT)" != ray ] || tools/data.sh
 	$(PY) -m bench $(or $(WHAT),speed)
@@ -213,7 +214,7 @@ stubs: build ## write the module classes' stubs, for editors -> python/chiasm/*/
 
 lock: setup ## every *.in -> *.txt, pinned with hashes
 	@for name in requirements tools/uv tools/data tools/kornia tools/wheels tools/conan tools/site/site tools/browser/browser tools/triton/environment tools/triton/server \
-	    tools/other_runtimes/ort-1.17 tools/other_runtimes/openvino tools/aarch64/python; do
+	    tools/other_runtimes/ort-1.17 tools/other_runtimes/openvino tools/aarch64/python tools/augmentation; do
 	  options=(--python-version 3.11)
 	  case $$name in
 	    tools/uv | tools/wheels | tools/conan) options=(--python-version 3.10) ;;

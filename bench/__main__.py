@@ -1,12 +1,24 @@
-"""make bench [WHAT=speed|images|geometry|peers|matching|serving|ray|letterbox|networks|cuda]: measure, and
-write docs/benchmarks*.md. Each exports what it measures and nothing else."""
+"""make bench [WHAT=speed|images|geometry|peers|matching|serving|ray|letterbox|networks|augmentation|cuda]:
+measure, and write docs/benchmarks*.md. Each exports what it measures and nothing else."""
 
 from __future__ import annotations
 
 import runpy
 import sys
 
-WHAT = ("speed", "images", "geometry", "peers", "matching", "serving", "ray", "letterbox", "networks", "cuda")
+WHAT = (
+    "speed",
+    "images",
+    "geometry",
+    "peers",
+    "matching",
+    "serving",
+    "ray",
+    "letterbox",
+    "networks",
+    "augmentation",
+    "cuda",
+)
 
 if __name__ == "__main__":
     what, *sys.argv[1:] = sys.argv[1:] or ["speed"]

@@ -1,0 +1,1 @@
+"""A pipeline of augmentation on a batch of bytes, beside Kornia, torchvision, Albumentations and DALI."""

@@ -1,0 +1,83 @@
+"""One contender in a process of its own, which does as lines on its standard input say:
+
+python -m bench.augmentation.worker MODULE FUNCTION IMAGES THREADS STEP...
+
+N       call it once, and then N times by the clock: a line of JSON, their seconds
+look N  what N batches are like: JSON with their mean picture, its variance (the mean of its values'), and the
+        deviation of all values
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import json
+import os
+import sys
+import time
+import warnings
+from typing import Any
+
+import numpy as np
+
+from .settings import Call
+
+#: a mean picture has so many pixels a side
+LOOK = 7
+
+
+def main(module: str, function: str, images: str, threads: str, *steps: str) -> None:
+    # Print nothing but answers: libraries write to standard output.
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    warnings.simplefilter("ignore")
+    keep_memory()
+    make = getattr(importlib.import_module(f".{module}", __package__), function)
+    try:
+        call: Call = make(np.load(images), steps, int(threads))
+        call()
+        ready = {"ready": True}
+    except Exception as error:  # what a contender cannot do is said on the page
+        call, ready = (lambda: None), {"error": f"{type(error).__name__}: {error}".splitlines()[0]}
+    print(json.dumps(ready), file=answers, flush=True)
+    for line in sys.stdin:
+        word, _, count = line.strip().rpartition(" ")
+        answer = look(call, int(count)) if word else turn(call, int(count))
+        print(json.dumps(answer), file=answers, flush=True)
+
+
+def turn(call: Call, count: int) -> list[float]:
+    call()
+    taken = []
+    for _ in range(count):
+        begin = time.perf_counter()
+        call()
+        taken.append(time.perf_counter() - begin)
+    return taken
+
+
+def look(call: Call, count: int) -> dict[str, Any]:
+    pictures, squares = [], []
+    for _ in range(count):
+        batch = np.asarray(call(), np.float64)
+        b, c, h, w = batch.shape
+        pictures.append(batch.reshape(b, c, LOOK, h // LOOK, LOOK, w // LOOK).mean((0, 3, 5)))
+        squares.append((batch**2).mean())
+    picture = np.mean(pictures, 0)
+    return {
+        "picture": picture.tolist(),
+        "variance": float(np.var(pictures, 0, ddof=1).mean() / count),
+        "deviation": float(np.sqrt(np.mean(squares) - picture.mean() ** 2)),
+    }
+
+
+def keep_memory() -> None:
+    """Have what is freed used again: large results are new memory from the system else, whose first use takes
+    longer than many a step."""
+    mmap_threshold, trim_threshold = -3, -1
+    for parameter in (mmap_threshold, trim_threshold):
+        ctypes.CDLL(None).mallopt(parameter, 1 << 30)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
