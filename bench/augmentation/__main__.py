@@ -43,7 +43,7 @@ from .worker import LOOK
 
 CONTENDERS = (NATIVE, EAGER, COMPILED, KORNIA, BYTES, FLOAT, WHOLE, ALBUMENTATIONS, DALI)
 #: whose single steps are timed, too
-STEPPED = (NATIVE, KORNIA, BYTES, ALBUMENTATIONS, DALI)
+STEPPED = (NATIVE, ALBUMENTATIONS, DALI)
 #: batches that are compared; by how many standard errors their means in parts, 147 of them, and by which
 #: factor their deviations may differ
 BATCHES, ERRORS, RATIO = 16, 6.0, 1.1
@@ -75,7 +75,7 @@ def main() -> int:
             found["times"][str(threads)] = medians(processes, options.seconds)
             RECORD.write_text(json.dumps(found, indent=1))
     for step in track(STEPS, description="single steps"):
-        with started(STEPPED, IMAGES, cores(), [step]) as processes:
+        with started(STEPPED, IMAGES, 1, [step]) as processes:
             found["steps"][step] = medians(processes, options.seconds / len(STEPS))
     RECORD.write_text(json.dumps(found, indent=1))
     text = page(found)

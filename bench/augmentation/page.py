@@ -25,7 +25,7 @@ def page(found: dict[str, Any]) -> str:
     """``found``: as __main__.py gathers it."""
     versions = ", ".join(f"{name} {version}" for name, version in found["versions"].items())
     size, several = f"3 x {S.side} x {S.side}", found["batches"] * S.batch
-    columns = [f"{n} thread{'s' * (n != '1')}, ms | times as fast" for n in found["times"]]
+    columns = [f"{n} thread{'s' * (n != '1')}: ms | of CPU | times as fast" for n in found["times"]]
     least, most = 1 - S.colours, 1 + S.colours
     lines = [
         "# Benchmark of augmentation",
@@ -55,7 +55,9 @@ def page(found: dict[str, Any]) -> str:
         paragraph(
             "Each contender is a process of its own. They take turns: a call or two by the clock after one"
             " that does not count; medians, in milliseconds a batch. *Times as fast* is the contender's time"
-            " over that of chiasm's native code. Before the times, what contenders make is compared: the mean"
+            " over that of chiasm's native code; *of CPU* are the milliseconds of all its threads together,"
+            " which other work on the machine disturbs less. Before the times, what contenders make is"
+            " compared: the mean"
             f" of {several} results in {found['side']} x {found['side']} parts, and the deviation of all"
             " values."
         ),
@@ -71,13 +73,20 @@ def page(found: dict[str, Any]) -> str:
         ),
         "",
         f"| contender | {' | '.join(columns)} |",
-        "|---" * (1 + 2 * len(columns)) + "|",
+        "|---" * (1 + 3 * len(columns)) + "|",
     ]
     for name in found["names"]:
         cells = []
         for times in found["times"].values():
-            took = times.get(name)
-            cells += ["", ""] if took is None else [f"{took:.0f}", f"{took / times[NATIVE.name]:.2f}"]
+            if name not in times:
+                cells += [""] * 3
+                continue
+            took, busy = times[name]
+            cells += [
+                f"{took:.0f}",
+                "" if busy is None else f"{busy:.0f}",
+                f"{took / times[NATIVE.name][0]:.2f}",
+            ]
         lines.append(f"| {name} | {' | '.join(cells)} |")
     lines += [f"\n{name} failed: {error}." for name, error in found["errors"].items()]
     lines += ["", *aims(found), "", *step_table(found), ""]
@@ -97,22 +106,21 @@ def aims(found: dict[str, Any]) -> list[str]:
         "|---|---|---|",
     ]
     for name, (aim, peers) in AIMS.items():
-        there = [times[p.name] for p in peers if p.name in times]
+        there = [times[p.name][0] for p in peers if p.name in times]
         if there:
-            ratio = min(there) / times[NATIVE.name]
+            ratio = min(there) / times[NATIVE.name][0]
             shown = f"{ratio:.2f}" if ratio >= aim else f"**{ratio:.2f}**"
             lines.append(f"| {name} | {shown} | {aim:g} |")
     return lines
 
 
 def step_table(found: dict[str, Any]) -> list[str]:
-    threads = list(found["times"])[-1]
     names = list(next(iter(found["steps"].values())))
     lines = [
         paragraph(
-            f"Each step alone, of the same batch on {threads} threads, in milliseconds. With chiasm, blur and"
+            "Each step alone, of the same batch on one thread, in milliseconds of CPU. With chiasm, blur and"
             " normalise take and give float32, jitter takes bytes and gives float32, as in its pipeline. With"
-            " the others steps give bytes but for normalise; Kornia's take bytes and give float32."
+            " the others steps give bytes but for normalise."
         ),
         "",
         f"| step | {' | '.join(names)} |",
@@ -120,7 +128,7 @@ def step_table(found: dict[str, Any]) -> list[str]:
     ]
     for step in STEPS:
         times = found["steps"][step]
-        lines.append(f"| {step} | " + " | ".join(f"{times[name]:.1f}" for name in names) + " |")
-    sums = [sum(found["steps"][step][name] for step in STEPS) for name in names]
+        lines.append(f"| {step} | " + " | ".join(f"{times[name][1]:.1f}" for name in names) + " |")
+    sums = [sum(found["steps"][step][name][1] for step in STEPS) for name in names]
     lines.append("| sum | " + " | ".join(f"{total:.0f}" for total in sums) + " |")
     return lines

@@ -100,18 +100,21 @@ def started(
         yield processes
 
 
-def medians(processes: Sequence[Process], seconds: float, least: int = 5) -> dict[str, float]:
-    """Milliseconds a call of each, by name: the median of two calls a turn, or one that takes long, after one
-    that does not count."""
-    taken: dict[str, list[float]] = {p.contender.name: [] for p in processes if not p.error}
+def medians(processes: Sequence[Process], seconds: float, least: int = 5) -> dict[str, list[float]]:
+    """Milliseconds a call of each, and those of processors, by name: medians of two calls a turn, or one that
+    takes long, after one that does not count."""
+    taken: dict[str, list[list[float]]] = {p.contender.name: [] for p in processes if not p.error}
     start, rounds = time.monotonic(), 0
     while time.monotonic() - start < seconds or rounds < least:
         for process in processes:
             if not process.error:
                 times = taken[process.contender.name]
-                times += process.ask("1" if times and times[-1] > LONG else "2")
+                times += process.ask("1" if times and times[-1][0] > LONG else "2")
         rounds += 1
-    return {name: 1e3 * statistics.median(times) for name, times in taken.items()}
+    return {
+        name: [1e3 * statistics.median(values) for values in zip(*times, strict=True)]
+        for name, times in taken.items()
+    }
 
 
 def looks(processes: Sequence[Process], count: int) -> dict[str, dict[str, Any]]:

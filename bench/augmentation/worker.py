@@ -2,7 +2,7 @@
 
 python -m bench.augmentation.worker MODULE FUNCTION IMAGES THREADS STEP...
 
-N       call it once, and then N times by the clock: a line of JSON, their seconds
+N       call it once, and then N times by the clock: a line of JSON, [seconds, seconds of processors] of each
 look N  what N batches are like: JSON with their mean picture, its variance (the mean of its values'), and the
         deviation of all values
 """
@@ -46,13 +46,13 @@ def main(module: str, function: str, images: str, threads: str, *steps: str) -> 
         print(json.dumps(answer), file=answers, flush=True)
 
 
-def turn(call: Call, count: int) -> list[float]:
+def turn(call: Call, count: int) -> list[tuple[float, float]]:
     call()
     taken = []
     for _ in range(count):
-        begin = time.perf_counter()
+        begin, before = time.perf_counter(), time.process_time()
         call()
-        taken.append(time.perf_counter() - begin)
+        taken.append((time.perf_counter() - begin, time.process_time() - before))
     return taken
 
 
