@@ -64,4 +64,6 @@ int32_t guarded_failure(const char* what) {
   return 1;
 }
 
+int32_t guarded_out_of_memory() { return guarded_failure("out of memory"); }
+
 }  // namespace chiasm::artifact
