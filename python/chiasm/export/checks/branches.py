@@ -1,5 +1,5 @@
 # torch.export keeps what it assumed of sizes in a private member.
-# pyright: reportAttributeAccessIssue=false
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportCallIssue=false
 """Branches on sizes: a graph has the branch that the trace took, and an allowed size may need another."""
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import torch
+from torch._guards import detect_fake_mode
 from torch.export import ExportedProgram
 from torch.fx import Node
 from torch.fx.experimental.symbolic_shapes import free_unbacked_symbols
@@ -74,7 +75,7 @@ def _as_tensor(index: Node) -> Node:
     if index.target in _ITEMS:
         return index.args[0]  # pyright: ignore[reportReturnType]
     made = index.graph.call_function(aten.scalar_tensor.default, (index,), {"dtype": torch.int64})
-    mode = torch._guards.detect_fake_mode([n.meta.get("val") for n in index.graph.nodes])
+    mode = detect_fake_mode([n.meta.get("val") for n in index.graph.nodes])
     with mode or torch.no_grad():
         made.meta["val"] = torch.empty((), dtype=torch.int64)
     return made
