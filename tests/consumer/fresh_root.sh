@@ -36,7 +36,8 @@ say "$(inside sh -c '. /etc/os-release; echo "$PRETTY_NAME"'), glibc $(inside ld
 
 tag=cp${version/./}
 if ! compgen -G "$dist/chiasm-*-$tag-*.whl" >/dev/null; then
-  python=$(command -v "python$version" || compgen -G "$HOME/.pyenv/versions/$version.*/bin/python" | tail -n 1) ||
+  python=$(command -v "python$version" || true)
+  "${python:-false}" -c '' 2>/dev/null || python=$(compgen -G "$HOME/.pyenv/versions/$version.*/bin/python" | tail -n 1) ||
     { echo "fresh_root.sh: no Python $version is here to build the wheel with" >&2 && exit 2; }
   say "the wheel for Python $version"
   DIST=$dist PYTHONS=$python tools/wheels.sh runtime >"$work/wheel.log" 2>&1 || { tail -n 20 "$work/wheel.log" && exit 1; }
