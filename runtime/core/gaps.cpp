@@ -131,7 +131,7 @@ DenseCopies::DenseCopies(Call& call, const chiasm_tensor* inputs, const chiasm_t
 }
 
 void DenseCopies::spread() const {
-  for (const Spread& one : spreads_) copy(*one.target, const_cast<void*>(one.dense), false);
+  for (const Spread& one : spreads_) copy(*one.target, one.dense, false);
 }
 
 void* DenseCopies::memory_for(const chiasm_tensor& dense, const char* kind, size_t index) {

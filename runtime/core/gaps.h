@@ -40,7 +40,7 @@ class DenseCopies final {
 
   std::vector<base::PooledMemory> memory_;
   struct Spread {
-    const void* dense;
+    void* dense;
     const chiasm_tensor* target;
   };
   std::vector<Spread> spreads_;

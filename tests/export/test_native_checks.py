@@ -197,12 +197,12 @@ def chosen(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
     return table[index[0].item()] * 2.0, table.t()[:, index[index.argmax()]]
 
 
-@pytest.mark.parametrize("wrong", [SIZE, 1 << 62, -SIZE - 1])
-def test_a_number_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> None:
+def looked_up_by(fn: Callable, name: str, folder: Path, formats: tuple[str, ...] = ("native",)) -> Path:
+    """A bundle of a function of a table and an index."""
     spec = Spec(
-        "test.chosen",
+        f"test.{name}",
         [TensorSpec("table", (SIZE, 4)), integers("index", "P")],
-        [TensorSpec("first"), TensorSpec("last")],
+        [TensorSpec("first"), TensorSpec("second")],
         symbols={"P": (1, 64)},
         gradients=(),
         sample=lambda g, sizes, dtype: {
@@ -210,9 +210,13 @@ def test_a_number_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> No
             "index": torch.arange(sizes["P"]) % 8,
         },
     )
-    method = runtime.open(export(chosen, spec, tmp_path, formats=("native",))).method(
-        "forward", backend="native"
-    )
+    return export(fn, spec, folder, formats=formats)
+
+
+@pytest.mark.parametrize("wrong", [SIZE, 1 << 62, -SIZE - 1])
+def test_a_number_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> None:
+    bundle = looked_up_by(chosen, "chosen", tmp_path)
+    method = runtime.open(bundle).method("forward", backend="native")
     table = torch.rand(SIZE, 4)
     for first in (3, -2):
         index = torch.tensor([first, 1, 5, 2])
@@ -231,22 +235,6 @@ def computed(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
     written = table.clone()
     written[i] = 7.0
     return table[i + 1] * 2.0 + table.select(0, i * 2), written
-
-
-def looked_up_by(fn: Callable, name: str, folder: Path, formats: tuple[str, ...] = ("native",)) -> Path:
-    """A bundle of a function of a table and an index."""
-    spec = Spec(
-        f"test.{name}",
-        [TensorSpec("table", (SIZE, 4)), integers("index", "P")],
-        [TensorSpec("first"), TensorSpec("second")],
-        symbols={"P": (1, 64)},
-        gradients=(),
-        sample=lambda g, sizes, dtype: {
-            "table": torch.rand(SIZE, 4, generator=g, dtype=dtype),
-            "index": torch.arange(sizes["P"]) % 8,
-        },
-    )
-    return export(fn, spec, folder, formats=formats)
 
 
 @pytest.mark.parametrize("wrong", [SIZE - 1, 100_000, 2**63 - 1, 1 << 62, -SIZE - 1])

@@ -16,7 +16,7 @@ from torch import nn
 import chiasm
 
 from . import samples
-from .bundle import Golden, Writer
+from .bundle import Writer
 from .checks.arguments import check_call, check_inputs, check_results
 from .checks.independence import SYMBOL, has_samples, independent
 from .checks.purity import check_op, preserved
@@ -81,7 +81,6 @@ def export(
             describe(job)
             lower(job)
             writer = package(job)
-            try_out(job, writer)
             golden(job, writer)
             document(job, writer)
             return writer.write(Path(path))
@@ -207,23 +206,11 @@ def _try(job: ExportJob, method: str, format: str, step: Callable[[], None]) -> 
         job.lacks_gradient(format, error)
 
 
-def try_out(job: ExportJob, writer: Writer) -> None:
-    """Run what was made, and compare it with eager Python at several sizes."""
-    job.progress("compare")
-    try_artifacts(job, writer)
-
-
 def golden(job: ExportJob, writer: Writer) -> None:
-    """Add inputs and eager Python's outputs, with which a bundle tests itself."""
-    cases = []
-    for method in job.work:
-        if method.name in job.methods:
-            inputs = method.tensors(samples.GOLDEN)
-            outputs = dict(
-                zip([t.name for t in method.outputs], run_eager(method.module, inputs), strict=True)
-            )
-            cases.append(Golden(method.name, method.variant, inputs | outputs))
-    writer.golden(cases)
+    """Run the artifacts and compare them with eager Python at several sizes. Add the inputs and results of
+    one, by which a bundle tests itself."""
+    job.progress("compare")
+    writer.golden(try_artifacts(job, writer))
 
 
 def document(job: ExportJob, writer: Writer) -> None:

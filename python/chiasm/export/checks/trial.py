@@ -45,25 +45,30 @@ class Case:
     text: str
 
 
-def try_artifacts(job: ExportJob, writer: Writer) -> None:
+def try_artifacts(job: ExportJob, writer: Writer) -> list[Golden]:
     """Compare what `writer` has with eager Python; what needs a machine, an engine or a CPU that is not here
     is left out.
+
+    Returns:
+        The golden vectors, of each method at each dtype.
 
     Raises:
         ExportError: names the artifact, the sizes and the difference.
     """
-    cases = [case for method in job.work if method.name in job.methods for case in _cases(method)]
-    trial = replace(writer, manifest=json.loads(json.dumps(writer.manifest)), files=dict(writer.files))
+    methods = [list(_cases(method)) for method in job.work if method.name in job.methods]
+    cases = [case for of_method in methods for case in of_method]
+    trial = replace(writer, manifest=dict(writer.manifest), files=dict(writer.files))
     trial.golden([case.golden for case in cases])
     backends = {a["backend"] for m in trial.manifest["methods"].values() for a in m["artifacts"]}
     with tempfile.TemporaryDirectory() as folder:
         bundle = trial.write(Path(folder))
         for backend in sorted(backends):
             _compare(job, backend, bundle, cases)
+    return [replace(of_method[0].golden, name="") for of_method in methods]
 
 
 def _cases(method: Method) -> Iterator[Case]:
-    """Sizes in doubt before the others, whose error would not say why."""
+    """The golden vectors; then sizes in doubt, before the others, whose error would not say why."""
     spec, slow, tried = method.job.spec, False, []
     golden, *others = [(samples.fit(spec, sizes), "") for sizes in (samples.GOLDEN, *SIZES)]
     for sizes, text in [golden, *((doubt.sizes, doubt.text) for doubt in method.doubts), *others]:

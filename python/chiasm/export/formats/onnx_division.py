@@ -1,5 +1,6 @@
 # onnxscript's values have the operators of numbers, which its types do not say.
-# pyright: reportOperatorIssue=false, reportArgumentType=false, reportReturnType=false, reportCallIssue=false, reportAttributeAccessIssue=false
+# pyright: reportOperatorIssue=false, reportArgumentType=false, reportReturnType=false
+# pyright: reportCallIssue=false, reportAttributeAccessIssue=false
 """Quotients and remainders of integers in ONNX.
 
 torch.onnx divides integers in float32, where 16777217 is 16777216, and a negative size by cutting off the

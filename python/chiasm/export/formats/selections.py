@@ -6,6 +6,7 @@ from data is (patches/index_checks.py).
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Any
 
 import torch
@@ -76,7 +77,7 @@ def _as_tensor(index: Node) -> Node:
         return index.args[0]  # pyright: ignore[reportReturnType]
     made = index.graph.call_function(aten.scalar_tensor.default, (index,), {"dtype": torch.int64})
     mode = detect_fake_mode([n.meta.get("val") for n in index.graph.nodes])
-    with mode or torch.no_grad():
+    with mode or nullcontext():
         made.meta["val"] = torch.empty((), dtype=torch.int64)
     return made
 
