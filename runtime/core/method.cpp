@@ -39,14 +39,14 @@ std::vector<int32_t> generic_dtypes(int32_t dtype) {
   return dtype == kGeneric ? std::vector<int32_t>() : std::vector<int32_t>{dtype};
 }
 
+}  // namespace
+
 void check_run_options(const chiasm_run_options* options) {
   if (options != nullptr) {
     check_struct_size(options->struct_size, CHIASM_SIZE_THROUGH(chiasm_run_options, stream), "run options",
                       "set it to sizeof(chiasm_run_options)");
   }
 }
-
-}  // namespace
 
 Outputs::Outputs(Call& call, const std::vector<TensorSpec>& outputs) : slots_(outputs.size()) {
   for (size_t i = 0; i < outputs.size(); ++i) {

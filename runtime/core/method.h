@@ -33,6 +33,9 @@ class Outputs final {
   std::vector<Slot> slots_;
 };
 
+/** Throws Error (INVALID_ARGUMENT) for options whose size is wrong. NULL is allowed. */
+void check_run_options(const chiasm_run_options* options);
+
 /** Immutable once loaded; run may be called from many threads at once. */
 class Method final {
  public:

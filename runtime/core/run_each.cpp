@@ -8,6 +8,7 @@
 #include <system_error>
 #include <thread>
 
+#include "base/signals.h"
 #include "core/gaps.h"
 #include "core/status.h"
 #include "core/threads.h"
@@ -88,6 +89,7 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
   const auto of_run = [](const chiasm_tensor* all, size_t run, size_t count) {
     return all == nullptr || count == 0 ? all : &tensor_at(all, run * count);
   };
+  check_run_options(options);  // also where there is no run
   std::vector<Memory> memory;
   const auto note = [&](const chiasm_tensor& tensor, size_t run, bool is_output) {
     const auto begin = reinterpret_cast<uintptr_t>(tensor.data);
@@ -117,6 +119,7 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
   std::vector<std::thread> others;
   const size_t at_once = std::min(runs, method.runs_at_once());
   try {
+    const SignalsBlocked blocked;
     others.reserve(at_once);
     while (others.size() + 1 < at_once) others.emplace_back(work);
   } catch (const std::system_error&) {

@@ -322,6 +322,10 @@ TEST_F(Call, StructSizesAndNullPointersOfTheCInterface) {
   inputs[1] = sigma_view_.c_tensor();
   const chiasm_run_options short_options{4, nullptr};
   EXPECT_THAT(run(inputs, 2, &short_options), HasSubstr("run options: struct_size is 4"));
+  EXPECT_THAT(
+      refusal(CHIASM_INVALID_ARGUMENT,
+              [&] { detail::check(api.method_run_each(method, 0, nullptr, 2, nullptr, 2, &short_options)); }),
+      HasSubstr("run options: struct_size is 4"));
   EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
                       [&] { detail::check(api.method_run(method, inputs, 2, nullptr, nullptr)); }),
               HasSubstr("outputs is NULL"));

@@ -2,6 +2,7 @@
 #include "backends/native/workers.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -139,6 +140,28 @@ TEST(Workers, AForkedChildGoesOnAlone) {
   int status = -1;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+TEST(Workers, SignalsOfTheProcessDoNotComeToThem) {
+  static Workers& workers = *new Workers(3);
+  struct Seen {
+    std::atomic<int> workers{0}, open{0};
+  } seen;
+  const auto body = [](void* argument, int32_t index, int32_t) {
+    auto& seen = *static_cast<Seen*>(argument);
+    if (index == 0) return;
+    sigset_t blocked;
+    ::pthread_sigmask(SIG_SETMASK, nullptr, &blocked);
+    ++seen.workers;
+    if (sigismember(&blocked, SIGUSR1) != 1 || sigismember(&blocked, SIGSEGV) != 0) ++seen.open;
+  };
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (seen.workers == 0 && std::chrono::steady_clock::now() < limit) workers.fork(body, &seen, kAll);
+  EXPECT_GT(seen.workers, 0);
+  EXPECT_EQ(seen.open, 0);
+  sigset_t own;
+  ::pthread_sigmask(SIG_SETMASK, nullptr, &own);
+  EXPECT_EQ(sigismember(&own, SIGUSR1), 0);
 }
 
 #ifndef __SANITIZE_THREAD__  // in whose children no threads can be made

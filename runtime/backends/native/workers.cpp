@@ -14,6 +14,7 @@
 
 #include "artifact/spin.h"
 #include "base/floats.h"
+#include "base/signals.h"
 
 namespace chiasm::native {
 namespace {
@@ -94,6 +95,7 @@ struct Workers::Worker {
 
 Workers::Workers(int32_t count) : process_(getpid()) {
   // The process may have no more threads, or no memory for one: then runs share those that there are.
+  const base::SignalsBlocked blocked;
   try {
     for (int32_t i = 0; i < count; ++i) {
       auto worker = std::make_unique<Worker>();

@@ -12,6 +12,7 @@
 #include "backends/limits.h"
 #include "backends/plugin.h"
 #include "base/fork.h"
+#include "base/signals.h"
 
 namespace chiasm::onnx {
 namespace {
@@ -99,6 +100,7 @@ OrtCustomThreadHandle begin_thread(void* /*options*/, OrtThreadWorkerFn work, vo
   try {
     auto thread = std::make_unique<Thread>();
     thread->generation = base::ForkGate::generation();
+    const base::SignalsBlocked blocked;
     thread->thread = std::thread([work, argument] {
       const base::ForkGate::Worker worker;
       work(argument);
