@@ -85,6 +85,33 @@ def test_bytes_of_bool_are_0_or_1(method: runtime.Method) -> None:
     assert error.value.code == Code.INVALID_ARGUMENT
 
 
+class Scatter(torch.nn.Module):
+    def forward(self, x: torch.Tensor, keep: torch.Tensor) -> torch.Tensor:
+        return x.masked_scatter(keep, x[0])  # fails where more than a row is kept
+
+
+def test_errors_of_torch_have_no_stack(tmp_path: Path) -> None:
+    """Of code that is compiled for libtorch, whose errors come with libtorch's stack in their text."""
+    x, keep = np.zeros((2, 3), np.float32), np.zeros((2, 3), bool)
+    program = torch.export.export(Scatter(), (torch.from_numpy(x), torch.from_numpy(keep)))
+    package = str(tmp_path / "scatter.pt2")
+    torch._inductor.aoti_compile_and_package(program, package_path=package)
+    data = Path(package).read_bytes()
+    shape = [2, 3]
+    forward = {
+        "inputs": [tensor("x", "T", shape), tensor("keep", "bool", shape)],
+        "outputs": [tensor("y", "T", shape)],
+        "artifacts": [artifact("torch", "aotinductor", "scatter.pt2", data, ["float32"])],
+    }
+    golden = {"a/x": x, "a/keep": keep, "a/y": x}
+    cases = [{"prefix": "a", "method": "forward", "dtype": "float32"}]
+    path = write_bundle(tmp_path, "test.scatter", {"forward": forward}, {"scatter.pt2": data}, golden, cases)
+    with pytest.raises(ChiasmError, match="Number of elements of source") as error:
+        runtime.open(path).method()(x, ~keep)
+    assert "raised from" not in str(error.value)
+    assert "\n" not in str(error.value)
+
+
 def test_wrong_calls_are_type_errors(method: runtime.Method) -> None:
     x, scale, keep = example()
     with pytest.raises(TypeError, match="takes 3 inputs, got 4"):

@@ -1,6 +1,7 @@
 /** What a process may run out of: threads, memory, files, /proc. Each ends in an answer that is right or in
  *  one error, and what was loaded works again when there is enough. */
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pthread.h>
@@ -9,13 +10,17 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <thread>
 
 #include "calls.h"
 #include "child.h"
+#include "support.h"
 
 namespace {
 
@@ -270,6 +275,60 @@ TEST(NativeLimits, TooSmallFilesAreOneError) {
   ASSERT_TRUE(child.well()) << child.text();
   EXPECT_THAT(child.words, HasSubstr(std::to_string(CHIASM_IO_ERROR) + ": "));
   EXPECT_THAT(child.words, HasSubstr("10240 bytes: raise RLIMIT_FSIZE"));
+}
+
+TEST(OnnxLimits, AnErrorIsNotPrintedBesides) {
+  const std::vector<std::string> ways = ways_to_call();
+  if (std::find(ways.begin(), ways.end(), "onnx_flat") == ways.end()) GTEST_SKIP() << "not built";
+  const std::string bundle = bundle_path("filters.sobel");
+  const Inputs image = large_image();
+  const Ending child = in_child(seconds(60), [&]() -> std::string {
+    const TemporaryFolder folder;
+    const std::string printed = folder.write("printed", "");
+    const int file = ::open(printed.c_str(), O_WRONLY);
+    ::dup2(file, 2);
+    const Callable sobel = load("onnx_flat", bundle);
+    std::string said;
+    {
+      const LessMemory less(size_t{120} << 20);  // enough for the outputs, which are not the engine's
+      said = error_of([&] { sobel(image); });
+    }
+    return said.empty() ? "ran without memory" : read_text(printed);
+  });
+  EXPECT_TRUE(child.well()) << child.text();
+  EXPECT_EQ(child.words, "");
+}
+
+/** What chiasm.h promises of stacks, for each bundle that there is. */
+TEST(NativeLimits, AStackOf256KiBIsEnough) {
+  const std::string folder = bundle_path("filters.sobel") + "/..";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".chiasm") continue;
+    const Ending child = in_child(seconds(60), [&]() -> std::string {
+      const Bundle bundle = Bundle::open(entry.path().string());
+      const Inputs inputs = make_inputs(bundle.methods().at(0), 1, 64);
+      const std::function<void()> body = [&] {
+        try {
+          load("native", entry.path().string())(inputs);
+        } catch (const Error&) {  // has no native code for this machine
+        }
+      };
+      pthread_attr_t attributes;
+      ::pthread_attr_init(&attributes);
+      ::pthread_attr_setstacksize(&attributes, size_t{256} << 10);
+      pthread_t thread;
+      const auto call = [](void* argument) -> void* {
+        (*static_cast<const std::function<void()>*>(argument))();
+        return nullptr;
+      };
+      if (::pthread_create(&thread, &attributes, call, const_cast<std::function<void()>*>(&body)) != 0)
+        return "no thread";
+      ::pthread_join(thread, nullptr);
+      return "";
+    });
+    EXPECT_TRUE(child.well()) << entry.path() << ": " << child.text();
+    EXPECT_EQ(child.words, "") << entry.path();
+  }
 }
 
 TEST(NativeLimits, WithoutProcOneErrorSaysSo) {

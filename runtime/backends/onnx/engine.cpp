@@ -77,7 +77,8 @@ Ort::Env make_environment(int32_t num_threads) {
   Ort::ThreadingOptions threads;
   threads.SetGlobalIntraOpNumThreads(1 + workers).SetGlobalInterOpNumThreads(1).SetGlobalSpinControl(0);
   threads.SetGlobalCustomCreateThreadFn(begin_thread).SetGlobalCustomJoinThreadFn(join_thread);
-  Ort::Env env(threads, ORT_LOGGING_LEVEL_ERROR, "chiasm");
+  // What goes wrong is in the statuses: errors would be printed besides.
+  Ort::Env env(threads, ORT_LOGGING_LEVEL_FATAL, "chiasm");
   env.DisableTelemetryEvents();
   constexpr int same_as_requested = 1;  // the default doubles what it holds
   const Ort::ArenaCfg arena(0, same_as_requested, -1, -1);

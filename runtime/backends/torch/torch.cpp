@@ -298,11 +298,13 @@ class LoadedProgram {
     } catch (const c10::Error& e) {
       rethrow(e.what_without_backtrace());
     } catch (const std::exception& e) {
-      rethrow(e.what());  // TorchScript's
+      rethrow(e.what());  // TorchScript's, which may quote one with a trace
     }
   }
 
-  [[noreturn]] static void rethrow(const std::string& text) {
+  [[noreturn]] static void rethrow(const std::string& whole) {
+    const std::string text =
+        whole.substr(0, whole.find("\nException raised from "));  // a stack trace follows
     const auto after = [&text](std::string_view words) {
       const size_t at = text.rfind(words);
       return at == std::string::npos ? std::string() : text.substr(at + words.size());
