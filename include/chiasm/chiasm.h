@@ -28,6 +28,9 @@
  *  Threads: every function may be called from any thread. One method may run in many threads at once. Closing
  *  a handle while another thread uses that same handle is undefined behaviour.
  *
+ *  Stack: a call to the native backend, and a load, need at most 256 KiB of the calling thread's stack. The
+ *  engines of the other backends are made for the 8 MiB that threads have by default.
+ *
  *  Floating point: every function that can fail works in the default environment (rounding to nearest, with
  *  subnormal numbers, no traps), also in its threads, and gives the caller's back, with its flags: a result
  *  does not depend on it. Threads that another part of the program has made in an engine keep theirs.
