@@ -203,8 +203,8 @@ void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
       refuse(info,
              "the tensor requires grad, and a run is not recorded by autograd; pass tensor.detach(), or run "
              "the method 'vjp'");
-    // DLPack does not know torch's negative bit: it shows what lies in memory. (The conjugate bit is of complex
-    // tensors alone, whose dtypes chiasm does not have.)
+    // DLPack does not know torch's negative bit: it shows what lies in memory. (The conjugate bit is of
+    // complex tensors alone, whose dtypes chiasm does not have.)
     if (object.attr("is_neg")().cast<bool>())
       refuse(info,
              "the tensor's values are the negatives of what its memory holds (its negative bit is set); "
