@@ -36,7 +36,7 @@ from ..job import Artifact, ExportJob, Method
 from ..manifest import GPUS, sha256
 from ..patches.cuda import gpu_compiler, on_gpu
 from ..patches.index_checks import checked_native_code
-from ..patches.inductor import fast_gradients, fast_inductor, known_vectors, plain_minima
+from ..patches.inductor import fast_gradients, fast_inductor, known_vectors, short_minima
 from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
 from . import compiler
@@ -541,7 +541,7 @@ def _inductor(
     # the batch, the channels and the rows.
     torch.set_num_threads(64)
     try:
-        minima = plain_minima() if spec.without_nan and build.include else nullcontext()
+        minima = short_minima(spec.without_nan) if build.include else nullcontext()
         # libtorch has no place to note a wrong index in: there the check throws
         checks = checked_native_code(
             None if build.include else LIBRARIES / "include" / "chiasm" / "checked.h"

@@ -80,7 +80,7 @@ PATCHES: Mapping[str, Patch] = {
         "turns planes of bytes into interleaved ones before `cat`", "ad860042e0f2"
     ),
     "torch._inductor.codegen.cpp:CppVecOverrides.minimum": Patch(
-        "passes NaN on, in three instructions; ops that are defined without NaN take one", "afbde6927b51"
+        "passes NaN on, in three instructions; clamps, and ops without NaN, need one", "afbde6927b51"
     ),
     "torch._inductor.codegen.cpp:CppVecOverrides.maximum": Patch("as minimum", "5e9af95a20e4"),
     "torch._inductor.codegen.cpp:CppOverrides.truncdiv": Patch(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import reduce
+from functools import reduce, wraps
 from typing import Any
 
 import sympy
@@ -144,18 +144,25 @@ def known_vectors(machine: str) -> Iterator[None]:
 
 
 @contextmanager
-def plain_minima() -> Iterator[None]:
+def short_minima(without_nan: bool) -> Iterator[None]:
     """Minima and maxima by one instruction if the CPU has it (chiasm/minima_avx2.h). PyTorch's propagate NaN
-    and take three instructions; rank filters and dilations consist only of minima and maxima."""
+    and take three instructions; rank filters and dilations consist only of minima and maxima. Where values
+    may be NaN, one instruction is enough if the second value is a known number, as in a clamp."""
+    from torch._inductor.codegen.cpp import CppVecOverrides
 
-    def smaller(a: Any, b: Any) -> str:
-        return f"chiasm::smaller({a}, {b})"
+    def form(original: Callable[[Any, Any], str], short: str) -> Any:
+        @wraps(original)  # Inductor finds the scalar form by the name
+        def code(a: Any, b: Any) -> str:
+            return original(a, b) if a.dtype == torch.bool else f"chiasm::{short}({a}, {b})"
 
-    def larger(a: Any, b: Any) -> str:
-        return f"chiasm::larger({a}, {b})"
+        return staticmethod(code)
 
+    names = ("smaller", "larger") if without_nan else ("minimum", "maximum")
     overrides = "torch._inductor.codegen.cpp:CppVecOverrides"
     with replaced(
-        {f"{overrides}.minimum": staticmethod(smaller), f"{overrides}.maximum": staticmethod(larger)}
+        {
+            f"{overrides}.minimum": form(CppVecOverrides.minimum, names[0]),
+            f"{overrides}.maximum": form(CppVecOverrides.maximum, names[1]),
+        }
     ):
         yield

@@ -151,6 +151,21 @@ inline auto remainder_integral(const A& a, const B& b) {
 
 }  // namespace chiasm
 
-#if INDUCTOR_USE_VECTOR_TYPES() && defined(CPU_CAPABILITY_AVX2) && !defined(CHIASM_CHECKS_THROW)
+#if INDUCTOR_USE_VECTOR_TYPES() && !defined(CHIASM_CHECKS_THROW)
+namespace chiasm {
+
+template <class V>
+inline V minimum(const V& a, const V& b) {
+  return at::vec::minimum(a, b);
+}
+template <class V>
+inline V maximum(const V& a, const V& b) {
+  return at::vec::maximum(a, b);
+}
+
+}  // namespace chiasm
+
+#ifdef CPU_CAPABILITY_AVX2
 #include "minima_avx2.h"
+#endif
 #endif
