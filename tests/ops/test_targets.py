@@ -202,6 +202,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, 12, 17) > 0.5, 5, 30),
         (numbers(t, 1, 5, 4) > 0.3, 2, 1),
     ],
+    "broadcasting.where_chosen": lambda t: [
+        (torch.arange(x.size(0)) % 2 == 0, x, x.flip(-1)) for x in (*bytes_and_words()[:2], *images(t))
+    ],
     "connected_components.numbered_components": lambda t: [
         (numbers(t, 2, 3, 12, 17) - 0.5, 100),
         (numbers(t, 1, 1, 5, 4) - 0.3, 3),

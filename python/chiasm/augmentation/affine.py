@@ -9,6 +9,7 @@ from torch import Tensor
 from ..geometry.transform.matrices import get_affine_matrix2d
 from ..primitives.random.draws import between, uniform
 from .base import Range, check_batch, pair
+from .decisions import below
 from .settings import symmetric
 from .warps import Warp, chosen, middle, warped
 
@@ -30,7 +31,7 @@ def _draw(
     moved_x = between(u[:, 2], -translate[0], translate[0]) * shape[3]
     moved_y = between(u[:, 3], -translate[1], translate[1]) * shape[2]
     return {
-        "batch_prob": u[:, 0] < p,
+        "batch_prob": below(u[:, 0], p),
         "angle": between(u[:, 1], degrees[0], degrees[1]),
         "translations": torch.stack([moved_x, moved_y], -1),
         "scale": torch.stack([factor_x, factor_y], -1),
@@ -234,7 +235,7 @@ class RandomTranslate(Warp):
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         u = uniform(seed, 3)
         return {
-            "batch_prob": u[:, 0] < self.p,
+            "batch_prob": below(u[:, 0], self.p),
             "translate_x": between(u[:, 1], self.translate_x[0], self.translate_x[1]) * shape[3],
             "translate_y": between(u[:, 2], self.translate_y[0], self.translate_y[1]) * shape[2],
         }

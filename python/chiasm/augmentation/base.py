@@ -5,9 +5,10 @@ from typing import Any, ClassVar, Dict, List, Optional, Tuple, Union
 import torch
 from torch import Tensor, nn
 
+from ..primitives.core.broadcasting import where_chosen
 from ..primitives.core.checks import check_pixels
 from ..primitives.random.draws import check_seed, uniform
-from .decisions import check_chance, each
+from .decisions import below, check_chance
 
 Range = Union[float, Tuple[float, float], List[float], Tensor]
 Size = Union[int, Tuple[int, int]]
@@ -53,7 +54,7 @@ class AugmentationBase(nn.Module):
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         """The parameters of each sample, and "batch_prob", (B,): whether it is changed."""
-        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p}
+        return {"batch_prob": below(uniform(seed, 1)[:, 0], self.p)}
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         """The batch changed by parameters, but for samples that "batch_prob" leaves out."""
@@ -207,7 +208,7 @@ def identity(like: Tensor, size: int) -> Tensor:
 
 def select(params: Dict[str, Tensor], changed: Tensor, input: Tensor) -> Tensor:
     """Of each sample what "batch_prob" says: changed, or as it was."""
-    return torch.where(each(params["batch_prob"], input), changed, input)
+    return where_chosen(params["batch_prob"], changed, input)
 
 
 def pair(value: Any) -> List[Any]:

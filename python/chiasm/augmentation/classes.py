@@ -15,6 +15,7 @@ from ..primitives.core.source import made_from
 from ..primitives.random.draws import uniform
 from . import blur, colour, distort, jitter, levels, light, noise, policies, weather
 from .base import IntensityAugmentationBase2D, select
+from .decisions import below
 from .settings import Reader, about, bits, fixed, list_of_whole, number, plain, vector, whole, word
 
 Setting = Tuple[str, Any, Reader]
@@ -33,6 +34,7 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
         "Dict": Dict,
         "function": function,
         "select": select,
+        "below": below,
         "store": _store,
         "uniform": uniform,
     }
@@ -68,7 +70,7 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
         passed.append("p=1.0")  # the choice is made once, by what the base has drawn
     lines += [
         "    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:",
-        '        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p, "draws": seed}',
+        '        return {"batch_prob": below(uniform(seed, 1)[:, 0], self.p), "draws": seed}',
         "    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:",
         '        draws = params["draws"]',
         f"        changed = function({', '.join(['input', 'draws', *passed])})",

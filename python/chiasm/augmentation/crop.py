@@ -8,6 +8,7 @@ from torch import Tensor
 
 from ..primitives.random.draws import between, uniform, words
 from .base import Size, as_size, check_batch
+from .decisions import below
 from .settings import symmetric
 from .warps import Warp, warped
 
@@ -34,7 +35,7 @@ def _draw(
     top = torch.where(
         any_fits, torch.floor(place[:, 1] * (height - h + 1.0)), torch.floor((height - h) * 0.5)
     )
-    return {"batch_prob": u[:, 0] < p, "box": torch.stack([left, top, w, h], -1)}
+    return {"batch_prob": below(u[:, 0], p), "box": torch.stack([left, top, w, h], -1)}
 
 
 def _matrix(

@@ -6,6 +6,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.broadcasting import where_chosen
 from ..primitives.random import draws
 from ..primitives.random.draws import check_seed, uniform
 
@@ -74,11 +75,21 @@ def each(value: Tensor, like: Tensor) -> Tensor:
     return value
 
 
+def below(u: Tensor, p: float) -> Tensor:
+    """Which of uniform numbers in [0, 1) are below p; where all are, without a comparison, so that an export
+    sees it and leaves the choice out.
+
+    >>> below(torch.tensor([0.2, 0.7]), 0.5)
+    tensor([ True, False])
+    """
+    return torch.ones_like(u, dtype=torch.bool) if p >= 1.0 else u < p
+
+
 def applied(changed: Tensor, input: Tensor, chance: Tensor, p: float) -> Tensor:
     """``changed`` where a sample's ``chance``, uniform in [0, 1), is below ``p``, else ``input``."""
     if p >= 1.0:
         return changed
-    return torch.where(each(chance < p, input), changed, input)
+    return where_chosen(chance < p, changed, input)
 
 
 def check_bounds(bounds: Tuple[float, float], least: float, greatest: float, name: str) -> None:

@@ -13,6 +13,7 @@ from ..primitives.core.checks import check_floating
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.warping import normalized_axis, position_dtype
 from .base import AugmentationBase2D, Range, as_mode, check_batch, select
+from .decisions import below
 from .settings import fixed
 
 
@@ -59,7 +60,7 @@ def random_elastic_transform(
     moved = elastic_transform2d(
         input, noise, kernel_size, sigma, alpha, align_corners, resample, padding_mode
     )
-    return select({"batch_prob": uniform(seed, 1)[:, 0] < p}, moved, input)
+    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, moved, input)
 
 
 class RandomElasticTransform(AugmentationBase2D):
@@ -96,7 +97,8 @@ class RandomElasticTransform(AugmentationBase2D):
         )
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
-        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p, "noise": _noise(seed, shape[2], shape[3])}
+        noise = _noise(seed, shape[2], shape[3])
+        return {"batch_prob": below(uniform(seed, 1)[:, 0], self.p), "noise": noise}
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return self.moved(input, params, self.resample)
@@ -173,7 +175,7 @@ def random_thin_plate_spline(
     check_floating(input, "input")
     source, target = _control_points(seed, scale)
     moved = _bent(input, source, target, align_corners, padding_mode)
-    return select({"batch_prob": uniform(seed, 1)[:, 0] < p}, moved, input)
+    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, moved, input)
 
 
 class RandomThinPlateSpline(AugmentationBase2D):
@@ -202,7 +204,7 @@ class RandomThinPlateSpline(AugmentationBase2D):
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         source, target = _control_points(seed, self.scale)
-        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p, "src": source, "dst": target}
+        return {"batch_prob": below(uniform(seed, 1)[:, 0], self.p), "src": source, "dst": target}
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         changed = _bent(input, params["src"], params["dst"], self.align_corners, self.padding_mode)
@@ -264,7 +266,7 @@ def random_fisheye(
     if gamma[0] <= 0.0:
         raise ValueError(f"gamma: expected a positive range, got ({gamma[0]}, {gamma[1]})")
     moved = _fisheye(input, _drawn_fisheye(seed, center_x, center_y, gamma))
-    return select({"batch_prob": uniform(seed, 1)[:, 0] < p}, moved, input)
+    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, moved, input)
 
 
 class RandomFisheye(AugmentationBase2D):
@@ -299,7 +301,7 @@ class RandomFisheye(AugmentationBase2D):
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         lens = _drawn_fisheye(seed, self.center_x, self.center_y, self.gamma)
-        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p, "lens": lens}
+        return {"batch_prob": below(uniform(seed, 1)[:, 0], self.p), "lens": lens}
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return select(params, _fisheye(input, params["lens"]), input)

@@ -9,6 +9,7 @@ from torch import Tensor
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.warping import pixel_axes
 from .base import IntensityAugmentationBase2D, check_batch, select
+from .decisions import below
 from .settings import symmetric
 
 
@@ -23,7 +24,7 @@ def _draw(
     high = torch.minimum(torch.clamp(torch.round(torch.sqrt(area * aspect)), min=1.0), one * height)
     wide = torch.minimum(torch.clamp(torch.round(torch.sqrt(area / aspect)), min=1.0), one * width)
     return {
-        "batch_prob": u[:, 0] < p,
+        "batch_prob": below(u[:, 0], p),
         "widths": wide,
         "heights": high,
         "xs": torch.floor(u[:, 3] * (width - wide + 1.0)),

@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.random.draws import uniform
 from ..primitives.resampling.flips import mirrored
 from .base import GeometricAugmentationBase2D, check_batch, identity, select
+from .decisions import below
 
 
 def random_horizontal_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
@@ -30,7 +31,7 @@ def random_horizontal_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
         tensor([[[[2., 1.]]]])
     """
     check_batch(input, seed)
-    return select({"batch_prob": uniform(seed, 1)[:, 0] < p}, mirrored(input, True, False), input)
+    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, mirrored(input, True, False), input)
 
 
 def random_vertical_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
@@ -54,7 +55,7 @@ def random_vertical_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
                   [1.]]]])
     """
     check_batch(input, seed)
-    return select({"batch_prob": uniform(seed, 1)[:, 0] < p}, mirrored(input, False, True), input)
+    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, mirrored(input, False, True), input)
 
 
 def _mirror(params: Dict[str, Tensor], size: int, axis: int) -> Tensor:

@@ -9,6 +9,7 @@ from ..primitives.random.draws import check_seed, uniform
 from ..primitives.resampling.flips import mirrored
 from ..primitives.resampling.volumes import check_voxels
 from .base import AugmentationBase3D, identity, select
+from .decisions import below
 
 
 def random_horizontal_flip3d(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
@@ -82,7 +83,7 @@ def random_depthical_flip3d(input: Tensor, seed: Tensor, p: float = 0.5) -> Tens
 def _flipped(input: Tensor, seed: Tensor, axis: int, p: float) -> Tensor:
     check_voxels(input, "input")
     check_seed(seed, input.size(0))
-    return select({"batch_prob": uniform(seed, 1)[:, 0] < p}, _mirrored(input, axis), input)
+    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, _mirrored(input, axis), input)
 
 
 def _mirrored(input: Tensor, axis: int) -> Tensor:

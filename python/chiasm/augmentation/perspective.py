@@ -9,6 +9,7 @@ from ..geometry.transform.matrices import get_perspective_transform
 from ..primitives.core.checks import check_choice
 from ..primitives.random.draws import uniform
 from .base import check_batch
+from .decisions import below
 from .warps import Warp, chosen, warped
 
 
@@ -24,7 +25,7 @@ def _draw(seed: Tensor, shape: List[int], scale: float, method: str, p: float) -
     # Towards the middle, or to any side.
     moved = offset * 2.0 - 1.0 if method == "area_preserving" else offset * (1.0 - 2.0 * unit)
     return {
-        "batch_prob": u[:, 0] < p,
+        "batch_prob": below(u[:, 0], p),
         "start_points": start,
         "end_points": start + moved * (size * (0.5 * scale)),
     }

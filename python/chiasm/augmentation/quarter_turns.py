@@ -7,13 +7,14 @@ from torch import Tensor
 
 from ..primitives.random.draws import integers, uniform
 from .base import check_batch
+from .decisions import below
 from .settings import whole
 from .warps import Warp, chosen, warped
 
 
 def _draw(seed: Tensor, times: Tuple[int, int], p: float) -> Dict[str, Tensor]:
     turns = integers(seed, times[1] - times[0] + 1, 1, 1)[:, 0] + times[0]
-    return {"batch_prob": uniform(seed, 1)[:, 0] < p, "times": turns}
+    return {"batch_prob": below(uniform(seed, 1)[:, 0], p), "times": turns}
 
 
 def _matrix(params: Dict[str, Tensor], height: int, width: int) -> Tensor:

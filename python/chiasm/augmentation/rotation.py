@@ -8,13 +8,14 @@ from torch import Tensor
 from ..geometry.transform.matrices import get_rotation_matrix2d, homogeneous
 from ..primitives.random.draws import between, uniform
 from .base import Range, check_batch
+from .decisions import below
 from .settings import symmetric
 from .warps import Warp, chosen, middle, warped
 
 
 def _draw(seed: Tensor, degrees: Tuple[float, float], p: float) -> Dict[str, Tensor]:
     u = uniform(seed, 2)
-    return {"batch_prob": u[:, 0] < p, "degrees": between(u[:, 1], degrees[0], degrees[1])}
+    return {"batch_prob": below(u[:, 0], p), "degrees": between(u[:, 1], degrees[0], degrees[1])}
 
 
 def _matrix(params: Dict[str, Tensor], height: int, width: int) -> Tensor:

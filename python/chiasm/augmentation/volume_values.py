@@ -11,7 +11,7 @@ from ..filters.motion import get_motion_kernel3d
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.volumes import check_volume
 from .base import AugmentationBase3D, as_mode, select
-from .decisions import applied, check_bounds, check_chance, drawn, each, whole_between
+from .decisions import applied, below, check_bounds, check_chance, drawn, each, whole_between
 from .settings import about, ranges, whole, word
 
 
@@ -152,7 +152,7 @@ class RandomMotionBlur3D(AugmentationBase3D):
         self.border_type, self.resample = word("border_type", border_type), as_mode(resample)
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
-        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p, "draws": seed}
+        return {"batch_prob": below(uniform(seed, 1)[:, 0], self.p), "draws": seed}
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         blurred = random_motion_blur3d(

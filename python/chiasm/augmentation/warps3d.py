@@ -17,6 +17,7 @@ from ..primitives.linalg.matrices import inverse
 from ..primitives.random.draws import between, check_seed, uniform
 from ..primitives.resampling.volumes import check_volume
 from .base import AugmentationBase3D, as_mode, identity
+from .decisions import below
 from .settings import fixed, ranges
 
 Range = Tuple[float, float]
@@ -189,7 +190,7 @@ def _draw_affine(
         _check_count(len(shears), [6], "shears")
         angles = _each_between(u[:, 10:16], shears)
     return {
-        "batch_prob": u[:, 0] < p,
+        "batch_prob": below(u[:, 0], p),
         "angles": _each_between(u[:, 1:4], degrees),
         "translations": torch.stack(sides, -1),
         "scale": factors,
@@ -218,7 +219,7 @@ def _affine_matrix(params: Dict[str, Tensor]) -> Tensor:
 def _draw_rotation(seed: Tensor, degrees: List[Tuple[float, float]], p: float) -> Dict[str, Tensor]:
     u = uniform(seed, 4)
     _check_count(len(degrees), [3], "degrees")
-    return {"batch_prob": u[:, 0] < p, "angles": _each_between(u[:, 1:], degrees)}
+    return {"batch_prob": below(u[:, 0], p), "angles": _each_between(u[:, 1:], degrees)}
 
 
 def _rotation_matrix(params: Dict[str, Tensor], shape: List[int]) -> Tensor:
@@ -236,7 +237,7 @@ def _draw_perspective(seed: Tensor, shape: List[int], scale: float, p: float) ->
     start = unit * last
     moved = u[:, 1:].to(torch.float64).reshape(-1, 8, 3) * (1.0 - 2.0 * unit)
     return {
-        "batch_prob": u[:, 0] < p,
+        "batch_prob": below(u[:, 0], p),
         "start_points": start,
         "end_points": start + moved * ((last + 1.0) * (0.5 * scale)),
     }

@@ -19,6 +19,7 @@ from ..checks.purity import check_program
 from ..errors import ExportError, explain
 from ..patches.tracing import Guard, fast_tracing, noted_guards, quiet
 from ..spec import Spec, TensorSpec
+from .choices import remove_certain_choices
 
 Inputs = dict[str, torch.Tensor]
 
@@ -64,6 +65,7 @@ def trace(
     check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
     if doubts is not None:
         doubts.extend(doubts_of(program, spec, tensors, symbols_of(program, tensors), guards))
+    remove_certain_choices(program.graph)
     return program
 
 

@@ -6,6 +6,8 @@ import torch
 from torch import Tensor
 
 from .checks import broadcastable, check_number, check_tensor
+from .lowering import primitive
+from .materialise import materialised
 
 
 def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
@@ -75,3 +77,23 @@ def one_for_each(src: Tensor, matrix: Tensor, name: str, matrix_name: str) -> Te
             f" {list(matrix.shape)}"
         )
     return src.expand(matrix.size(0), -1, -1, -1)
+
+
+@primitive
+def where_chosen(chosen: Tensor, changed: Tensor, other: Tensor) -> Tensor:
+    """Samples (B, ...) of ``changed`` where ``chosen`` (B,), bool, is True, else of ``other``.
+
+    >>> where_chosen(torch.tensor([True, False]), torch.ones(2, 1), torch.zeros(2, 1)).flatten()
+    tensor([1., 0.])
+    """
+    return torch.where(chosen.reshape([-1] + [1] * (changed.dim() - 1)), changed, other)
+
+
+# Compiled tensor code has masks of floats, and takes bytes out of them one by one: 10 times the time.
+@where_chosen.lowering("native", when=lambda _, changed, __: changed.dtype == torch.uint8)
+def _bytes_of_chosen(chosen: Tensor, changed: Tensor, other: Tensor) -> Tensor:
+    bits = materialised(torch.where(chosen, 255, 0).to(torch.uint8), 0)
+    return other ^ ((changed ^ other) & bits.reshape([-1] + [1] * (changed.dim() - 1)))
+
+
+where_chosen.lowering("cuda")(where_chosen.definition)
