@@ -1,7 +1,8 @@
 """Random changes of colour in a random order of each sample.
 
-An order of each sample's own would cost each of the four changes at each of four places. Here a place has one
-form for all of them, whose numbers a sample chooses: a change costs nothing twice but where it must.
+An order of each sample's own would cost each of the four changes at each of four places. Jitter has one
+sequence that every order is a part of; jiggle has one form for the changes of a place, whose numbers a sample
+chooses.
 """
 
 import math
@@ -10,11 +11,10 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..color.gray import rgb_to_grayscale
-from ..color.hsv import saturation_of, sixths_value_chroma
-from ..color.hue import from_sixths
-from ..enhance.hue import adjust_hue
+from ..color.hsv import saturation_of, sixths_value_chroma, sixths_value_chroma_of
+from ..color.hue import from_sixths, planes_of_sixths
 from ..primitives.core.checks import check_pixels, check_rgb
+from ..primitives.images.color_planes import channels_of
 from ..primitives.random.draws import ranks
 from .decisions import applied, as_given, between, check_bounds, check_chance, drawn, each, numbers_of
 
@@ -33,8 +33,7 @@ def random_color_jitter(
 
     ``adjust_brightness_accumulative``, ``adjust_contrast_with_mean_subtraction``,
     ``adjust_saturation_with_gray_subtraction`` and ``adjust_hue``, each by a factor uniform in its bounds.
-    The 24 orders are equally likely. What changes is computed at each of four places, the first three in one
-    go; where an order is given, once.
+    The 24 orders are equally likely.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
@@ -68,44 +67,80 @@ def random_color_jitter(
     check_chance(p)
     u = drawn(seed, 9, input)
     factors = [
-        each(between(u[:, 1], brightness, input), input),
-        each(between(u[:, 2], contrast, input), input),
-        each(between(u[:, 3], saturation, input), input),
+        between(u[:, 1], brightness, input),
+        between(u[:, 2], contrast, input),
+        between(u[:, 3], saturation, input),
+        between(u[:, 4], hue, input) * 6.0,  # sixths of a turn
     ]
-    angle = between(u[:, 4], hue, input) * (2.0 * math.pi)
     changing = [
         _changes(brightness, 1.0),
         _changes(contrast, 1.0),
         _changes(saturation, 1.0),
         _changes(hue, 0.0),
     ]
-    place = _places(u[:, 5:], order)
-    x = numbers_of(input)
-    for i in range(4):
-        x = _jittered(x, place == i, factors, angle, _possible(order, i, changing))
-    return applied(as_given(x, input), input, u[:, 0], p)
-
-
-def _jittered(x: Tensor, here: Tensor, factors: List[Tensor], angle: Tensor, possible: List[bool]) -> Tensor:
-    """One place of the order: ``here`` (B, 4) says which change of each sample stands here, ``possible``
-    which of any sample may."""
-    if possible[0] or possible[1] or possible[2]:
-        # All three are blends with something: black, the mean grey, each pixel's grey.
-        other, factor = torch.zeros_like(factors[0]), torch.ones_like(factors[0])
-        for i in range(3):
-            factor = torch.where(each(here[:, i], x), factors[i], factor)
-        if possible[1] or possible[2]:
-            grey = rgb_to_grayscale(x)
-            if possible[1]:
-                other = torch.where(each(here[:, 1], x), grey.mean([1, 2, 3], keepdim=True), other)
-            if possible[2]:
-                other = torch.where(each(here[:, 2], x), grey, other)
-        blended = (other + (x - other) * factor).clamp(0.0, 1.0)
+    red, green, blue = channels_of(numbers_of(input))
+    planes = [red, green, blue]
+    if order is None:
+        planes = _in_own_orders(planes, ranks(u[:, 5:]), factors, changing)
     else:
-        blended = x
-    if possible[3]:
-        return torch.where(each(here[:, 3], x), adjust_hue(x, angle), blended)
-    return blended
+        _check_order(order)
+        for i in order:
+            if changing[i]:
+                planes = _changed(planes, i, factors[i])
+    return applied(as_given(torch.stack(planes, 1), input), input, u[:, 0], p)
+
+
+def _changed(planes: List[Tensor], change: int, factor: Tensor) -> List[Tensor]:
+    """The planes (B, H, W) after one of the four changes, by a factor (B,) or, of hue, an angle."""
+    by = each(factor, planes[0])
+    if change == 0:
+        return [(x * by).clamp(0.0, 1.0) for x in planes]
+    if change == 3:
+        sixths, value, chroma = sixths_value_chroma_of(planes[0], planes[1], planes[2])
+        red, green, blue = planes_of_sixths(sixths + by, value, chroma)
+        return [red, green, blue]
+    grey = planes[0] * 0.299 + planes[1] * 0.587 + planes[2] * 0.114
+    if change == 1:
+        grey = grey.mean([1, 2], keepdim=True)
+    other = grey * (1.0 - by)
+    return [(x * by + other).clamp(0.0, 1.0) for x in planes]  # exactly x for a factor of 1
+
+
+def _in_own_orders(
+    planes: List[Tensor], place: Tensor, factors: List[Tensor], changing: List[bool]
+) -> List[Tensor]:
+    """The changes of each sample in an order of its own; ``place`` (B, 4) says at which place each stands.
+
+    One sequence has every order in it: [b s b  h  b s b] c [b s b  h  b s b]. A sample has each change where
+    it stands in its order; elsewhere a factor of 1 changes nothing. Contrast is there once, since the mean of
+    an image needs a loop of its own, and hue, which costs the most, twice instead of four times.
+    """
+    one = torch.ones_like(factors[0])
+    earlier = place.unsqueeze(-1) < place.unsqueeze(-2)  # (B, i, j): i stands before j
+    of_contrast = [~earlier[:, 1], earlier[:, 1]]  # what stands before it, and after it
+    of_hue = [~earlier[:, 3], earlier[:, 3]]
+    here: List[Tensor] = []
+    for stands in of_contrast:
+        for half in of_hue:
+            now = stands & half
+            here.append(torch.where(now[:, 0] & earlier[:, 0, 2], factors[0], one))
+            here.append(torch.where(now[:, 2], factors[2], one))
+            here.append(torch.where(now[:, 0] & earlier[:, 2, 0], factors[0], one))
+        here.append(stands[:, 3].to(one.dtype))
+    numbers = torch.stack(here, 1)  # stored, lest native code computes them at every pixel
+    for after in range(2):
+        if after == 1 and changing[1]:
+            planes = _changed(planes, 1, factors[1])
+        for turned in range(2):
+            if turned == 1 and changing[3]:
+                is_here = each(numbers[:, 7 * after + 6], planes[0]) > 0.5
+                hued = _changed(planes, 3, factors[3])
+                planes = [torch.where(is_here, hued[i], planes[i]) for i in range(3)]
+            for i in range(3):
+                change = 2 if i == 1 else 0
+                if changing[change]:
+                    planes = _changed(planes, change, numbers[:, 7 * after + 3 * turned + i])
+    return planes
 
 
 def random_color_jiggle(
@@ -204,9 +239,13 @@ def _places(keys: Tensor, order: Optional[List[int]]) -> Tensor:
     """(B, 4): the place of each change, from random keys (B, 4) or from the order of all."""
     if order is None:
         return ranks(keys)
+    _check_order(order)
+    return torch.tensor([order.index(i) for i in range(4)], device=keys.device).expand(keys.shape)
+
+
+def _check_order(order: List[int]) -> None:
     if sorted(order) != [0, 1, 2, 3]:
         raise ValueError(f"order: expected a permutation of 0, 1, 2 and 3, got {order}")
-    return torch.argsort(torch.tensor(order, device=keys.device)).expand(keys.shape)
 
 
 def _possible(order: Optional[List[int]], place: int, changing: List[bool]) -> List[bool]:

@@ -44,6 +44,11 @@ def sixths_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """Planes (*, H, W): hue in sixths of a turn, largest channel and spread, apart from each other, because
     native code stores what is stacked."""
     red, green, blue = rgb_planes(image, "image")
+    return sixths_value_chroma_of(red, green, blue)
+
+
+def sixths_value_chroma_of(red: Tensor, green: Tensor, blue: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    """``sixths_value_chroma`` of an image's channels."""
     value = torch.maximum(torch.maximum(red, green), blue)
     chroma = value - torch.minimum(torch.minimum(red, green), blue)
     return sixths_of(red, green, blue, value, chroma), value, chroma

@@ -1,5 +1,7 @@
 """What the hexagonal colour spaces (HSV, HLS) share: hue from RGB, and RGB from hue."""
 
+from typing import Tuple
+
 import torch
 from torch import Tensor
 
@@ -27,9 +29,15 @@ def from_hue(hue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
 
 def from_sixths(sixths: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
     """(*, 3, H, W) of the given hue (sixths of a turn, any number of turns), largest channel and spread."""
+    red, green, blue = planes_of_sixths(sixths, value, chroma)
+    return torch.stack([red, green, blue], -3)
+
+
+def planes_of_sixths(sixths: Tensor, value: Tensor, chroma: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    """The channels of ``from_sixths``, each (*, H, W)."""
     # Without cases, so that no rounding near a multiple of 60 degrees can tell two backends apart.
     h = sixths - 6.0 * torch.floor(sixths.detach() * 0.16666666666666666)
     red = value - chroma * (2.0 - (h - 3.0).abs()).clamp(0.0, 1.0)
     green = value - chroma * ((h - 2.0).abs() - 1.0).clamp(0.0, 1.0)
     blue = value - chroma * ((h - 4.0).abs() - 1.0).clamp(0.0, 1.0)
-    return torch.stack([red, green, blue], -3)
+    return red, green, blue
