@@ -23,6 +23,9 @@ if [ ! -e "$root/made" ]; then
   debootstrap --variant=minbase --components=$components --include=ca-certificates "$suite" "$root" ${mirror:+"$mirror"} \
     >"$work/$suite.log" 2>&1 || { tail -n 5 "$work/$suite.log" && exit 1; }
   cp /etc/resolv.conf "$root/etc/resolv.conf"
+  # What this machine trusts besides, such as a proxy's certificate, the new one has to trust too.
+  cp /usr/local/share/ca-certificates/*.crt "$root/usr/local/share/ca-certificates/" 2>/dev/null || true
+  inside update-ca-certificates >>"$work/$suite.log" 2>&1
   touch "$root/made"
 fi
 if [ ! -e "$root/ready" ]; then

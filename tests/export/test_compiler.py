@@ -4,18 +4,24 @@ headers or without."""
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import subprocess
 import sys
+import zipfile
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
 import pytest
+import torch
+from torch import Tensor
 
-from chiasm.export import samples
+from chiasm.export import Spec, TensorSpec, export, samples
 from chiasm.export.formats import compiler
 from chiasm.export.formats.compiler import Build
 from chiasm.export.formats.native import LIBRARIES, to_native
+from chiasm.export.manifest import read_manifest
 from chiasm.export.tracing.graph import trace
 from chiasm.export.tracing.module import bind_spec
 from tests.export.conftest import SPEC, scaled_difference
@@ -69,6 +75,36 @@ export(scaled_difference, SPEC, sys.argv[1], methods=("forward",))
         str(LIBRARIES / "x86-64-v3" / f"{kind}.h") for kind in ("wrapper", "kernel")
     }
     assert not list((tmp_path / "TMPDIR").rglob("*.gch")), "PyTorch makes none of its own"
+
+
+def bucket(x: Tensor) -> Tensor:
+    """Which AOTInductor leaves to libtorch."""
+    return torch.bucketize(x[:, 0].contiguous(), x[:, 1].contiguous())
+
+
+@pytest.mark.parametrize(
+    ("fn", "linked"), [(scaled_difference, "native"), (bucket, "torch")], ids=["native", "torch"]
+)
+def test_no_library_asks_for_an_executable_stack(fn: Callable, linked: str, tmp_path: Path) -> None:
+    """glibc 2.41 and later refuse to load one."""
+    spec = SPEC if fn is scaled_difference else Spec("test.bucket", [TensorSpec("x", ("N", 3))], gradients=())
+    bundle = export(fn, spec, tmp_path, formats=["native"], methods=("forward",))
+    listed = read_manifest(bundle)["methods"]["forward"]["artifacts"]
+    compiled = [a for a in listed if a["file"].endswith(".pt2")]
+    assert {a["backend"] for a in compiled} == {linked}
+    for artifact in compiled:
+        with zipfile.ZipFile(bundle / artifact["file"]) as archive:
+            libraries = [name for name in archive.namelist() if name.endswith(".so")]
+            assert libraries
+            for name in libraries:
+                headers = subprocess.run(
+                    ["readelf", "--program-headers", "--wide", archive.extract(name, tmp_path)],
+                    capture_output=True,
+                    text=True,
+                    check=True,
+                ).stdout
+                [flags] = re.findall(r"GNU_STACK .* (\S+) +0x\w+$", headers, re.MULTILINE)
+                assert flags == "RW"
 
 
 def test_precompiled_headers_change_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -57,7 +57,10 @@ class Build:
         sources = [word for word in words if word.endswith(".cpp")]
         if "-shared" in words:
             kept = [word for word in words if word not in self.dropped]
-            self._link = [*(self._made.get(word) or self._kept(word) for word in kept), *self.objects]
+            # glibc 2.41 loads no library that asks for an executable stack, which the assembly of Inductor's
+            # constants does by saying nothing.
+            given = [self._made.get(word) or self._kept(word) for word in kept]
+            self._link = [*given, *self.objects, "-Wl,-z,noexecstack"]
             self._link[self._link.index(str(target))] = "library.so"
             target.write_bytes(self.library() if self.at_once else b"")
         elif sources:
