@@ -64,7 +64,13 @@ inline bool flag(const char* const* options, const std::string& key, bool missin
 class MemoryFile {
  public:
   explicit MemoryFile(const char* name) : fd_(memfd_create(name, MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
-    if (fd_ < 0) throw Error(CHIASM_IO_ERROR, std::string("memfd_create: ") + std::strerror(errno));
+    if (fd_ >= 0) return;
+    const int reason = errno;
+    const std::string text = std::string("memfd_create: ") + std::strerror(reason);
+    if (reason == ENOSYS || reason == EPERM || reason == EACCES)  // as in a sandbox: another backend may do
+      throw Error(CHIASM_UNAVAILABLE,
+                  "code is loaded through a file in memory, which is not allowed here (" + text + ")");
+    throw Error(CHIASM_IO_ERROR, text);
   }
   MemoryFile(MemoryFile&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   MemoryFile& operator=(MemoryFile&&) = delete;

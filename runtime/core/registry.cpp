@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <map>
 #include <new>
 
@@ -45,11 +46,13 @@ std::string backend_of(const std::string& file) {
   return is_backend_name(name) ? name : "";
 }
 
-/** The paths of a folder's plug-ins, by name; none if the folder cannot be read. */
+/** The paths of a folder's plug-ins, by name; none if the folder cannot be read for a reason that stays. */
 std::map<std::string, std::string> plugins_in(const std::string& folder) {
   std::map<std::string, std::string> found;
   const std::unique_ptr<DIR, int (*)(DIR*)> listing(::opendir(folder.c_str()), ::closedir);
   if (listing == nullptr && errno == ENOMEM) throw std::bad_alloc();
+  if (listing == nullptr && (errno == EMFILE || errno == ENFILE))
+    fail(CHIASM_IO_ERROR, folder + ": " + std::strerror(errno));
   while (const dirent* const entry = listing ? ::readdir(listing.get()) : nullptr) {
     const std::string name = backend_of(entry->d_name);
     if (!name.empty()) found.emplace(name, folder + "/" + entry->d_name);
@@ -85,8 +88,9 @@ void Backend::open(const std::string& path) {
   const auto unusable = [this](const std::string& what) {
     engine_.problem = "the " + name_ + " backend is not available: " + what;
   };
-  void* const library = open_library(path.c_str());
-  if (library == nullptr) return unusable(path + ": " + last_dl_error());
+  std::string problem;
+  void* const library = open_library(path.c_str(), problem);
+  if (library == nullptr) return unusable(path + ": " + problem);
   void* const symbol = ::dlsym(library, CHIASM_BACKEND_ENTRY);
   if (symbol == nullptr) return unusable(path + " is not a chiasm backend: " + last_dl_error());
   const chiasm_backend* const table = reinterpret_cast<chiasm_backend_entry_fn>(symbol)(CHIASM_BACKEND_ABI);
@@ -152,8 +156,10 @@ void Backend::probe() const {
   info.struct_size = sizeof info;
   chiasm_error_text error;
   error.text[0] = '\0';
-  if (table_->probe(&info, &error) != CHIASM_OK) {
+  const int32_t code = table_->probe(&info, &error);
+  if (code != CHIASM_OK) {
     error.text[sizeof error.text - 1] = '\0';
+    if (code == CHIASM_IO_ERROR) fail(CHIASM_IO_ERROR, error.text);  // may pass, so it is tried again
     engine_.problem = "the " + name_ + " backend is not available: " +
                       (error.text[0] == '\0' ? "its probe failed" : error.text);
     return;
@@ -175,7 +181,7 @@ Registry& Registry::instance() {
 }
 
 void Registry::scan() {
-  backends_.clear();  // of a scan that found no memory
+  backends_.clear();  // of a scan that found no memory, or no files
   std::map<std::string, std::string> paths;
   for (const std::string& folder : folders_) paths.merge(plugins_in(folder));
   for (const auto& [name, path] : paths) backends_.push_back(std::make_unique<Backend>(name, path));

@@ -306,11 +306,19 @@ py::handle error_class() {
   return instance;
 }
 
+// A text of the core, which may quote bytes of a file that are no UTF-8.
+py::str text_of(const std::string& text) {
+  PyObject* decoded =
+      PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "backslashreplace");
+  if (decoded == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(decoded);
+}
+
 void translate(std::exception_ptr pointer) {
   try {
     std::rethrow_exception(std::move(pointer));
   } catch (const Error& error) {
-    const py::object exception = py::reinterpret_borrow<py::object>(error_class())(error.what());
+    const py::object exception = py::reinterpret_borrow<py::object>(error_class())(text_of(error.what()));
     exception.attr("code") = py::cast(error.code());
     PyErr_SetObject(error_class().ptr(), exception.ptr());
   }
@@ -463,12 +471,12 @@ the first error is raised, with the run's number.)")
                              "True, False, or None where it was not run: `message` says why.")
       .def_readonly("max_error", &SelfTestRow::max_error)
       .def_readonly("tolerance", &SelfTestRow::tolerance)
-      .def_readonly("message", &SelfTestRow::message)
+      .def_property_readonly("message", [](const SelfTestRow& row) { return text_of(row.message); })
       .def("__repr__", [](const SelfTestRow& row) {
         const std::optional<bool> ok = passed(row);
         const char* state = !ok ? "not run" : *ok ? "passed" : "FAILED";
-        return "<" + row.method + " " + row.dtype + " on " + row.backend + ": " + state +
-               (row.message.empty() ? "" : ", " + row.message) + ">";
+        return text_of("<" + row.method + " " + row.dtype + " on " + row.backend + ": " + state +
+                       (row.message.empty() ? "" : ", " + row.message) + ">");
       });
 
   py::class_<LoadOptions>(m, "LoadOptions", "How to load a method; the members are those of chiasm.hpp.")

@@ -1,5 +1,6 @@
 """`chiasm map`, as a user types it: in processes, killed, interrupted, and started again."""
 
+import errno
 import hashlib
 import io
 import os
@@ -16,6 +17,8 @@ import pyarrow.parquet as parquet
 import pytest
 
 import chiasm.runtime
+from chiasm.data import DataError, Map
+from chiasm.data.shards import plan, write
 
 from .conftest import BLUR, COUNT, EDGES, PREPROCESS, SOBEL, encoded, same_rows
 
@@ -144,6 +147,97 @@ def test_tars(photos: Path, expected: dict[str, np.ndarray | None], tmp_path: Pa
     code, text = chiasm_map(PREPROCESS, tmp_path / "in", tmp_path / "cut", "-j", 1)
     assert code == 1 and "1 of 2 shards failed" in text and "train-1.tar" in text, text
     assert list(shards(tmp_path / "cut")) == ["part-000000.parquet"] and left_over(tmp_path / "cut") == []
+
+
+def written(source: Path, folder: Path) -> pa.Table:
+    """What `chiasm map` writes of a source of one shard."""
+    mapping = Map(SOBEL, errors="column")
+    [shard], _ = plan(source, 500)
+    folder.mkdir(exist_ok=True)
+    write(shard, mapping, folder, lambda rows, bad: None)
+    return parquet.read_table(folder / shard.file)
+
+
+def a_tar(*members: tarfile.TarInfo | str, records: dict[str, str] | None = None) -> bytearray:
+    """A tar of members that are given, or named and images."""
+    picture, file = encoded(np.random.default_rng(0), 32, 32), io.BytesIO()
+    with tarfile.open(fileobj=file, mode="w", format=tarfile.PAX_FORMAT) as archive:
+        for member in members:
+            content = None
+            if isinstance(member, str):
+                member, content = tarfile.TarInfo(member), io.BytesIO(picture)
+                member.size, member.pax_headers = len(picture), records or {}
+            archive.addfile(member, content)
+    return bytearray(file.getbuffer())
+
+
+@pytest.mark.parametrize(
+    "damage",
+    ["header", "hole", "cut in a header", "cut between members", "no end", "two", "sparse", "deep", "size"],
+)
+def test_no_member_of_a_damaged_tar_is_missing_without_a_word(damage: str, tmp_path: Path) -> None:
+    source = tmp_path / "a.tar"
+    records = {"sparse": {"GNU.sparse.map": "x,y"}, "size": {"size": "-512"}}.get(damage)
+    data = a_tar("a.jpg", "b.jpg", "c.jpg", records=records)
+    second = data.index(b"b.jpg") if records is None else 0
+    if damage == "header":
+        data[second : second + 4] = b"oops"
+    elif damage == "hole":
+        data[second : second + 512] = bytes(512)
+    elif damage == "cut in a header":
+        del data[second + 100 :]
+    elif damage == "cut between members":
+        del data[second:]
+    elif damage == "no end":
+        del data[(len(data.rstrip(b"\0")) + 511) // 512 * 512 :]
+    elif damage == "two":
+        data *= 2
+    elif damage == "deep":
+        extended = tarfile.TarInfo("p")
+        extended.type = tarfile.XHDTYPE
+        data = extended.tobuf() * 3000 + data
+    source.write_bytes(data)
+    with pytest.raises(DataError, match=r"a\.tar: "):
+        written(source, tmp_path / "out")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_members_that_are_no_file_or_too_large_are_bad_rows(tmp_path: Path) -> None:
+    hard, soft, sparse, folder = (tarfile.TarInfo(f"{name}.jpg") for name in ("hard", "soft", "sparse", "d"))
+    hard.type, hard.linkname = tarfile.LNKTYPE, "a.jpg"
+    soft.type, soft.linkname = tarfile.SYMTYPE, "/etc/passwd"
+    folder.type = tarfile.DIRTYPE
+    sparse.pax_headers = {"GNU.sparse.map": "0,0", "GNU.sparse.size": str(1 << 43)}
+    source = tmp_path / "a.tar"
+    source.write_bytes(a_tar("a.jpg", hard, soft, sparse, folder, "b.jpg"))
+    rows = written(source, tmp_path / "out")
+    assert rows["id"].to_pylist() == ["a.jpg", "hard.jpg", "soft.jpg", "sparse.jpg", "b.jpg"]
+    for error, part in zip(rows["error"].to_pylist(), (None, "a link", "a link", "sparse file", None)):
+        assert (error is None) if part is None else part in error, error
+    # 3 GB that take no room on the disk
+    large = tarfile.TarInfo("a.jpg")
+    large.size = 3 << 30
+    with open(source, "wb") as file:
+        file.write(large.tobuf())
+        file.truncate(512 + large.size + 1024)
+    [error] = written(source, tmp_path / "out")["error"].to_pylist()
+    assert "expected at most" in error
+
+
+def test_a_pipe_as_input_and_a_full_disk(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.tar")
+    os.mkfifo(tmp_path / "pipe.parquet")
+    for name in ("pipe.tar", "pipe.parquet"):
+        with pytest.raises(DataError, match=f"{name}: not a regular file"):
+            plan(tmp_path / name, 500)
+    (tmp_path / "a.tar").write_bytes(a_tar("a.jpg"))
+
+    def full(rows: int, bad: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    [shard], _ = plan(tmp_path / "a.tar", 500)
+    with pytest.raises(DataError, match=r"a\.tar, written to .*part-000000\.parquet: No space left"):
+        write(shard, Map(SOBEL, errors="column"), tmp_path, full)
 
 
 def test_parquet(tmp_path: Path) -> None:

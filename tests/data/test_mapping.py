@@ -294,6 +294,9 @@ def test_empty_batches_have_the_same_columns() -> None:
             pa.array([[0] * 12] * 2, pa.list_(pa.uint8(), 12)),
         ),
         pa.array([0, 1], pa.timestamp("s")),
+        pa.array([{"data": "ab", "shape": [2]}, None]),
+        pa.array([{"data": [["a"]], "shape": [1]}, None]),
+        pa.array([{"data": [1, 2], "shape": "ab"}, None]),
     ],
     ids=lambda column: str(column.type)[:40],
 )

@@ -2,6 +2,7 @@
 be."""
 
 import io
+import os
 import zipfile
 from pathlib import Path
 
@@ -110,6 +111,13 @@ def test_errors_of_torch_have_no_stack(tmp_path: Path) -> None:
         runtime.open(path).method()(x, ~keep)
     assert "raised from" not in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_bytes_that_are_no_text_are_quoted(tmp_path: Path) -> None:
+    path = write_scale(tmp_path)
+    Path(os.fsdecode(os.fsencode(path) + b"/\xff.pt")).touch()
+    with pytest.raises(ChiasmError, match=r"has '\\xff\.pt', which its manifest does not name"):
+        runtime.open(path)
 
 
 def test_wrong_calls_are_type_errors(method: runtime.Method) -> None:

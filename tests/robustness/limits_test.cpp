@@ -4,18 +4,24 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mount.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <thread>
 
 #include "calls.h"
@@ -66,6 +72,7 @@ namespace {
 
 using std::chrono::seconds;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Limits : public ::testing::TestWithParam<std::string> {
  protected:
@@ -343,6 +350,54 @@ TEST(NativeLimits, WithoutProcOneErrorSaysSo) {
   ASSERT_TRUE(child.well()) << child.text();
   if (child.words == "may not hide /proc") GTEST_SKIP() << "this process may not change its mounts";
   EXPECT_THAT(child.words, HasSubstr("/proc"));
+  EXPECT_THAT(child.words, Not(HasSubstr("//")));
+}
+
+/** Has memfd_create fail from now on, as in a sandbox. */
+bool forbid_files_in_memory() {
+  sock_filter steps[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                         BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_memfd_create, 0, 1),
+                         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
+                         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
+  const sock_fprog program{static_cast<unsigned short>(std::size(steps)), steps};
+  return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+TEST(NativeLimits, WithoutFilesInMemoryAnotherBackendRuns) {
+  const std::vector<std::string> ways = ways_to_call();
+  const std::string path = bundle_path("filters.sobel");
+  const Ending child = in_child(seconds(60), [&]() -> std::string {
+    if (!forbid_files_in_memory()) return "may not filter system calls";
+    int code = 0;
+    const std::string said = error_of([&] { load("native", path); }, &code);
+    if (code != CHIASM_UNAVAILABLE || said.find("not allowed here (memfd_create") == std::string::npos)
+      return std::to_string(code) + ": " + said;
+    return Bundle::open(path).method("forward").backend();
+  });
+  ASSERT_TRUE(child.well()) << child.text();
+  if (child.words == "may not filter system calls") GTEST_SKIP() << child.words;
+  if (std::find(ways.begin(), ways.end(), "onnx_flat") == ways.end()) GTEST_SKIP() << "no other backend";
+  EXPECT_THAT(child.words, ::testing::AnyOf("torch", "onnx"));
+}
+
+/** MKL, in libtorch, would end the process. */
+TEST_P(Limits, ADeletedFolderIsNoneToStartIn) {
+  const Inputs image = make_inputs(forward_, 1, 16);
+  const std::string expected = answer(image);
+  const Ending child = in_child(seconds(60), [&]() -> std::string {
+    const std::string bundle = std::filesystem::absolute(bundle_).string();
+    {
+      const TemporaryFolder gone;
+      if (::chdir(gone.path().c_str()) != 0) return "no folder";
+    }
+    std::string given;
+    const std::string said = error_of([&] { given = load(GetParam(), bundle)(image); });
+    const bool good = said.empty() ? given == expected : said.find("change to another") != std::string::npos;
+    return good ? "" : said.empty() ? "another answer" : said;
+  });
+  EXPECT_TRUE(child.well()) << child.text();
+  EXPECT_EQ(child.words, "");
 }
 
 }  // namespace

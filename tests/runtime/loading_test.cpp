@@ -2,11 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
+#include "base/library.h"
 #include "base/pool.h"
 #include "core/cpu.h"
 #include "core/registry.h"
@@ -91,6 +94,37 @@ TEST(Registry, RefusesALibraryThatIsNoPlugin) {
   std::ofstream(folder.path() + "/libchiasm_text.so") << "no library";
   Registry registry({folder.path()});
   EXPECT_THAT(problem(registry, "text"), HasSubstr("libchiasm_text.so"));
+}
+
+/** A server that has no file left at its first load must not keep that answer. */
+TEST(Registry, LooksAgainWhenThereAreFiles) {
+  const TemporaryFolder folder;
+  const std::string plugin = folder.path() + "/libchiasm_native.so";
+  std::filesystem::copy(kGood + "/libchiasm_native.so", plugin);  // one that is not open
+  Registry registry({folder.path()});
+  const auto refusal = [](const auto& open) {
+    try {
+      open();
+      return std::string("none");
+    } catch (const core::Error& error) {
+      return std::to_string(error.code()) + " " + error.what();
+    }
+  };
+  std::string unused;
+  rlimit before{};
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  rlimit limit = before;
+  limit.rlim_cur = static_cast<rlim_t>(::dup(0));  // the lowest free number
+  ::close(static_cast<int>(limit.rlim_cur));
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+  const std::string of_folder = refusal([&] { registry.all(); });
+  const std::string of_plugin = refusal([&] { base::open_library(plugin.c_str(), unused); });
+  ::setrlimit(RLIMIT_NOFILE, &before);
+  const std::string code = std::to_string(CHIASM_IO_ERROR) + " ";
+  EXPECT_EQ(of_folder, code + folder.path() + ": Too many open files");
+  EXPECT_THAT(of_plugin, AllOf(HasSubstr(code + plugin), HasSubstr("Too many open files")));
+  EXPECT_THAT(names(registry), ::testing::ElementsAre("native"));
+  EXPECT_EQ(problem(registry, "native"), "");
 }
 
 TEST(Registry, TheFirstFolderCounts) {

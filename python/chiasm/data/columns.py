@@ -134,7 +134,15 @@ def _stacked(values: np.ndarray) -> Column:
 
 
 def _shaped(name: str, array: Any) -> Column:
+    import pyarrow as pa
+
     data, shapes = array.field("data"), array.field("shape")
+    for field, kind, is_wanted in (
+        ("data", data.type, _is_number),
+        ("shape", shapes.type, pa.types.is_integer),
+    ):
+        if not (pa.types.is_list(kind) or pa.types.is_large_list(kind)) or not is_wanted(kind.value_type):
+            raise DataError(f"column {name!r}: expected lists of numbers in the field {field!r}, got {kind}")
     flat, offsets = _numbers(name, data.values), data.offsets.to_numpy()
 
     def row(i: int) -> Row:

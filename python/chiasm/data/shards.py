@@ -12,6 +12,11 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tarfile import (
+    EOFHeaderError,  # pyright: ignore[reportAttributeAccessIssue]
+    HeaderError,
+    ReadError,
+)
 from typing import Any
 
 from ..export.files import MOST_OF_IMAGE, read_regular
@@ -71,6 +76,11 @@ def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
         )
     [kind] = kinds
     names, top = by_kind[kind], str(root.resolve())
+    # Opening a pipe would wait for who writes it. (Images are opened with care: each is a row.)
+    if kind != "images" and (wrong := [name for name in names if not (root / name).is_file()]):
+        raise DataError(
+            f"{root / wrong[0]}: not a regular file but a pipe or a device: write its content to a file first"
+        )
     if kind == "images":
         parts = [(tuple(names[i : i + rows]), 0) for i in range(0, len(names), rows)]
     elif kind == "tar":
@@ -122,7 +132,6 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
     The file appears under its name when it is completely on the disk. After each batch, `count` is called
     with the numbers of its rows and of its bad rows.
     """
-    import pyarrow as pa
     import pyarrow.parquet as parquet
 
     target = folder / shard.file
@@ -151,8 +160,11 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
             file.flush()
             os.fsync(file.fileno())
         scratch.rename(target)
-    except (pa.ArrowException, tarfile.TarError, EOFError, DataError) as error:
-        raise DataError(f"{shard}: {one_line(error)}") from error
+    except OSError as error:
+        # A full disk names no file
+        raise DataError(f"{shard}, written to {target}: {one_line(error.strerror or error)}") from error
+    except Exception as error:  # of whatever kind: a damaged tar raises nearly any
+        raise DataError(f"{shard}: {one_line(error) or type(error).__name__}") from error
     finally:
         scratch.unlink(missing_ok=True)
     return rows, bad
@@ -188,13 +200,52 @@ def _mapped(shard: Shard, mapping: Map) -> Iterator[Any]:
         yield _map_files(mapping, batch)
 
 
+class _Member(tarfile.TarInfo):
+    """A tar's member. tarfile itself takes a header that it cannot read for the end of the archive, so that
+    the members behind it would be missing without a word."""
+
+    @classmethod
+    def fromtarfile(cls, tarfile: Any) -> Any:
+        try:
+            return super().fromtarfile(tarfile)
+        except EOFHeaderError:  # the block of zeros at the end
+            raise
+        except HeaderError as error:
+            raise ReadError(
+                f"{error} at byte {tarfile.offset}: the archive is damaged, cut short or has no end"
+            ) from error
+
+
 def _members(path: Path) -> Iterator[tuple[str, Callable[[], bytes]]]:
-    with tarfile.open(path, "r|") as archive:
+    with tarfile.open(path, "r|", tarinfo=_Member) as archive:
         for member in archive:
-            if member.isfile() and member.name.lower().endswith(IMAGES):
-                data = archive.extractfile(member)
-                read = data.read() if data else b""
-                yield member.name, lambda read=read: read
+            if not member.isdir() and member.name.lower().endswith(IMAGES):
+                yield member.name, _content(archive, member)
+        stream = archive.fileobj
+        while stream and (rest := stream.read(1 << 20)):
+            if rest.strip(b"\0"):  # of tars put together by cat, or with a hole
+                raise DataError("there is more behind the end of the archive")
+
+
+def _content(archive: tarfile.TarFile, member: tarfile.TarInfo) -> Callable[[], bytes]:
+    """What returns a member's bytes, which are read now, because a stream has them only once; or what says
+    why it has none."""
+    problem = ""
+    if not member.isfile():
+        problem = "a link or a device, not a file: make the tar with --dereference --hard-dereference"
+    elif member.issparse():  # a few bytes of a header can stand for any size
+        problem = "stored as a sparse file: make the tar without --sparse"
+    elif member.size > MOST_OF_IMAGE:
+        problem = f"has {member.size} bytes, expected at most {MOST_OF_IMAGE}"
+    data = None if problem else archive.extractfile(member)
+    read = data.read() if data else b""
+
+    def content() -> bytes:
+        if problem:
+            raise DataError(problem)
+        return read
+
+    return content
 
 
 def _map_files(mapping: Map, files: list[tuple[str, Callable[[], bytes]]]) -> Any:

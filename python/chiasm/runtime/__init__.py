@@ -21,6 +21,7 @@ import os
 import re
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -344,7 +345,9 @@ def _open_libtorch() -> None:
     folder = _package_folder("torch")
     library = folder / "lib" / "libtorch_cpu.so" if folder else None
     if library and library.exists():
-        _libtorch.append(ctypes.CDLL(str(library), mode=os.RTLD_NOW))
+        with suppress(OSError):  # the plug-in meets the same, and the core makes an error of it
+            os.getcwd()  # MKL, in libtorch, ends the process if it is opened in a folder that was deleted
+            _libtorch.append(ctypes.CDLL(str(library), mode=os.RTLD_NOW))
 
 
 _libtorch: list[ctypes.CDLL] = []

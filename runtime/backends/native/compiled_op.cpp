@@ -42,6 +42,16 @@ MemoryFile memory_file(const Bytes& library) {
   return file;
 }
 
+void* open_library(const MemoryFile& file) {
+  const std::string path = unique_path(file);
+  std::string reason;
+  if (void* const library = base::open_library(path.c_str(), reason)) return library;
+  // 300 slashes and dots say nothing to a user
+  if (reason.compare(0, path.size(), path) == 0)
+    reason.replace(0, path.size(), "/proc/self/fd/" + std::to_string(file.fd()));
+  throw Error(CHIASM_UNAVAILABLE, "cannot load the native code: " + reason);
+}
+
 // `expected` is the manifest's signature. Code that was compiled for another one would read and write outside
 // of its tensors.
 void check_signature(const std::string& compiled, const std::string& expected) {
@@ -70,10 +80,7 @@ void check_result(int32_t result, const char* text) {
 
 }  // namespace
 
-Library::Library(const MemoryFile& file) : handle_(base::open_library(unique_path(file).c_str())) {
-  if (handle_ == nullptr)
-    throw Error(CHIASM_UNAVAILABLE, std::string("cannot load the native code: ") + dlerror());
-}
+Library::Library(const MemoryFile& file) : handle_(open_library(file)) {}
 
 Library::~Library() { dlclose(handle_); }
 

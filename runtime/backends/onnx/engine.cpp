@@ -12,6 +12,7 @@
 #include "backends/limits.h"
 #include "backends/plugin.h"
 #include "base/fork.h"
+#include "base/library.h"
 #include "base/signals.h"
 
 namespace chiasm::onnx {
@@ -31,12 +32,12 @@ void* open_library() {
   std::string problem;
   const char* chosen = std::getenv("CHIASM_ONNXRUNTIME_LIBRARY");
   if (chosen != nullptr && chosen[0] != '\0') {
-    if (void* library = dlopen(chosen, RTLD_NOW | RTLD_LOCAL)) return library;
-    problem = std::string(dlerror()) + "; ";
+    if (void* library = base::open_library(chosen, problem)) return library;
+    problem += "; ";
   }
-  if (void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
-  problem += dlerror();
-  throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime is not found (" + problem +
+  std::string by_name;
+  if (void* library = base::open_library(name, by_name)) return library;
+  throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime is not found (" + problem + by_name +
                                       "): get it with 'pip install onnxruntime' and name its library, "
                                       "site-packages/onnxruntime/capi/libonnxruntime.so.<version>, in "
                                       "CHIASM_ONNXRUNTIME_LIBRARY, or use an onnxruntime release");

@@ -1,11 +1,16 @@
 // The torch backend's plug-in. Like every plug-in, it must open without its engine: only the library
 // chiasm_torch_engine.so beside it uses libtorch, and the first probe opens that library.
 #include <dlfcn.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <climits>
+#include <cstring>
 #include <string>
 
 #include "backends/limits.h"
 #include "backends/plugin.h"
+#include "base/library.h"
 
 namespace {
 
@@ -34,11 +39,23 @@ std::string own_folder() {
   return path.substr(0, path.rfind('/') + 1);
 }
 
+/** MKL, in libtorch, ends the process if it is opened in a folder that was deleted. */
+void require_folder() {
+  char folder[PATH_MAX];
+  if (getcwd(folder, sizeof folder) == nullptr)
+    throw Error(CHIASM_UNAVAILABLE, std::string("the current folder is not there (") + std::strerror(errno) +
+                                        "), and libtorch opens in no such one: change to another first");
+}
+
 const chiasm_backend& open_engine() {
-  if (!is_open("libtorch_cpu.so")) chiasm::plugin::require_memory(kLibtorchBytes, "opening libtorch");
+  if (!is_open("libtorch_cpu.so")) {
+    chiasm::plugin::require_memory(kLibtorchBytes, "opening libtorch");
+    require_folder();
+  }
   const std::string path = own_folder() + kEngine;
-  void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (library == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string(dlerror()) + "; " + kAdvice);
+  std::string problem;
+  void* const library = chiasm::base::open_library(path.c_str(), problem);
+  if (library == nullptr) throw Error(CHIASM_UNAVAILABLE, problem + "; " + kAdvice);
   const auto entry = reinterpret_cast<chiasm_backend_entry_fn>(dlsym(library, CHIASM_BACKEND_ENTRY));
   const chiasm_backend* const table = entry == nullptr ? nullptr : entry(CHIASM_BACKEND_ABI);
   if (table == nullptr) throw Error(CHIASM_UNAVAILABLE, path + " was built for another version of chiasm");
