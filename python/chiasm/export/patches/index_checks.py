@@ -56,7 +56,7 @@ def checked_native_code(header: Path | None = None) -> Iterator[None]:
             )
         return _DIVISIONS.sub(r"chiasm::\1(", code).replace(_PREFIX, _PREFIX + include)
 
-    def quotient(a: Any, b: Any) -> str:
+    def truncdiv(a: Any, b: Any) -> str:  # Inductor finds the scalar form of a vector's by this name
         return f"chiasm::truncated_quotient({a}, {b})"
 
     with replaced(
@@ -66,8 +66,8 @@ def checked_native_code(header: Path | None = None) -> Iterator[None]:
             ),
             "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": checked_propagation(),
             "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
-            "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(quotient),
-            "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(quotient),
+            "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(truncdiv),
+            "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(truncdiv),
         }
         # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
         | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": lambda self: None})
