@@ -510,6 +510,7 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
             "triton.prefer_nd_tiling": True,  # a row and a column, without a division for each pixel
             "joint_graph_constant_folding": False,  # it would need a GPU
             "assert_indirect_indexing": False,  # `gpu_compiler` checks without ending the process
+            "optimize_scatter_upon_const_tensor": False,
         }
     return {
         "cpp.march": isa,
@@ -527,6 +528,8 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
             False
         ),  # 280 MB in /tmp and 11 s for each state of the package; ours are built with it
         "assert_indirect_indexing": False,  # `checked_native_code` checks without ending the process
+        # As comparisons, a scatter on zeros has no index to check
+        "optimize_scatter_upon_const_tensor": False,
     }
 
 

@@ -10,18 +10,14 @@ from typing import Any
 
 import torch
 from torch import Tensor
-from torch.export import ExportedProgram
-from torch.fx import GraphModule
 from torch.fx.experimental.symbolic_shapes import statically_known_true
 
 from chiasm.primitives.resampling.taps import nearest_index
 
-from .expansion import expand, replace
-
 aten = torch.ops.aten
 
 
-def _means(input: Tensor, output_size: list[int]) -> Tensor:
+def means(input: Tensor, output_size: list[int]) -> Tensor:
     """The mean of window i along an axis of n parts, rows floor(i * H / n) to ceil((i + 1) * H / n) - 1."""
     result = input.to(_sum_dtype(input))
     for dim, parts in enumerate(output_size, input.dim() - len(output_size)):
@@ -73,27 +69,10 @@ def _sum_dtype(x: Tensor) -> torch.dtype:
     return torch.float32 if x.dtype in (torch.float16, torch.bfloat16) else x.dtype
 
 
-#: Decompositions, by operator.
+#: Decompositions of what gradients have.
 MEANS: dict[Any, Any] = {
-    aten._adaptive_avg_pool2d.default: _means,
-    aten._adaptive_avg_pool3d.default: _means,
+    aten._adaptive_avg_pool2d.default: means,
+    aten._adaptive_avg_pool3d.default: means,
     aten._adaptive_avg_pool2d_backward.default: lambda gradient, input: _means_backward(gradient, input, 2),
     aten._adaptive_avg_pool3d_backward.default: lambda gradient, input: _means_backward(gradient, input, 3),
 }
-#: What PyTorch decomposes into them.
-_COMPOSITES = (
-    aten.adaptive_avg_pool1d.default,
-    aten.adaptive_avg_pool2d.default,
-    aten.adaptive_avg_pool3d.default,
-)
-
-
-def expand_means(program: ExportedProgram) -> None:
-    """Replace the operators in a program."""
-    for module in list(program.graph_module.modules()):
-        if not isinstance(module, GraphModule):
-            continue
-        for node in list(module.graph.nodes):
-            if node.target in MEANS or node.target in _COMPOSITES:
-                replace(node, expand(node, MEANS, {}), program)  # pyright: ignore[reportArgumentType]
-        module.recompile()

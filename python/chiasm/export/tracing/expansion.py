@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from typing import Any
 
@@ -13,17 +13,31 @@ import torch
 from torch._dispatch.python import enable_python_dispatcher
 from torch._guards import detect_fake_mode
 from torch.export import ExportedProgram
-from torch.fx import Node
+from torch.fx import GraphModule, Node
 from torch.fx.experimental.proxy_tensor import make_fx
 
 
-def expand(node: Node, table: dict, sizes: dict[Any, Node]) -> Node | Sequence[Node | None]:
-    """Insert the nodes of an operator's decomposition before it. Returns the node of the result, or the nodes
-    of the results."""
+def expand_all(program: ExportedProgram, forms: Mapping[Any, Callable[..., torch.Tensor]]) -> None:
+    """Replace these operators in a program by what the functions do."""
+    for module in list(program.graph_module.modules()):
+        if not isinstance(module, GraphModule):
+            continue
+        for node in list(module.graph.nodes):
+            if node.target in forms:
+                replace(node, expand(node, {}, {}, forms[node.target]), program)
+        module.recompile()
+
+
+def expand(
+    node: Node, table: dict, sizes: dict[Any, Node], form: Callable[..., Any] | None = None
+) -> Node | Sequence[Node | None]:
+    """Insert the nodes of an operator's decomposition before it: that of the table, or a `form` of the
+    operator. Returns the node of the result, or the nodes of the results."""
     arguments = node.all_input_nodes
     values = [n.meta["val"] for n in arguments]
     # make_fx looks up no decomposition for this operator
-    operator = _elements if node.target is torch.ops.aten.sym_numel.default else node.target
+    elements = _elements if node.target is torch.ops.aten.sym_numel.default else None
+    operator = form or elements or node.target
 
     def call(*given: Any) -> Any:
         args, kwargs = torch.fx.map_arg(

@@ -1,0 +1,27 @@
+"""Operators that are written out in every graph: torch.onnx and Inductor have no right form of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from .adaptive_means import means
+
+aten = torch.ops.aten
+
+
+def _one_hot(index: Tensor, num_classes: int) -> Tensor:
+    """By an operator that checks indices, as in eager Python: PyTorch's graphs assert on data instead."""
+    zeros = torch.zeros([*index.shape, num_classes], dtype=index.dtype, device=index.device)
+    return zeros.scatter(-1, index.unsqueeze(-1), 1)
+
+
+FORMS: dict[Any, Callable[..., Tensor]] = {
+    aten.adaptive_avg_pool1d.default: means,
+    aten.adaptive_avg_pool2d.default: means,
+    aten.adaptive_avg_pool3d.default: means,
+    aten.one_hot.default: _one_hot,
+}
