@@ -42,7 +42,7 @@ from ..spec import Spec, TensorSpec
 from . import compiler
 from .compiler import HEADERS, Build
 from .networks import use_kernels
-from .selections import select_by_tensors
+from .selections import refuse_negative, select_by_tensors
 
 #: The files for linking ops, which are built with the package: headers, and static libraries for each
 #: instruction set (runtime/artifact/CMakeLists.txt).
@@ -270,7 +270,7 @@ class NativeCode:
                 f" {platform.machine()} alone: export it without --isa {self.isa}"
             )
         with closing(Build(at_once=True)) as whole:
-            program = select_by_tensors(self.program("vjp"), self.spec.name)
+            program = refuse_negative(select_by_tensors(self.program("vjp"), self.spec.name))
             package = _inductor(program, self.spec, self.isa, _ONE_THREAD, whole)
         return NativeArtifact(_repack(package), needs_libtorch=True, why=why)
 
@@ -412,7 +412,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 def _begin(
     program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None, gradient: bool
 ) -> Build:
-    program = select_by_tensors(program, spec.name)
+    program = refuse_negative(select_by_tensors(program, spec.name))
     sm = ISAS[isa].sm
     if sm:
         on_gpu(program)

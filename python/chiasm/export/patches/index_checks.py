@@ -89,7 +89,6 @@ def indirect_indexing_with(
     ) -> sympy.Symbol:
         from torch._inductor.virtualized import V
 
-        wrap_neg = wrap_neg and not _refuses_negative(self.kernel)
         wrapped = wrap_neg and bool(var.bounds.lower < 0)
         current = V.interpreter.current_node
         assert current is not None
@@ -163,12 +162,6 @@ def _operators(kernel: Any) -> set[str]:
         if n.op == "call_function"
     }
     return {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select|pool", n)} or names
-
-
-def _refuses_negative(kernel: Any) -> bool:
-    """Whether the operators do not allow negative indices. They are decomposed into an operator that does."""
-    operators = _operators(kernel)
-    return bool(operators) and operators <= {"aten.index_select", "aten.index_add", "aten.index_copy"}
 
 
 def _reader(kernel: Any) -> str:

@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 from torch.fx.experimental.symbolic_shapes import statically_known_true
 
+from chiasm.primitives.core.materialise import stored_index
 from chiasm.primitives.resampling.taps import nearest_index
 
 aten = torch.ops.aten
@@ -49,7 +50,7 @@ def _windows(extent: int, parts: int, device: torch.device) -> tuple[Tensor, Ten
     """Where each of the windows begins, and where it ends."""
     # By float64, which is exact: Inductor knows no limits of a quotient of integers.
     ends = (torch.arange(1, parts + 1, device=device) * extent).to(torch.float64) / parts
-    return nearest_index(extent, parts, device), torch.ceil(ends).to(torch.int64)
+    return stored_index(nearest_index(extent, parts, device)), stored_index(torch.ceil(ends).to(torch.int64))
 
 
 def _sums(x: Tensor, dim: int, begin: Tensor, end: Tensor, parts: int) -> Tensor:

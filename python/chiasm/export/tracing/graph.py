@@ -63,7 +63,8 @@ def trace(
             program = torch.export.export(module, args, dynamic_shapes=dynamic_shapes(spec, tensors))
     except Exception as error:
         raise explain(spec.name, f"a graph ({target})", error, guards) from error
-    expand_all(program, FORMS)
+    with exporting(target):
+        expand_all(program, FORMS)
     check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
     if doubts is not None:
         doubts.extend(doubts_of(program, spec, tensors, symbols_of(program, tensors), guards))
