@@ -335,7 +335,7 @@ def test_an_operator_that_takes_no_negative_index_refuses_it(tmp_path: Path, pla
     with pytest.raises((IndexError, RuntimeError)):
         from_the_beginning(table, index)
     with pytest.raises(
-        runtime.ChiasmError, match=r"index -1 is out of range for an axis of size 16 \(aten.index_"
+        runtime.ChiasmError, match=r"index -1 is out of range for an axis of size 16 \(aten.(gather|scatter)"
     ):
         method(table, index)
 

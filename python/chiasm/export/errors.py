@@ -58,6 +58,10 @@ _REMEDIES = (
         "instead: choose by torch.where(condition, a, b): a graph has no branches that data decide",
     ),
     (
+        r"found type '(Tuple|List)\[.*NoneType",
+        "instead: give the size in place of None: TorchScript takes [7, input.shape[3]], and not (7, None)",
+    ),
+    (
         r"Expected a single top-level function",
         "instead: write a function with def and typed arguments: TorchScript cannot read a lambda",
     ),

@@ -104,7 +104,7 @@ class Method:
         if key not in self._programs:
             if gradients:
                 self.job.progress(f"{self.title} trace")
-            sizes = samples.EXAMPLE | samples.example(self.job.spec)
+            sizes = samples.EXAMPLE | samples.example(self.job.spec, self.inputs)
             arguments = (self.module, self.job.spec, self.inputs, self.tensors(sizes))
             try:
                 self._programs[key] = (

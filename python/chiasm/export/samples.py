@@ -3,7 +3,7 @@ shapes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import torch
 
@@ -24,12 +24,13 @@ TESTS = (
 GOLDEN = {"B": 1, "C": 3, "H": 17, "W": 22, "N": 8, "OH": 11, "OW": 13}
 
 
-def example(spec: Spec) -> dict[str, int]:
-    """The sizes that an op is exported at: those of EXAMPLE, changed if the op's settings contain the same
-    number, such as an `output_size` of (7, 7): a trace would confuse the two."""
+def example(spec: Spec, tensors: Sequence[TensorSpec] = ()) -> dict[str, int]:
+    """The sizes that an op is exported at: those of EXAMPLE, changed if the op's settings or the shapes of
+    its inputs and of `tensors` contain the same number, such as an `output_size` of (7, 7): a trace would
+    confuse the two."""
     sizes = fit(spec, EXAMPLE)
     taken = {2, 3, 4, 9} | _whole_numbers(spec.config)
-    taken |= {d for t in spec.inputs for d in t.shape if isinstance(d, int)}
+    taken |= {d for t in (*spec.inputs, *tensors) for d in t.shape if isinstance(d, int)}
     for symbol, (low, high) in spec.used_symbols().items():
         others = taken | {size for name, size in sizes.items() if name != symbol}
         if sizes[symbol] in taken:

@@ -42,7 +42,7 @@ from ..spec import Spec, TensorSpec
 from . import compiler
 from .compiler import HEADERS, Build
 from .networks import use_kernels
-from .selections import select_by_tensors
+from .selections import refuse_negative, select_by_tensors
 
 #: The files for linking ops, which are built with the package: headers, and static libraries for each
 #: instruction set (runtime/artifact/CMakeLists.txt).
@@ -270,7 +270,7 @@ class NativeCode:
                 f" {platform.machine()} alone: export it without --isa {self.isa}"
             )
         with closing(Build(at_once=True)) as whole:
-            program = select_by_tensors(self.program("vjp"), self.spec.name)
+            program = refuse_negative(select_by_tensors(self.program("vjp"), self.spec.name))
             package = _inductor(program, self.spec, self.isa, _ONE_THREAD, whole)
         return NativeArtifact(_repack(package), needs_libtorch=True, why=why)
 
@@ -412,7 +412,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 def _begin(
     program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None, gradient: bool
 ) -> Build:
-    program = select_by_tensors(program, spec.name)
+    program = refuse_negative(select_by_tensors(program, spec.name))
     sm = ISAS[isa].sm
     if sm:
         on_gpu(program)
@@ -510,6 +510,7 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
             "triton.prefer_nd_tiling": True,  # a row and a column, without a division for each pixel
             "joint_graph_constant_folding": False,  # it would need a GPU
             "assert_indirect_indexing": False,  # `gpu_compiler` checks without ending the process
+            "optimize_scatter_upon_const_tensor": False,
         }
     return {
         "cpp.march": isa,
@@ -527,6 +528,8 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
             False
         ),  # 280 MB in /tmp and 11 s for each state of the package; ours are built with it
         "assert_indirect_indexing": False,  # `checked_native_code` checks without ending the process
+        # As comparisons, a scatter on zeros has no index to check
+        "optimize_scatter_upon_const_tensor": False,
     }
 
 

@@ -22,6 +22,7 @@ from ..spec import Spec, TensorSpec
 from ..tracing.graph import dynamic_shapes
 from .onnx_division import TRANSLATIONS
 from .onnx_function import domain_version, function_name, fuse
+from .onnx_indices import check_indices
 from .onnx_scatter import add_in_order
 
 OPSET = 18
@@ -68,6 +69,7 @@ def to_onnx(
     try:
         with warnings.catch_warnings(), fast_onnx():
             warnings.simplefilter("ignore")
+            check_indices(program)
             made = torch.onnx.export(
                 program,
                 dynamo=True,

@@ -54,13 +54,17 @@ def _scattered(
     """As ONNX defines ScatterND: `updates` belong to the first `count` dimensions of `data`."""
     zero, rest = step.numbers(0), step.numbers(-1)
     shape = step("Shape", data)
-    place: onnx_ir.Value | None = None
-    for k in range(count):
+    place = step("Gather", indices, zero, axis=-1)
+    outside: onnx_ir.Value | None = None
+    for k in range(count if count > 1 else 0):  # a single index is checked as it is
         size = step("Slice", shape, step.numbers(k), step.numbers(k + 1))
         index = step("Gather", indices, step.numbers(k), axis=-1)
         index = step("Where", step("Less", index, zero), step("Add", index, size), index)
-        place = index if place is None else step("Add", step("Mul", place, size), index)
-    assert place is not None
+        place = index if outside is None else step("Add", step("Mul", place, size), index)
+        wrong = step("Or", step("Less", index, zero), step("GreaterOrEqual", index, size))
+        outside = wrong if outside is None else step("Or", outside, wrong)
+    if outside is not None:  # which may be inside of the flattened dimensions
+        place = step("Where", outside, step.numbers(np.iinfo(np.int64).min), place)
     indexed = step("ReduceProd", step("Slice", shape, zero, step.numbers(count)), keepdims=1)
     rows = step("Reshape", data, step("Concat", indexed, rest, axis=0))
     width = step("Slice", step("Shape", rows), step.numbers(1), step.numbers(2))

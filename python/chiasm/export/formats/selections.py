@@ -1,21 +1,26 @@
-"""Selections by a number that comes from data, `x[i.item()]`, as selections by a tensor, `x[i]`.
+"""Selections in forms whose indices native code checks (patches/index_checks.py).
 
-AOTInductor computes the place of the first in memory without a check. The second is checked as every index
-from data is (patches/index_checks.py).
+Of a selection by a number that comes from data, `x[i.item()]`, AOTInductor computes the place in memory
+without a check; `x[i]` by a tensor is checked. `index_select`, `index_add` and `index_copy` refuse negative
+indices, and AOTInductor makes an indexing of them that takes some; `gather` and `scatter` refuse them there
+too.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import nullcontext
 from typing import Any
 
 import torch
+from torch import Tensor
 from torch._guards import detect_fake_mode
 from torch.export import ExportedProgram
 from torch.fx import Node
 from torch.fx.experimental.symbolic_shapes import free_unbacked_symbols
 
 from ..errors import ExportError
+from ..tracing.expansion import expand_all
 
 aten = torch.ops.aten
 _ITEMS = (aten.item.default, aten._local_scalar_dense.default)
@@ -61,6 +66,43 @@ def select_by_tensors(program: ExportedProgram, name: str) -> ExportedProgram:
             graph.erase_node(node)
     program.graph_module.recompile()
     return program
+
+
+def refuse_negative(program: ExportedProgram) -> ExportedProgram:
+    """The program with operators that refuse negative indices in a form that does so in native code; it may
+    be the one that is given, changed."""
+    if any(n.target in _IN_PLACE for n in program.graph.nodes):
+        program = program.run_decompositions({})
+    expand_all(program, _REFUSING)
+    return program
+
+
+def _index_select(x: Tensor, dim: int, index: Tensor) -> Tensor:
+    shape = [*x.shape]
+    shape[dim] = index.numel()
+    return x.gather(dim, _along(index, dim, shape))
+
+
+def _index_add(x: Tensor, dim: int, index: Tensor, source: Tensor, *, alpha: float = 1) -> Tensor:
+    source = source if alpha == 1 else source * alpha
+    return x.scatter_add(dim, _along(index, dim, source.shape), source)
+
+
+def _index_copy(x: Tensor, dim: int, index: Tensor, source: Tensor) -> Tensor:
+    return x.scatter(dim, _along(index, dim, source.shape), source)
+
+
+def _along(index: Tensor, dim: int, shape: Sequence[int]) -> Tensor:
+    rest = len(shape) - 1 - dim % len(shape)
+    return index.to(torch.int64).reshape([-1, *[1] * rest]).expand(shape)
+
+
+_REFUSING = {
+    aten.index_select.default: _index_select,
+    aten.index_add.default: _index_add,
+    aten.index_copy.default: _index_copy,
+}
+_IN_PLACE = (aten.index_add_.default, aten.index_copy_.default)
 
 
 def _is_from_data(argument: Any) -> bool:

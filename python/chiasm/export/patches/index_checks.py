@@ -56,7 +56,7 @@ def checked_native_code(header: Path | None = None) -> Iterator[None]:
             )
         return _DIVISIONS.sub(r"chiasm::\1(", code).replace(_PREFIX, _PREFIX + include)
 
-    def quotient(a: Any, b: Any) -> str:
+    def truncdiv(a: Any, b: Any) -> str:  # Inductor finds the scalar form of a vector's by this name
         return f"chiasm::truncated_quotient({a}, {b})"
 
     with replaced(
@@ -66,8 +66,8 @@ def checked_native_code(header: Path | None = None) -> Iterator[None]:
             ),
             "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": checked_propagation(),
             "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
-            "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(quotient),
-            "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(quotient),
+            "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(truncdiv),
+            "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(truncdiv),
         }
         # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
         | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": lambda self: None})
@@ -89,7 +89,6 @@ def indirect_indexing_with(
     ) -> sympy.Symbol:
         from torch._inductor.virtualized import V
 
-        wrap_neg = wrap_neg and not _refuses_negative(self.kernel)
         wrapped = wrap_neg and bool(var.bounds.lower < 0)
         current = V.interpreter.current_node
         assert current is not None
@@ -163,12 +162,6 @@ def _operators(kernel: Any) -> set[str]:
         if n.op == "call_function"
     }
     return {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select|pool", n)} or names
-
-
-def _refuses_negative(kernel: Any) -> bool:
-    """Whether the operators do not allow negative indices. They are decomposed into an operator that does."""
-    operators = _operators(kernel)
-    return bool(operators) and operators <= {"aten.index_select", "aten.index_add", "aten.index_copy"}
 
 
 def _reader(kernel: Any) -> str:

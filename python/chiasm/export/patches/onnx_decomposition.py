@@ -8,19 +8,15 @@ conversion; only a few nodes need decomposition. The resulting graph is the same
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from contextlib import nullcontext
 from functools import cache
 from typing import Any
 
 import torch
-from torch._dispatch.python import enable_python_dispatcher
 from torch._export.utils import _is_cia_op, _is_preservable_cia_op
-from torch._guards import detect_fake_mode
 from torch.export import ExportedProgram
 from torch.fx import Graph, GraphModule, Node
-from torch.fx.experimental.proxy_tensor import make_fx
+
+from ..tracing.expansion import expand, replace, replace_results
 
 
 def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
@@ -54,11 +50,11 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
         value = node.meta.get("val")
         first = sizes.setdefault(value.node.expr, node) if isinstance(value, torch.SymInt) else node
         if first is not node and node.op == "call_function":
-            _replace(node, first, program)
+            replace(node, first, program)
         elif node.target is torch.ops.aten._assert_tensor_metadata.default:
             graph.erase_node(node)
         elif node.target is torch.ops.aten.detach_.default:  # of a constant, which has nothing to detach from
-            _replace(node, node.args[0], program)
+            replace(node, node.args[0], program)
         elif isinstance(node.target, torch._ops.OpOverload):
             if node.target._schema.is_mutable and not _make_functional(node):
                 functional = False
@@ -69,29 +65,12 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
             ):
                 if isinstance(value, torch.SymInt):
                     del sizes[value.node.expr]  # the node is removed
-                made = _decompose(node, table, sizes)
+                made = expand(node, table, sizes)
                 if isinstance(made, Node):
-                    _replace(node, made, program)
+                    replace(node, made, program)
                 else:
-                    _replace_results(node, made, program)
+                    replace_results(node, made, program)
     return functional
-
-
-def _replace_results(node: Node, made: Sequence[Node | None], program: ExportedProgram) -> None:
-    """The same for an operator with several results, each of which is a getitem node."""
-    for taken in list(node.users):
-        if taken.users:
-            _replace(taken, made[taken.args[1]], program)
-        else:  # an unused result may be missing
-            node.graph.erase_node(taken)
-    node.graph.erase_node(node)
-
-
-def _replace(node: Node, other: Node, program: ExportedProgram) -> None:
-    node.replace_all_uses_with(other)
-    if node.graph is program.graph:
-        program.graph_signature.replace_all_uses(node.name, other.name)  # the signature names the outputs
-    node.graph.erase_node(node)
 
 
 @cache
@@ -118,45 +97,3 @@ def _make_functional(node: Node) -> bool:
         return False
     node.target = getattr(packet, operator._overloadname)
     return True
-
-
-def _elements(tensor: torch.Tensor) -> int | torch.SymInt:
-    return math.prod(tensor.shape)
-
-
-def _decompose(node: Node, table: dict, sizes: dict[Any, Node]) -> Node | Sequence[Node | None]:
-    """Insert the nodes of an operator's decomposition before it. Returns the node of the result, or the nodes
-    of the results."""
-    arguments = node.all_input_nodes
-    values = [n.meta["val"] for n in arguments]
-    # make_fx looks up no decomposition for this operator
-    operator = _elements if node.target is torch.ops.aten.sym_numel.default else node.target
-
-    def call(*given: Any) -> Any:
-        args, kwargs = torch.fx.map_arg(
-            (node.args, node.kwargs), dict(zip(arguments, given, strict=True)).__getitem__
-        )
-        return operator(*args, **kwargs)
-
-    with detect_fake_mode([*values, node.meta["val"]]) or nullcontext(), enable_python_dispatcher():
-        body = make_fx(call, decomposition_table=table)(*values).graph
-    copies = dict(zip(body.find_nodes(op="placeholder"), arguments, strict=True))
-    with node.graph.inserting_before(node):
-        for inner in body.nodes:
-            if inner.op != "call_function":
-                continue
-            value = inner.meta["val"]
-            size = value.node.expr if isinstance(value, torch.SymInt) else None
-            if size in sizes:
-                copies[inner] = sizes[size]
-                continue
-            copy = node.graph.node_copy(inner, copies.__getitem__)
-            copy.meta = node.meta | {"val": value}
-            if copy.target is torch.ops.aten.sym_numel.default:
-                product = _decompose(copy, table, sizes)
-                node.graph.erase_node(copy)
-                copy = product
-            if size is not None:
-                sizes[size] = copy
-            copies[inner] = copy
-    return torch.fx.map_arg(body.output_node().args[0], copies.__getitem__)

@@ -17,6 +17,7 @@ from ..checks.branches import Doubt
 from ..errors import explain
 from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
+from .adaptive_means import MEANS
 from .gradient_parts import joined
 from .graph import Inputs, trace
 from .module import bind
@@ -101,7 +102,7 @@ def trace_vjp(
             graph = make_fx(
                 module,
                 tracing_mode="symbolic",
-                decomposition_table=dict(get_decompositions([torch.ops.aten.rsub])),  # pyright: ignore[reportArgumentType]
+                decomposition_table=MEANS | get_decompositions([torch.ops.aten.rsub]),  # pyright: ignore
                 _allow_non_fake_inputs=True,
             )(*args)
     except Exception as error:

@@ -20,6 +20,8 @@ from ..errors import ExportError, explain
 from ..patches.tracing import Guard, fast_tracing, noted_guards, quiet
 from ..spec import Spec, TensorSpec
 from .choices import remove_certain_choices
+from .expansion import expand_all
+from .forms import FORMS
 
 Inputs = dict[str, torch.Tensor]
 
@@ -62,6 +64,8 @@ def trace(
             program = torch.export.export(module, args, dynamic_shapes=dynamic_shapes(spec, tensors))
     except Exception as error:
         raise explain(spec.name, f"a graph ({target})", error, guards) from error
+    with exporting(target):
+        expand_all(program, FORMS)
     check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
     if doubts is not None:
         doubts.extend(doubts_of(program, spec, tensors, symbols_of(program, tensors), guards))
