@@ -28,7 +28,23 @@ def drawn(x: Tensor, seed: Tensor) -> Tensor:
     return torch.where((seed > 0)[:, None], x * 2.0, x)
 
 
-@pytest.mark.parametrize(("fn", "choices"), [(certain, 0), (of_another_shape, 1), (drawn, 1)])
+def unchanged(x: Tensor, seed: Tensor) -> Tensor:
+    return torch.where(torch.ones_like(seed, dtype=torch.bool)[:, None], x, x * 2.0)
+
+
+@pytest.mark.parametrize("fn", [certain, unchanged, of_another_shape])
+def test_without_a_choice_the_result_is_the_same(fn: Callable, tmp_path: Path) -> None:
+    spec = Spec(
+        "test.choice", [TensorSpec("x", ("B", "N")), TensorSpec("seed", ("B",), "int64")], gradients=("x",)
+    )
+    bundle = export(fn, spec, tmp_path, formats=["onnx", "native"])
+    x, seed = torch.rand(3, 5), torch.arange(3)
+    for backend in ("onnx", "native"):
+        found = runtime.open(bundle).method("forward", backend=backend)(x, seed)
+        torch.testing.assert_close(torch.as_tensor(found), fn(x, seed))
+
+
+@pytest.mark.parametrize(("fn", "choices"), [(certain, 0), (unchanged, 1), (of_another_shape, 1), (drawn, 1)])
 def test_a_choice_that_is_certain_is_not_computed(fn: Callable, choices: int) -> None:
     spec = Spec("test.choice", [TensorSpec("x", ("B", "N")), TensorSpec("seed", ("B",), "int64")])
     example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])

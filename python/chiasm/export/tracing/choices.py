@@ -5,7 +5,10 @@
 from __future__ import annotations
 
 import torch
-from torch.fx import Graph, Node
+from torch.export import ExportedProgram
+from torch.fx import Node
+
+from .expansion import replace
 
 _ATEN = torch.ops.aten
 _WHERE = _ATEN.where.self
@@ -21,17 +24,18 @@ _MOVES = {
 _ONES = {_ATEN.ones.default, _ATEN.ones_like.default}
 
 
-def remove_certain_choices(graph: Graph) -> None:
+def remove_certain_choices(program: ExportedProgram) -> None:
     """Replace `where(True, x, y)` by x: compiled code would load y, and choose, at every element."""
-    for node in list(graph.nodes):
+    for node in list(program.graph.nodes):
         if node.target is not _WHERE or not _is_true(node.args[0]):
             continue
         chosen = node.args[1]
+        if chosen.op != "call_function":  # the result would be an input itself
+            continue
         value, whole = chosen.meta["val"], node.meta["val"]
         if value.dtype == whole.dtype and value.shape == whole.shape:
-            node.replace_all_uses_with(chosen)
-            graph.erase_node(node)
-    graph.eliminate_dead_code()
+            replace(node, chosen, program)
+    program.graph.eliminate_dead_code()
 
 
 def _is_true(node: Node) -> bool:

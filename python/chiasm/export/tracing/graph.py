@@ -69,7 +69,7 @@ def trace(
     check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
     if doubts is not None:
         doubts.extend(doubts_of(program, spec, tensors, symbols_of(program, tensors), guards))
-    remove_certain_choices(program.graph)
+    remove_certain_choices(program)
     return program
 
 
