@@ -9,7 +9,9 @@ import subprocess
 import sys
 import tarfile
 import time
+import tracemalloc
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyarrow as pa
@@ -18,6 +20,7 @@ import pytest
 
 import chiasm.runtime
 from chiasm.data import DataError, Map
+from chiasm.data.driver import fingerprint
 from chiasm.data.shards import plan, write
 
 from .conftest import BLUR, COUNT, EDGES, PREPROCESS, SOBEL, encoded, same_rows
@@ -238,6 +241,21 @@ def test_a_pipe_as_input_and_a_full_disk(tmp_path: Path) -> None:
     [shard], _ = plan(tmp_path / "a.tar", 500)
     with pytest.raises(DataError, match=r"a\.tar, written to .*part-000000\.parquet: No space left"):
         write(shard, Map(SOBEL, errors="column"), tmp_path, full)
+
+
+def test_a_large_constant_takes_no_more_memory() -> None:
+    def job(values: np.ndarray) -> dict[str, object]:
+        mapping = SimpleNamespace(columns={}, constants={"like": values}, parcel=SimpleNamespace(sha256=""))
+        return fingerprint(mapping, "", 1)  # pyright: ignore[reportArgumentType]
+
+    values = np.zeros((2000, 2000), np.uint8)
+    tracemalloc.start()
+    first = job(values)
+    assert tracemalloc.get_traced_memory()[1] < 4 * values.nbytes
+    tracemalloc.stop()
+    assert job(values) == first
+    values[9, 9] = 1
+    assert job(values) != first and job(values[:1999]) != first
 
 
 def test_parquet(tmp_path: Path) -> None:

@@ -253,6 +253,10 @@ def test_bundles_that_are_none(sobel: Path, photo: Path, tmp_path: Path) -> None
         (sobel / "manifest.json").write_bytes(damage)
         for command in (["info", sobel], ["verify", sobel], ["run", sobel, photo, out]):
             refused(run(*command), part)
+    # A layout informs people, and so it may be any text
+    for layout in ("HWC", "HW"):
+        (sobel / "manifest.json").write_bytes(text.replace(b'"NCHW"', f'"{layout}"'.encode()))
+        refused(run("run", sobel, photo, out), "does not map an image to an image")
 
 
 def test_verify_names_what_a_bundle_lacks(sobel: Path) -> None:

@@ -133,7 +133,7 @@ def map_command(
 
 def _mapping(bundle: Path, columns: dict[str, str], settings: dict[str, str], kind: str):
     """The Map of the command's options: for image files its only column is the op's image."""
-    from chiasm.export.images import setting
+    from chiasm.export.images import is_image, setting
     from chiasm.export.manifest import read_manifest
 
     from .errors import DataError
@@ -157,7 +157,8 @@ def _mapping(bundle: Path, columns: dict[str, str], settings: dict[str, str], ki
         return Map(bundle, {**columns, **constants}, errors="column")
     if columns:
         raise DataError("--column: image files have no columns: leave it out")
-    images = [t for t in inputs if t["name"] not in constants and t["layout"] in ("HWC", "NHWC", "NCHW")]
+    layouts = ("HWC", "NHWC", "NCHW")
+    images = [t for t in inputs if t["name"] not in constants and is_image(t, layouts)]
     others = [t["name"] for t in inputs if t["name"] not in constants and t not in images[:1]]
     if not images or others:
         missing = f"needs {others[0]!r} too: --set {others[0]}=VALUE" if images else "takes no image"

@@ -15,7 +15,7 @@ from PIL import Image
 from chiasm.export.images import is_turned, read_image, to_array
 
 from .errors import DataError
-from .running import CHANNELS
+from .running import channels
 
 _JPEG = b"\xff\xd8\xff"
 
@@ -23,11 +23,11 @@ _JPEG = b"\xff\xd8\xff"
 def decode(tensor: Any, data: Any) -> np.ndarray:
     """The bytes of an image file in the layout, colour order and dtype of an input, or a DataError."""
     name = f"input {tensor.name!r}"
-    if tensor.layout not in CHANNELS:
+    count = channels(tensor)
+    if count is None:
         raise DataError(f"{name}: expected an array, got {len(data)} bytes: it takes no image")
-    channels = tensor.shape[CHANNELS[tensor.layout]]
     try:
-        if tensor.dtypes[0] == "uint8" and tensor.layout == "HWC" and channels == "3":
+        if tensor.dtypes[0] == "uint8" and tensor.layout == "HWC" and count == "3":
             picture = _read(name, data, tensor.color or "RGB")
             return picture if picture.shape[2] == 3 else np.repeat((picture >> 8).astype(np.uint8), 3, 2)
         planes = tensor.layout == "NCHW"

@@ -86,9 +86,15 @@ def fingerprint(mapping: Map, files: str, rows: int) -> dict[str, Any]:
     """What decides the bytes of the shards."""
     from importlib.metadata import version
 
+    import numpy as np
+
     from chiasm import __version__
 
-    constants = {name: array.tolist() for name, array in mapping.constants.items()}
+    # Not as text: the image of which only the size is used may have a thousand million pixels
+    constants = {
+        name: [str(array.dtype), array.shape, hashlib.sha256(np.ascontiguousarray(array).data).hexdigest()]
+        for name, array in mapping.constants.items()
+    }
     options = hashlib.sha256(json.dumps([mapping.columns, constants], sort_keys=True).encode()).hexdigest()
     return {
         "bundle": mapping.parcel.sha256,

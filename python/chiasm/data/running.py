@@ -17,8 +17,11 @@ if TYPE_CHECKING:
     from .mapping import Map
 
 
-#: The layouts of images, and which dimension the channels are.
-CHANNELS = {"HWC": 2, "NHWC": 3, "NCHW": 1}
+def channels(tensor: Any) -> str | None:
+    """The number of channels of an image, an expression; None if the tensor is no image."""
+    if tensor.layout not in ("HWC", "NHWC", "NCHW") or len(tensor.shape) != len(tensor.layout):
+        return None
+    return tensor.shape[tensor.layout.index("C")]
 
 
 def run(
@@ -145,8 +148,8 @@ def _row_shapes(
             if leads and (shape is None or len(shape) == len(t.shape) - 1):
                 extended.add(t.shape[0])
                 shape = None if shape is None else (1, *shape)
-            if columns[t.name].encoded and t.layout in CHANNELS:
-                known[t.shape[CHANNELS[t.layout]]] = 3  # if an op takes any number of channels
+            if columns[t.name].encoded and (count := channels(t)) is not None:
+                known[count] = 3  # if an op takes any number of channels
         if shape is not None and len(shape) == len(t.shape):
             known |= {e: d for e, d in zip(t.shape, shape) if e.isidentifier()}
     shapes: list[list[int | None]] = []

@@ -32,8 +32,8 @@ def run_on_image(bundle: Path, source: Path, target: Path, backend: str, setting
     what was done."""
     manifest = read_manifest(bundle)
     method = manifest["methods"]["forward"]
-    takes_image = [t for t in method["inputs"] if t["layout"] in _LAYOUTS[:2]]
-    gives_image = [i for i, t in enumerate(method["outputs"]) if t["layout"] in _LAYOUTS]
+    takes_image = [t for t in method["inputs"] if is_image(t, _LAYOUTS[:2])]
+    gives_image = [i for i, t in enumerate(method["outputs"]) if is_image(t, _LAYOUTS)]
     if not takes_image or not gives_image:
         raise BundleError(
             f"{manifest['name']} does not map an image to an image: use chiasm.runtime from Python or C++"
@@ -65,6 +65,11 @@ def run_on_image(bundle: Path, source: Path, target: Path, backend: str, setting
     index = gives_image[0]
     write_image(target, results[index], method["outputs"][index])
     return f"{source} -> {manifest['name']} ({loaded.backend}) -> {target}"
+
+
+def is_image(tensor: dict[str, Any], layouts: tuple[str, ...]) -> bool:
+    """Whether a tensor has one of the layouts, and its dimensions: a manifest's layout may be any text."""
+    return tensor["layout"] in layouts and len(tensor["shape"]) == len(tensor["layout"])
 
 
 def check_target(path: Path) -> None:
