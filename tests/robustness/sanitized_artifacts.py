@@ -36,6 +36,7 @@ RUNNER = FOLDER / "runner"
 #: -O1 it is bearable, and reports name what they mean.
 COMPILER = """#!/bin/bash
 if [ "$1" = --version ]; then echo "g++ with sanitizers, 1: $(g++ --version | head -1)"; exit; fi
+unset LD_PRELOAD
 for argument; do
   case $argument in
     -O2|-O3) arguments+=(-O1) ;;
@@ -158,6 +159,11 @@ def checked(op: str) -> tuple[str, list[str]]:
     """What was done with an op, and what is wrong with it."""
     warnings.simplefilter("ignore")
     torch.set_num_threads(1)
+    # The exporter tries what it made in a process of its own, which needs the sanitizer from its start.
+    sanitizer = subprocess.run(
+        ["g++", "-print-file-name=libasan.so"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    os.environ |= {"LD_PRELOAD": sanitizer, "ASAN_OPTIONS": "detect_leaks=0"}
     try:
         return watched(op)
     except ExportError as error:
