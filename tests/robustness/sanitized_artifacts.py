@@ -159,11 +159,13 @@ def checked(op: str) -> tuple[str, list[str]]:
     """What was done with an op, and what is wrong with it."""
     warnings.simplefilter("ignore")
     torch.set_num_threads(1)
-    # The exporter tries what it made in a process of its own, which needs the sanitizer from its start.
-    sanitizer = subprocess.run(
-        ["g++", "-print-file-name=libasan.so"], capture_output=True, text=True, check=True
-    ).stdout.strip()
-    os.environ |= {"LD_PRELOAD": sanitizer, "ASAN_OPTIONS": "detect_leaks=0"}
+    # The exporter tries what it made in a process of its own, which needs the sanitizer from its start, and
+    # what the sanitizer watches of C++.
+    libraries = [
+        subprocess.run(["g++", f"-print-file-name={name}"], capture_output=True, text=True, check=True).stdout
+        for name in ("libasan.so", "libstdc++.so")
+    ]
+    os.environ |= {"LD_PRELOAD": " ".join(libraries).replace("\n", ""), "ASAN_OPTIONS": "detect_leaks=0"}
     try:
         return watched(op)
     except ExportError as error:
