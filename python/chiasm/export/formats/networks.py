@@ -105,8 +105,8 @@ class _Layer:
         return filled.view(self.groups * panels, PANEL, depth, *window).permute(0, 3, 4, 2, 1).contiguous()
 
     def subpixel(self) -> tuple[list[list[tuple[_Layer, list[int]]]], list[int]]:
-        """Equal convolutions of the image itself, without the zeros of input_dilation, each with the pixels of
-        a block that it makes, (rows, columns); and the numbers of surplus rows and columns of the result.
+        """Equal convolutions of the image itself, without the zeros of input_dilation, each with how many
+        rows and columns of a block it makes; and the numbers of surplus rows and columns of the result.
 
         One pixel of their results has the channels of a whole block of pixels (W. Shi et al., Is the
         deconvolution layer the same as a convolutional layer?, arXiv:1609.07009, 2016). A convolution makes
