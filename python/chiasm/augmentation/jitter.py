@@ -206,7 +206,7 @@ def _places(keys: Tensor, order: Optional[List[int]]) -> Tensor:
         return ranks(keys)
     if sorted(order) != [0, 1, 2, 3]:
         raise ValueError(f"order: expected a permutation of 0, 1, 2 and 3, got {order}")
-    return torch.argsort(torch.tensor(order, device=keys.device)).expand(keys.shape)
+    return torch.tensor([order.index(i) for i in range(4)], device=keys.device).expand(keys.shape)
 
 
 def _possible(order: Optional[List[int]], place: int, changing: List[bool]) -> List[bool]:
