@@ -17,10 +17,12 @@ from chiasm.augmentation import (
     RandomAffine,
     RandomHorizontalFlip,
     RandomResizedCrop,
+    random_color_jitter,
 )
 from chiasm.data import DataError, Map
 from chiasm.enhance import normalize
-from chiasm.export import Spec, TensorSpec, Tolerance, export
+from chiasm.export import Spec, TensorSpec, Tolerance, export, image
+from chiasm.export.manifest import read_manifest
 
 
 class ToFloat(nn.Module):
@@ -123,3 +125,16 @@ def test_what_a_loader_gives(bundle: Path) -> None:
     kept = Map(bundle, errors="column").collate([samples[0], {"input": b"no image", "seed": 1}])
     assert kept["error"][0] is None and "not an image" in kept["error"][1]
     assert not kept["output"][1].any()
+
+
+def test_an_order_of_all_needs_no_libtorch(tmp_path: Path) -> None:
+    order = {"brightness": (0.5, 1.5), "contrast": (0.5, 1.5), "order": [3, 0, 2, 1]}
+    seed = TensorSpec("seed", ("B",), "int64", range=(-(2**62), 2**62))
+    spec = Spec("my.jitter", [image(channels=3), seed], config=order, gradients=())
+    made = export(random_color_jitter, spec, tmp_path, formats=["native"], methods=["forward"])
+    [artifact] = read_manifest(made)["methods"]["forward"]["artifacts"]
+    assert artifact["needs"] == []
+    x, seeds = torch.rand(3, 3, 9, 11), torch.tensor([5, -7, 2**40])
+    result = runtime.open(made).method("forward", backend="native")(x, seeds)
+    expected = random_color_jitter(x, seeds, **order)
+    torch.testing.assert_close(torch.as_tensor(result), expected, atol=1e-5, rtol=0)

@@ -276,3 +276,37 @@ def test_what_has_no_kernel_says_so(tmp_path: Path) -> None:
     image = torch.rand(2, 3, 20, 30)
     result = chiasm.runtime.open(bundle).method(backend="torch")(image.numpy())
     np.testing.assert_allclose(result, network(image).detach(), atol=1e-5)
+
+
+class Stretched(nn.Module):
+    """Pixels of a block that read different pixels of the image, none, and only such as are beyond it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.layers = nn.ModuleList(
+            nn.ConvTranspose2d(4, 4, size, stride, padding, 0, groups, True, dilation)
+            for size, stride, padding, groups, dilation in [
+                (3, 2, 1, 1, 1),
+                (4, 2, 1, 4, 1),
+                (2, 3, 0, 1, 1),
+                (2, 2, 1, 1, 1),
+                (3, 2, 0, 2, (2, 3)),
+                (3, 1, 3, 1, 2),
+            ]
+        )
+
+    def forward(self, image: Tensor) -> Tensor:
+        return torch.cat([layer(image).flatten(1) for layer in self.layers], 1)
+
+
+def test_a_transposed_convolution_multiplies_no_zeros_of_its_own(tmp_path: Path) -> None:
+    torch.manual_seed(3)
+    network = Stretched().eval()
+    spec = Spec("test.stretched", [TensorSpec("image", ("B", 4, 9, 7))], gradients=())
+    method = chiasm.runtime.open(export(network, spec, tmp_path, formats=["native"])).method("forward")
+    assert method.backend == "native"
+    image = torch.randn(2, 4, 9, 7)
+    image[0, 1, 4, 3], image[1, 0, 0, 0], image[1, 3, 8, 6] = float("nan"), float("inf"), -float("inf")
+    expected = network(image).detach()
+    assert 0 < expected.isnan().sum() < expected.isfinite().sum()
+    torch.testing.assert_close(torch.as_tensor(method(image)), expected, equal_nan=True, atol=1e-5, rtol=1e-5)

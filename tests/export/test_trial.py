@@ -6,6 +6,7 @@ import os
 import signal
 from pathlib import Path
 
+import onnx
 import pytest
 import torch
 import torch.nn.functional as F
@@ -166,6 +167,20 @@ def test_a_negative_size_is_rounded_down(format: str, tmp_path: Path) -> None:
     for height in (8, 19, 33, 64):
         x = torch.rand(1, 3, height, 12)
         torch.testing.assert_close(method(x), centred(x), rtol=0, atol=0)
+
+
+def pooled(input: Tensor) -> Tensor:
+    return F.max_pool2d(input, 2) + torch.zeros(input.shape[2] // 2, input.shape[3] // 2)
+
+
+@pytest.mark.parametrize("fn, rounds", [(pooled, False), (centred, True)])
+def test_only_a_size_that_may_be_negative_is_rounded(fn, rounds: bool, tmp_path: Path) -> None:
+    bundle = export(
+        fn, Spec(f"trial.{fn.__name__}", [image(channels=3)], **ON_IMAGES), tmp_path, formats=["onnx"]
+    )
+    nodes = onnx.load(bundle / "forward.float32.onnx").graph.node
+    assert any(node.op_type == "Div" for node in nodes)
+    assert any(node.op_type == "Mod" for node in nodes) == rounds
 
 
 def coarse(input: Tensor) -> Tensor:

@@ -58,6 +58,11 @@ _REMEDIES = (
         "instead: choose by torch.where(condition, a, b): a graph has no branches that data decide",
     ),
     (
+        r"No ONNX function found for .*aten\._?(linalg|cholesky|lu_|triangular|matrix)",
+        "instead: leave ONNX out (formats=('torchscript', 'native')): it has no operators for linear algebra,"
+        " or write a small matrix's case as arithmetic on its elements",
+    ),
+    (
         r"found type '(Tuple|List)\[.*NoneType",
         "instead: give the size in place of None: TorchScript takes [7, input.shape[3]], and not (7, None)",
     ),
@@ -86,7 +91,8 @@ _REMEDIES = (
     ),
 )
 _ROUNDED = re.compile(r"round\(|trunc|ceil|floor\(|sym_float| / ")
-_SIZES = (
+#: Of a size that is rounded.
+SIZES = (
     "instead: sizes may be computed with + - * // only: take a size that is rounded from another input "
     "(as geometry.transform.resize does), or write fixed sizes into the input's shape"
 )
@@ -234,5 +240,5 @@ def _reason(text: str) -> str:
 
 def _remedy(text: str) -> str | None:
     if "Constraints violated" in text:
-        return _SIZES if _ROUNDED.search(text) else _LIMITS
+        return SIZES if _ROUNDED.search(text) else _LIMITS
     return next((remedy for pattern, remedy in _REMEDIES if re.search(pattern, text)), None)

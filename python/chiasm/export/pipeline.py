@@ -216,8 +216,13 @@ def golden(job: ExportJob, writer: Writer) -> None:
 def document(job: ExportJob, writer: Writer) -> None:
     """Add the list of the bundle's parts and its provenance."""
     asked = {"formats": job.formats, "isas": job.isas, "methods": job.methods_asked or METHODS}
-    writer.document("sbom", "sbom.cdx.json", sbom(writer.manifest, writer.files))
-    writer.document("provenance", "provenance.json", provenance(job.fn, writer.manifest, writer.files, asked))
+    try:
+        parts = sbom(writer.manifest, writer.files)
+        origin = provenance(job.fn, writer.manifest, writer.files, asked)
+    except OSError as error:  # a full disk: compiled code is read from a file
+        raise explain(job.spec.name, "a bundle", error) from error
+    writer.document("sbom", "sbom.cdx.json", parts)
+    writer.document("provenance", "provenance.json", origin)
 
 
 # --- the manifest -------------------------------------------------------------------------------------------

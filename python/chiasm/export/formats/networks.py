@@ -104,46 +104,78 @@ class _Layer:
         filled[:, : groups.shape[1]] = groups
         return filled.view(self.groups * panels, PANEL, depth, *window).permute(0, 3, 4, 2, 1).contiguous()
 
-    def subpixel(self) -> tuple[_Layer, list[int]]:
-        """An equal convolution of the image itself, without the zeros of input_dilation and without negative
-        padding; and the numbers of surplus rows and columns of its result.
+    def subpixel(self) -> tuple[list[list[tuple[_Layer, list[int]]]], list[int]]:
+        """Equal convolutions of the image itself, without the zeros of input_dilation, each with how many
+        rows and columns of a block it makes; and the numbers of surplus rows and columns of the result.
 
-        One pixel of its result has the channels of a whole block of pixels: channel n of pixel (y, x) is
-        channel (n, y % rows, x % columns) of pixel (y // rows, x // columns) (W. Shi et al., Is the
-        deconvolution layer the same as a convolutional layer?, arXiv:1609.07009, 2016).
+        One pixel of their results has the channels of a whole block of pixels (W. Shi et al., Is the
+        deconvolution layer the same as a convolutional layer?, arXiv:1609.07009, 2016). A convolution makes
+        the neighbouring pixels of a block that read the same pixels of the image: with zeros for weights it
+        could make all of them, and NaN where a zero meets an infinity.
         """
-        weight, padding, surplus = self.weight, [], []
-        for axis, block in enumerate(self.input_dilation):
-            size, step = self.weight.shape[2 + axis], self.dilation[axis]
-            # For pixel `phase` of a block, tap k reads the image's pixel at `offset`, or a zero.
-            taps = [
-                (phase, k, offset)
-                for phase in range(block)
-                for k in range(size)
-                for offset, rest in [divmod(phase - self.padding[axis] + k * step, block)]
-                if rest == 0
-            ]
-            offsets = [0, *(offset for *_, offset in taps)]
-            first, last = min(offsets), max(offsets)
-            window = weight.movedim(2 + axis, -1)
-            phases = window.new_zeros(block, *window.shape[:-1], last - first + 1)
-            for phase, k, offset in taps:
-                phases[phase, ..., offset - first] = window[..., k]
+        block = self.input_dilation
+        surplus = [-(g + 1) % b for g, b in zip(self.growth, block, strict=True)]
+        growth = [(g + s + 1) // b - 1 for g, s, b in zip(self.growth, surplus, block, strict=True)]
+        rows, columns = (self._phases(axis) for axis in (0, 1))
+        parts = [[(self._part(r, c, growth), [len(r.taps), len(c.taps)]) for c in columns] for r in rows]
+        return parts, surplus
+
+    def _phases(self, axis: int) -> list[_Phases]:
+        """The pixels of a block along an axis, in runs that read the same pixels of the image."""
+        size, step, block = self.weight.shape[2 + axis], self.dilation[axis], self.input_dilation[axis]
+        found: list[_Phases] = []
+        for phase in range(block):
+            # Tap k reads the image's pixel at `offset`, or a zero.
+            read = [divmod(phase - self.padding[axis] + k * step, block) for k in range(size)]
+            taps = [k for k, (_, rest) in enumerate(read) if rest == 0]
+            offsets = [read[k][0] for k in taps] or [_NOWHERE]
+            if not found or found[-1].offsets != offsets:
+                found.append(_Phases(offsets, []))
+            found[-1].taps.append(taps)
+        return found
+
+    def _part(self, rows: _Phases, columns: _Phases, growth: Sequence[int]) -> _Layer:
+        """The convolution for some pixels of a block, whose channels are (N, rows, columns)."""
+        weight = self.weight
+        for axis, phases in enumerate((rows, columns)):
+            window = weight.movedim(-2 + axis, -1)
+            made = window.new_zeros(len(phases.taps), *window.shape[:-1], len(phases.offsets))
+            for phase, taps in enumerate(phases.taps):
+                if taps:
+                    made[phase] = window[..., taps]
             # (N, phases of the axis before, phases of this axis, ...)
-            weight = phases.movedim(-1, 3 + axis).movedim(0, 1).flatten(0, 1)
-            padding.append(-first)
-            surplus.append(-(self.growth[axis] + 1) % block)
-        growth = [
-            (g + s + 1) // block - 1
-            for g, s, block in zip(self.growth, surplus, self.input_dilation, strict=True)
-        ]
-        bias = self.bias.repeat_interleave(self.input_dilation[0] * self.input_dilation[1])
-        undilated = {"dilation": (1, 1), "input_dilation": (1, 1)}
-        return replace(self, weight=weight, bias=bias, padding=padding, growth=growth, **undilated), surplus
+            weight = made.movedim(-1, axis - 2).movedim(0, 1 + axis)
+        weight = weight.flatten(0, 2)
+        return replace(
+            self,
+            weight=weight,
+            bias=self.bias.repeat_interleave(len(rows.taps) * len(columns.taps)),
+            padding=[-rows.offsets[0], -columns.offsets[0]],
+            growth=growth,
+            dilation=[rows.apart, columns.apart],
+            input_dilation=(1, 1),
+        )
 
     @property
     def is_depthwise(self) -> bool:
         return self.weight.shape[1] == 1 and self.weight.shape[0] == self.groups > 1
+
+
+#: So far outside of every image that a tap reads no pixel of it.
+_NOWHERE = -(1 << 31) + 1
+
+
+@dataclass
+class _Phases:
+    """Neighbouring pixels of a block along an axis: where they read the image, and the taps that do, of each
+    pixel."""
+
+    offsets: list[int]
+    taps: list[list[int]]
+
+    @property
+    def apart(self) -> int:
+        return self.offsets[1] - self.offsets[0] if len(self.offsets) > 1 else 1
 
 
 class _Network:
@@ -227,34 +259,46 @@ class _Network:
     def _emit(self, layer: _Layer, node: Node) -> Node:
         shape = layer.image.meta["val"].dim()
         before, after = _VIEWS[node.target][shape]
-        image = self._call(aten.contiguous.default, self._views(layer.image, before))
-        block, surplus = layer.input_dilation, [0, 0]
-        if block != (1, 1) or min(layer.padding) < 0:
-            layer, surplus = layer.subpixel()
-        weight, bias = self._parameter(layer.packed()), self._parameter(layer.bias)
+        image = self._views(layer.image, before)
+        if tuple(layer.input_dilation) == (1, 1) and min(layer.padding) >= 0:
+            return self._views(self._kernel(layer, image), after)
+        parts, surplus = layer.subpixel()
+        results = [[self._blocks(part, pixels, image) for part, pixels in row] for row in parts]
+        return self._views(self._unblocked(results, surplus), after)
+
+    def _kernel(self, layer: _Layer, image: Node) -> Node:
         size = [self._result_size(layer, image, axis) for axis in (0, 1)]
+        for axis, padding in enumerate(layer.padding):
+            if padding < 0:  # the kernels have none
+                image = self._call(aten.slice.Tensor, image, 1 + axis, -padding)
+        image = self._call(aten.contiguous.default, image)
+        layer = replace(layer, padding=[max(padding, 0) for padding in layer.padding])
+        weight, bias = self._parameter(layer.packed()), self._parameter(layer.bias)
         kernel = (
             torch.ops.chiasm.depthwise_convolution
             if layer.is_depthwise
             else torch.ops.chiasm.packed_convolution
         ).default
         numbers = (*layer.stride, *layer.padding, *layer.dilation, *size, layer.low, layer.high)
-        result = self._call(kernel, image, weight, bias, *numbers)
-        return self._views(self._unblocked(result, block, surplus), after)
+        return self._call(kernel, image, weight, bias, *numbers)
 
-    def _unblocked(self, result: Node, block: Sequence[int], surplus: Sequence[int]) -> Node:
-        """Move the pixels of each block from the channels of one pixel to their places (pixel shuffle)."""
-        if tuple(block) == (1, 1):
-            return result
-        outputs = result.meta["val"].shape[3] // (block[0] * block[1])
+    def _blocks(self, layer: _Layer, pixels: list[int], image: Node) -> Node:
+        """Some pixels of each block, (B, H, rows, W, columns, N)."""
+        result = self._kernel(layer, image)
+        outputs = result.meta["val"].shape[3] // (pixels[0] * pixels[1])
+        unflatten = (aten.unflatten.int, 3, [outputs, *pixels])
+        return self._views(result, [unflatten, (aten.permute.default, [0, 1, 4, 2, 5, 3])])
+
+    def _unblocked(self, results: list[list[Node]], surplus: Sequence[int]) -> Node:
+        """Move the pixels of each block to their places (pixel shuffle)."""
+        rows = [row[0] if len(row) == 1 else self._call(aten.cat.default, row, 4) for row in results]
+        blocks = rows[0] if len(rows) == 1 else self._call(aten.cat.default, rows, 2)
         steps: list[tuple] = [
-            (aten.unflatten.int, 3, [outputs, *block]),
-            (aten.permute.default, [0, 1, 4, 2, 5, 3]),
             (aten.flatten.using_ints, 3, 4),
             (aten.flatten.using_ints, 1, 2),
             *((aten.slice.Tensor, 1 + axis, 0, -count) for axis, count in enumerate(surplus) if count),
         ]
-        return self._views(result, steps)
+        return self._views(blocks, steps)
 
     def _result_size(self, layer: _Layer, image: Node, axis: int) -> Any:
         """The result's number of rows (axis 0) or columns."""

@@ -18,6 +18,8 @@ import onnx_ir
 import torch
 from onnxscript import opset18 as op
 from onnxscript.function_libs.torch_lib.ops import core
+from torch.fx import Graph, Node
+from torch.utils._sympy.value_ranges import bound_sympy
 
 aten = torch.ops.aten
 
@@ -37,6 +39,22 @@ def floor_quotient(self: Any, other: Any) -> Any:
 def size_quotient(self: Any, other: Any) -> Any:
     """`a // b` of sizes, of which b is positive and a may be negative."""
     return op.Div(op.Sub(self, op.Mod(self, other)), other)
+
+
+def natural_quotient(self: Any, other: Any) -> Any:
+    """`a // b` of sizes, neither of which is negative."""
+    return op.Div(self, other)
+
+
+def mark_natural_quotients(graph: Graph) -> None:
+    """Tell the translation which quotients of sizes are of no negative number, by the sizes' limits."""
+    for node in graph.find_nodes(op="call_function", target=operator.floordiv):
+        dividend = node.args[0].meta["val"] if isinstance(node.args[0], Node) else node.args[0]
+        low = dividend
+        if isinstance(dividend, torch.SymInt):
+            low = bound_sympy(dividend.node.expr, dividend.node.shape_env.var_to_range).lower
+        if low >= 0:
+            node.target = natural_quotient
 
 
 def remainder(self: Any, other: Any) -> Any:
@@ -92,4 +110,5 @@ TRANSLATIONS: dict[Callable, Callable] = {
     aten.floor_divide.default: floor_quotient,
     aten.remainder.Tensor: remainder,
     operator.floordiv: size_quotient,
+    natural_quotient: natural_quotient,
 }

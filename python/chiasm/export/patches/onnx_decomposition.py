@@ -16,6 +16,7 @@ from torch._export.utils import _is_cia_op, _is_preservable_cia_op
 from torch.export import ExportedProgram
 from torch.fx import Graph, GraphModule, Node
 
+from ..formats.onnx_division import mark_natural_quotients
 from ..tracing.expansion import expand, replace, replace_results
 
 
@@ -27,7 +28,11 @@ def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
         for m in list(program.graph_module.modules())
         if isinstance(m, GraphModule)
     ]
-    return program if all(functional) else program.run_decompositions(table)
+    program = program if all(functional) else program.run_decompositions(table)
+    for module in program.graph_module.modules():
+        if isinstance(module, GraphModule):
+            mark_natural_quotients(module.graph)
+    return program
 
 
 @cache

@@ -11,12 +11,13 @@ import sympy
 import torch
 from torch import nn
 from torch.export import Dim, ExportedProgram
+from torch.fx import Node
 
 from chiasm.primitives.core.target import exporting
 
 from ..checks.branches import Doubt, doubts_of
 from ..checks.purity import check_program
-from ..errors import ExportError, explain
+from ..errors import SIZES, ExportError, explain
 from ..patches.tracing import Guard, fast_tracing, noted_guards, quiet
 from ..spec import Spec, TensorSpec
 from .choices import remove_certain_choices
@@ -89,20 +90,21 @@ def symbols_of(program: ExportedProgram, tensors: Sequence[TensorSpec]) -> dict[
 def output_specs(program: ExportedProgram, spec: Spec, variant: str | None) -> list[TensorSpec]:
     """The spec's outputs with the dtypes and symbolic shapes that the graph has."""
     names = symbols_of(program, list(spec.inputs))
-    values = [n.meta["val"] for n in next(n for n in program.graph.nodes if n.op == "output").args[0]]
-    if len(values) != len(spec.outputs):
+    made = next(n for n in program.graph.nodes if n.op == "output").args[0]
+    if len(made) != len(spec.outputs):
         raise ExportError(
-            f"{spec.name}: the spec names {len(spec.outputs)} outputs, the op returns {len(values)}"
+            f"{spec.name}: the spec names {len(spec.outputs)} outputs, the op returns {len(made)}"
         )
     result = []
-    for tensor, value in zip(spec.outputs, values, strict=True):
+    for tensor, node in zip(spec.outputs, made, strict=True):
+        value = node.meta["val"]
         dtype = str(value.dtype).removeprefix("torch.")
-        shape = tuple(_dim(size, names, spec.name) for size in value.shape)
+        shape = tuple(_dim(size, names, spec.name, node) for size in value.shape)
         result.append(replace(tensor, dtype="T" if spec.generic and dtype == variant else dtype, shape=shape))
     return result
 
 
-def _dim(size: int | torch.SymInt, names: dict[sympy.Symbol, str], op: str) -> int | str:
+def _dim(size: int | torch.SymInt, names: dict[sympy.Symbol, str], op: str, node: Node) -> int | str:
     if not isinstance(size, torch.SymInt):
         return int(size)
     expression = size.node.expr
@@ -113,19 +115,29 @@ def _dim(size: int | torch.SymInt, names: dict[sympy.Symbol, str], op: str) -> i
             " validity mask"
         )
     text = _expression(expression, names)
+    if text is None:
+        readable = str(expression.subs({symbol: sympy.Symbol(name) for symbol, name in names.items()}))
+        raise ExportError(
+            f"{op}: an output's size cannot be written down\n"
+            f"  operator {node.target}\n"
+            f"  because: it is {readable}, which is not made of + - * //\n  {SIZES}"
+        )
     return int(text) if text.isdigit() else text
 
 
-def _expression(e: sympy.Expr, names: dict[sympy.Symbol, str]) -> str:
-    """The expression in the manifest's grammar: integers, symbols, + - * // ( )."""
+def _expression(e: sympy.Expr, names: dict[sympy.Symbol, str]) -> str | None:
+    """The expression in the manifest's grammar: integers, symbols, + - * // ( ); None if it has others."""
     if e.is_Integer:
         return str(int(e))
     if e.is_Symbol:
         return names[e]
+    parts = [part for a in e.args if (part := _expression(a, names)) is not None]
+    if len(parts) < len(e.args):
+        return None
     if e.is_Add:
-        return "(" + " + ".join(_expression(a, names) for a in e.args) + ")"
+        return f"({' + '.join(parts)})"
     if e.is_Mul:
-        return " * ".join(_expression(a, names) for a in e.args)
+        return " * ".join(parts)
     if type(e).__name__ in ("FloorDiv", "CleanDiv"):
-        return f"({_expression(e.args[0], names)} // {_expression(e.args[1], names)})"
-    raise ExportError(f"an output's size is {e}, which is not made of + - * //")
+        return f"({parts[0]} // {parts[1]})"
+    return None

@@ -1,0 +1,52 @@
+"""What is said where an engine has no words of its own: the operator, and what to do instead."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from chiasm.export import ExportError, Spec, TensorSpec, documents, export, image
+
+
+def enlarged(input: Tensor) -> Tensor:
+    return F.interpolate(input, scale_factor=1.5)
+
+
+def inverted(input: Tensor) -> Tensor:
+    return torch.linalg.inv(input)
+
+
+def solved(input: Tensor) -> Tensor:
+    return torch.linalg.solve(input, input * 2.0)
+
+
+MATRICES = TensorSpec("input", ("B", 3, 3))
+
+
+@pytest.mark.parametrize(
+    ("fn", "tensor", "message"),
+    [
+        (enlarged, image(), r"operator aten.upsample_nearest2d.*\n.*1.5.*H.*\n.*another input"),
+        (inverted, MATRICES, r"operator aten.linalg_inv_ex\n.*\n.*leave ONNX out"),
+        (solved, MATRICES, r"operator aten._linalg_solve_ex\n.*\n.*leave ONNX out"),
+    ],
+)
+def test_operators_are_named(fn, tensor: TensorSpec, message: str, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=message):
+        export(fn, Spec(f"test.{fn.__name__}", [tensor]), tmp_path, formats=["onnx"], methods=["forward"])
+
+
+def test_a_full_disk_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> bytes:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(documents, "_sources", full)
+    with pytest.raises(ExportError, match=r"No space left on device\n  instead: make room on the disk"):
+        export(torch.sigmoid, Spec("test.full", [image()]), tmp_path, formats=["onnx"], methods=["forward"])
+    assert not list(tmp_path.iterdir())
