@@ -23,7 +23,7 @@ def bilateral_blur(
     C. Tomasi, R. Manduchi, Bilateral filtering for gray and color images, ICCV 1998. OpenCV's
     ``bilateralFilter`` uses the "l1" distance, and a disc where this uses the whole rectangle.
 
-    Of bytes, the factors of space and colour are rounded to 1/2^16 each, the sums are exact, and the mean is
+    For uint8, the factors of space and colour are rounded to 1/2^16 each, the sums are exact, and the mean is
     rounded halves up: at most one level from the exact mean, and from OpenCV's where the corners of the
     rectangle have no weight.
 
@@ -85,7 +85,8 @@ def joint_bilateral_blur(
         (B, C, H, W).
 
     Raises:
-        TypeError: if input or guidance is neither floating point nor uint8, or one is of bytes alone.
+        TypeError: if input or guidance is neither floating point nor uint8, or one is uint8 and the other one
+            is not.
         ValueError: if a shape or a choice is not as above.
 
     Example:

@@ -20,7 +20,7 @@ def box_blur(
 ) -> Tensor:
     """Mean of each pixel's window.
 
-    Of bytes, the sums are exact, and the mean is rounded once, halves to even. Where both sizes are odd that
+    For uint8, the sums are exact, and the mean is rounded once, halves to even. Where both sizes are odd that
     is OpenCV's ``blur`` of 8 bits, to the bit.
 
     Args:
@@ -59,8 +59,8 @@ def laplacian(
 ) -> Tensor:
     """Sum of the differences between a window's pixels and its middle one.
 
-    That is the correlation with ``get_laplacian_kernel2d``. OpenCV's ``Laplacian`` has other kernels. Of
-    bytes, the sums without normalisation are whole numbers of 16 bits.
+    That is the correlation with ``get_laplacian_kernel2d``. OpenCV's ``Laplacian`` has other kernels. For
+    uint8, the sums without normalisation are whole numbers of 16 bits.
 
     Args:
         input: (B, C, H, W), floating point or uint8.

@@ -34,7 +34,7 @@ def canny(
     Weak edges are followed by union-find, to their end: the number of steps grows with the logarithm of their
     length, and a spiral one pixel wide over a whole 1080p frame takes fewer than ten.
 
-    Of bytes, grey and blur are bytes too, and derivatives whole numbers. The edges are OpenCV's, to the bit:
+    For uint8, grey and blur are bytes too, and derivatives whole numbers. The edges are OpenCV's, to the bit:
     ``cv2.Canny(cv2.GaussianBlur(grey, kernel_size, sigma), low, high, L2gradient=True)``; with kernel_size 1
     those of an image that is not blurred.
 
@@ -51,8 +51,8 @@ def canny(
 
     Returns:
         The magnitude on the ridges, 0 elsewhere, and the edges: 1, or without hysteresis 1 for strong and 0.5
-        for weak ones; both (B, 1, H, W). Only the magnitude has a gradient. Of bytes the magnitude is int16,
-        rounded, and the edges are bytes: 255, and 128 for weak ones.
+        for weak ones; both (B, 1, H, W). Only the magnitude has a gradient. For uint8, the magnitude is
+        int16, rounded, and the edges are bytes: 255, and 128 for weak ones.
 
     Raises:
         TypeError: if input is neither floating point nor uint8.

@@ -32,7 +32,7 @@ def filter2d(
     The anchor (ay, ax) is the kernel's middle; of an even size it is (size - 1) // 2, where OpenCV's and
     SciPy's is size // 2.
 
-    Of bytes, the kernel is rounded to multiples of a power of two, the least with which no sum of bytes
+    For uint8, the kernel is rounded to multiples of a power of two, the least with which no sum of bytes
     reaches 2^24: 2^-16 where the kernel's absolute values sum to 1. The sums are exact, and the result is
     rounded halves to even and saturated, as ``cv2.filter2D`` of 8 bits is, which adds in float32: within a
     level of it, and the same where the kernel is of such multiples.

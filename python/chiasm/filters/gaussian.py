@@ -68,8 +68,8 @@ def gaussian_blur2d(
 ) -> Tensor:
     """Convolve with a normalised Gaussian.
 
-    Of bytes, the taps are rounded to multiples of 1/256, the sums are exact, and the result is rounded halves
-    up: OpenCV's GaussianBlur of 8 bits, to the bit.
+    For uint8, the taps are rounded to multiples of 1/256, the sums are exact, and the result is rounded
+    halves up: OpenCV's GaussianBlur of 8 bits, to the bit.
 
     Args:
         input: (B, C, H, W), floating point or uint8.

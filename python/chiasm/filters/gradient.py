@@ -22,7 +22,7 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
     5x5 kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs, which are the
     mathematical ones for the pure "diff" derivatives and their negatives for the others.
 
-    Of bytes, the first derivatives without normalisation are whole numbers of 16 bits: of "sobel" those of
+    For uint8, the first derivatives without normalisation are whole numbers of 16 bits: of "sobel" those of
     OpenCV's ``Sobel`` to CV_16S.
 
     Args:
@@ -65,7 +65,7 @@ def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
 
     I. Sobel, G. Feldman, A 3x3 isotropic gradient operator for image processing, 1968.
 
-    Of bytes, the result is rounded to the nearest byte, halves to even, and saturated.
+    For uint8, the result is rounded to the nearest byte, halves to even, and saturated.
 
     Args:
         input: (B, C, H, W), floating point or uint8.

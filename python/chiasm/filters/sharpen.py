@@ -19,7 +19,7 @@ def unsharp_mask(
 ) -> Tensor:
     """Sharpen: add what Gaussian smoothing takes away.
 
-    Of bytes, the smoothed image is :func:`gaussian_blur2d`'s, which is rounded, and the result is saturated:
+    For uint8, the smoothed image is :func:`gaussian_blur2d`'s, which is rounded, and the result is saturated:
     ``cv2.addWeighted(x, 2, cv2.GaussianBlur(x, ...), -1, 0)``, to the bit.
 
     Args:

@@ -89,7 +89,7 @@ def adaptive_threshold(
     """Compare each pixel with the mean of its neighbourhood, as OpenCV's ``adaptiveThreshold``; the border is
     replicated.
 
-    Of bytes, "mean" is OpenCV's to the bit. "gaussian" has :func:`gaussian_blur2d`'s mean, rounded, with
+    For uint8, "mean" is OpenCV's to the bit. "gaussian" has :func:`gaussian_blur2d`'s mean, rounded, with
     weights in 1/256; from a block_size of 11 on OpenCV's are not, so that its mean may be another level.
 
     Args:

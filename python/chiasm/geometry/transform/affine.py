@@ -35,7 +35,7 @@ def warp_affine(
     Pixel centres lie at integers, as for ``cv2.warpAffine(src, M, (width, height))`` with constant border 0
     (of which older versions round positions of bytes to 1/32 pixel).
 
-    Of bytes, positions are computed in float64. "bilinear" and "bicubic" round them to 1/32 pixel, halves to
+    For uint8, positions are computed in float64. "bilinear" and "bicubic" round them to 1/32 pixel, halves to
     even, and values halves up: smooth images are within a level of OpenCV's. The same positions give the same
     bytes; but a position's last digits are an engine's own, so that one in the middle of two steps of 1/32,
     or for "nearest" of two pixels, may be rounded to either.

@@ -27,7 +27,7 @@ def remap(
     """Read an image at given positions: out(p) = image(map_x(p), map_y(p)).
 
     With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0.
-    Of bytes, positions are rounded to 1/32 pixel (of "nearest" to pixels), halves to even, and values halves
+    For uint8, positions are rounded to 1/32 pixel (of "nearest" to pixels), halves to even, and values halves
     up: of "bilinear" OpenCV's 8-bit form of version 4.6, to the bit, and of "bicubic" at most a level from
     it. Version 5 does not round positions; smooth images are within a level of its results. Positions that
     are computed, without align_corners, may differ in their last digits between engines, so that one that

@@ -33,7 +33,7 @@ def resize(
 
     "area" is the mean over what a pixel of the output covers, as OpenCV's INTER_AREA where it reduces.
 
-    Of bytes, "bilinear" without antialias has weights in 1/256 and is rounded halves up: OpenCV's
+    For uint8, "bilinear" without antialias has weights in 1/256 and is rounded halves up: OpenCV's
     INTER_LINEAR_EXACT, to the bit. With antialias, weights are in 1/2^22 and the result is rounded halves up
     after either axis: Pillow's ``Image.resize`` of the rows and then of the columns, to the bit. (Pillow
     takes the columns first where that is faster.) "area" is the exact mean, and "bicubic" without antialias
