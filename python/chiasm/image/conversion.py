@@ -41,7 +41,7 @@ def image_to_tensor(image: Tensor, keepdim: bool = False) -> Tensor:
 def tensor_to_image(tensor: Tensor) -> Tensor:
     """Floating point in [0, 1] with the channels first as bytes with the channels last.
 
-    255 times the value is rounded to the nearest integer (ties to even) and saturated, as OpenCV's
+    255 times the value is rounded to the nearest integer (ties to even) and saturated, like OpenCV's
     ``convertTo`` does. Unlike Kornia's, it returns a tensor, of which ``.numpy()`` is the array.
 
     Args:
