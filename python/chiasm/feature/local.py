@@ -45,8 +45,8 @@ class ScaleSpaceDetector(nn.Module):
         ori_module: the same, applied after aff_module: for example ``OrientLaf()``. None keeps upright
             frames.
 
-    ``forward`` takes (B, 1 or 3, H, W), whose colours are converted to grey; aff_module and ori_module see
-    the image as it came.
+    ``forward`` takes (B, 1 or 3, H, W) and converts colours to grey; aff_module and ori_module get the
+    original image.
 
     >>> detect = ScaleSpaceDetector(5, "dog", num_octaves=2, mr_size=3)
     >>> lafs, scores, valid = detect(torch.rand(1, 3, 64, 80))
