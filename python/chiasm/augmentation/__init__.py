@@ -1,4 +1,5 @@
-"""Random changes of images for training, as functions of seeds, which export like every op."""
+"""Random augmentations of training images, written as functions of seeds, so that they export like every
+op."""
 
 from .affine import RandomAffine, RandomShear, RandomTranslate, random_affine
 from .base import (
@@ -222,6 +223,6 @@ __all__ = [
     "trivial_augment",
 ]
 
-# The classes of those that change values, or mix images, are made from their functions.
+# The classes of augmentations that change values or mix images are generated from their functions.
 globals().update(CLASSES)
 __all__ += [*CLASSES]

@@ -68,19 +68,21 @@ def random_affine(
     align_corners: bool = False,
     p: float = 0.5,
 ) -> Tensor:
-    """Shear, scale and rotate some images about their middles, and move them: ``get_affine_matrix2d``.
+    """Shear, scale and rotate some images about their centres, and translate them, by
+    ``get_affine_matrix2d``.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
         degrees: the range of angles, clockwise as seen.
-        translate: up to which part of the width and of the height images move, to either side.
-        scale: the range of factors, along both axes, or along x where there is ``scale_y``.
-        scale_y: the range of factors along y; those along x by default.
+        translate: the largest translation to either side, as fractions of the width and of the height.
+        scale: the range of the scale factor along both axes, or along x only if ``scale_y`` is given.
+        scale_y: the range of the scale factor along y; by default, the factor along x is used.
         shear_x, shear_y: the ranges of shearing angles along x and y, in degrees.
         resample: "bilinear", "nearest" or "bicubic".
-        padding_mode: what lies outside: "zeros", "border" or "reflection".
-        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
+        padding_mode: the values outside the image: "zeros", "border" or "reflection".
+        align_corners: True: "reflection" mirrors at the centres of the border pixels; False: at the image's
+            outer edges.
         p: the probability of each image.
 
     Returns:
@@ -105,11 +107,12 @@ class RandomAffine(Warp):
     """``random_affine`` as a module.
 
     Args:
-        degrees: the range of angles, clockwise as seen; a number goes to both sides of 0.
-        translate: up to which part of the width and of the height images move; not at all by default.
-        scale: the range of factors, or four numbers, the ranges along x and y; 1 by default.
-        shear: the range of shearing angles along x in degrees, a number for both sides of 0, or four
-            numbers, the ranges along x and y; none by default.
+        degrees: the range of angles, clockwise as seen; a number x means [-x, x].
+        translate: the largest translation, as fractions of the width and of the height; no translation by
+            default.
+        scale: the range of scale factors, or four numbers, the ranges along x and along y; 1 by default.
+        shear: the range of shearing angles along x in degrees, a number x for [-x, x], or four numbers, the
+            ranges along x and along y; no shear by default.
         resample, align_corners, padding_mode: as in ``random_affine``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
 
@@ -163,7 +166,7 @@ class RandomAffine(Warp):
 
 
 def two_ranges(value: Any, name: str) -> Tuple[Tuple[float, float], Optional[Tuple[float, float]]]:
-    """A range along x, and one along y where there are four numbers."""
+    """The range along x, and the range along y if four numbers are given."""
     numbers = value.flatten().tolist() if isinstance(value, Tensor) else pair(value)
     if len(numbers) == 4:
         return symmetric(name, numbers[:2]), symmetric(name, numbers[2:])
@@ -171,7 +174,7 @@ def two_ranges(value: Any, name: str) -> Tuple[Tuple[float, float], Optional[Tup
 
 
 class RandomShear(RandomAffine):
-    """Shear some images about their middles.
+    """Shear some images about their centres.
 
     Args:
         shear: as in ``RandomAffine``.
@@ -202,10 +205,10 @@ class RandomShear(RandomAffine):
 
 
 class RandomTranslate(Warp):
-    """Move some images.
+    """Translate some images.
 
     Args:
-        translate_x, translate_y: ranges, as parts of the width and the height; 0 by default.
+        translate_x, translate_y: the ranges, as fractions of the width and of the height; 0 by default.
         resample, align_corners, padding_mode: as in ``random_affine``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
 

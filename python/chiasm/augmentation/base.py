@@ -1,4 +1,5 @@
-"""What every augmentation is: parameters drawn from seeds, and an image changed by parameters."""
+"""The base classes of augmentations: one step draws parameters from seeds, another one applies them to
+images."""
 
 from typing import Any, ClassVar, Dict, List, Optional, Tuple, Union
 
@@ -15,26 +16,26 @@ Size = Union[int, Tuple[int, int]]
 
 
 class AugmentationBase(nn.Module):
-    """Random changes of a batch, one 64-bit seed a sample.
+    """Random changes of a batch, with one 64-bit seed for each sample.
 
-    ``forward(input, seed)`` is a function of its arguments: it scripts and exports. A call of the module,
-    ``augmentation(input)``, draws the seeds from PyTorch's generator, and notes the parameters that follow
-    from them, so that ``augmentation(other, params=augmentation._params)`` does the same again.
+    ``forward(input, seed)`` depends on its arguments only: it can be scripted and exported. A call of the
+    module, ``augmentation(input)``, draws the seeds from PyTorch's generator and stores the parameters that
+    it computes from them. ``augmentation(other, params=augmentation._params)`` then repeats the same change.
 
-    A subclass says which parameters follow from seeds (``generate_parameters``), and what they do to an
-    image (``apply_transform``).
+    A subclass computes the parameters from seeds (``generate_parameters``) and applies them to images
+    (``apply_transform``).
 
     Args:
-        p: the probability that a sample is changed, each on its own.
-        p_batch: the probability that any sample of a batch is; the first sample's seed decides.
-        same_on_batch: True draws all from the first sample's seed.
-        keepdim: True gives an image without a batch back without one.
+        p: the probability that a sample is changed; samples are independent.
+        p_batch: the probability that the batch is changed at all; the first sample's seed decides.
+        same_on_batch: True draws the parameters of all samples from the first sample's seed.
+        keepdim: True returns an image without a batch dimension for an image without one.
     """
 
     __jit_unused_properties__: ClassVar[List[str]] = ["transform_matrix"]
-    #: Dimensions of a batch.
+    #: The number of dimensions of a batch.
     rank = 4
-    #: Of the last call.
+    #: The parameters of the last call.
     _params: Dict[str, Tensor]
     _shape: List[int]
 
@@ -53,25 +54,26 @@ class AugmentationBase(nn.Module):
         self._params, self._shape = {}, []
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
-        """The parameters of each sample, and "batch_prob", (B,): whether it is changed."""
+        """The parameters of each sample, and "batch_prob", (B,), which says whether the sample is changed."""
         return {"batch_prob": below(uniform(seed, 1)[:, 0], self.p)}
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        """The batch changed by parameters, but for samples that "batch_prob" leaves out."""
+        """The batch changed by the parameters; samples that "batch_prob" leaves out stay unchanged."""
         return input
 
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        """Labels of pixels (B, C, H, W), moved with their images; no new ones come up."""
+        """Label masks (B, C, H, W), moved with their images; the result has no new label values."""
         return input
 
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
-        """A result of images of ``shape`` taken back to where its things were."""
+        """The inverse of the geometric change, applied to a result; ``shape`` is the shape of the original
+        images."""
         return input
 
     def draw(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
-        """``generate_parameters``, with what the constructor says of whole batches."""
+        """``generate_parameters``, with the constructor's options for whole batches applied."""
         if self.same_on_batch:
             seed = seed[:1].expand(seed.size(0))
         params = self.generate_parameters(seed, shape)
@@ -82,7 +84,8 @@ class AugmentationBase(nn.Module):
         return params
 
     def forward(self, input: Tensor, seed: Tensor, params: Optional[Dict[str, Tensor]] = None) -> Tensor:
-        """The batch changed as ``seed`` (B,), int64, says, or ``params`` where they are given."""
+        """The batch, changed according to ``seed`` (B,), int64, or according to ``params`` if they are
+        given."""
         if params is None:
             check_seed(seed, input.size(0))
             params = self.draw(seed, list(input.shape))
@@ -95,13 +98,14 @@ class AugmentationBase(nn.Module):
         seed: Optional[Tensor] = None,
         generator: Optional[torch.Generator] = None,
     ) -> Tensor:
-        """The batch, or one image without a batch, changed; ``_params`` keeps by which parameters.
+        """The changed batch, or the changed image without a batch dimension; ``_params`` keeps the
+        parameters.
 
         Args:
             input: a batch, or one sample of it.
-            params: the parameters of an earlier call, or one's own; they are not drawn then.
-            seed: (B,), int64: what they are drawn from.
-            generator: where seeds are drawn from that are not given; PyTorch's own by default.
+            params: the parameters of an earlier call, or your own; then none are drawn.
+            seed: (B,), int64: the parameters are drawn from it.
+            generator: draws the seeds if none are given; PyTorch's default generator if None.
         """
         batch = input[None] if input.dim() == self.rank - 1 else input
         out = self.change(batch, params, seed, generator)
@@ -114,7 +118,7 @@ class AugmentationBase(nn.Module):
         seed: Optional[Tensor] = None,
         generator: Optional[torch.Generator] = None,
     ) -> Tensor:
-        """What a call does, of a batch."""
+        """The work of a call, for a batch."""
         if seed is None:
             seed = draw_seeds(batch.size(0), generator).to(batch.device)
         if params is None:
@@ -127,12 +131,14 @@ class AugmentationBase(nn.Module):
         return super().__call__(batch, seed, params)
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
-        """Where pixels go, homographies (B, 3, 3) in float64; the identity of samples that stay."""
+        """The homographies (B, 3, 3), float64, that map input pixels to output pixels; the identity for
+        unchanged samples."""
         return identity(params["batch_prob"], len(shape) - 1)
 
     @property
     def transform_matrix(self) -> Tensor:
-        """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
+        """The homographies (B, 3, 3), float64, of the last call: they map input pixels (x, y, 1) to output
+        pixels."""
         if not self._shape:
             raise AttributeError("transform_matrix: expected a call before")
         try:
@@ -156,7 +162,7 @@ class AugmentationBase2D(AugmentationBase):
 
 
 class IntensityAugmentationBase2D(AugmentationBase2D):
-    """Random changes of values: what an image shows stays where it is.
+    """Random changes of pixel values; the content of the image does not move.
 
     Example:
         >>> class Darker(IntensityAugmentationBase2D):
@@ -168,7 +174,7 @@ class IntensityAugmentationBase2D(AugmentationBase2D):
 
 
 class GeometricAugmentationBase2D(AugmentationBase2D):
-    """Random changes of where things are. A subclass gives ``compute_transformation``.
+    """Random geometric changes. A subclass implements ``compute_transformation``.
 
     Example:
         >>> GeometricAugmentationBase2D().compute_transformation(
@@ -190,24 +196,24 @@ class AugmentationBase3D(AugmentationBase):
 
 
 def draw_seeds(count: int, generator: Optional[torch.Generator] = None) -> Tensor:
-    """So many seeds (count,) from PyTorch's generator."""
+    """Seeds (count,), int64, from PyTorch's generator."""
     return torch.randint(-(2**63), 2**63 - 1, (count,), generator=generator, dtype=torch.int64)
 
 
 def check_batch(input: Tensor, seed: Tensor) -> None:
-    """Raise unless these are images (B, C, H, W), floating point or uint8, and as many seeds."""
+    """Raise unless ``input`` is (B, C, H, W), floating point or uint8, and ``seed`` has B elements."""
     check_pixels(input, "input")
     check_seed(seed, input.size(0))
 
 
 def identity(like: Tensor, size: int) -> Tensor:
-    """(B, size, size) in float64, of as many as there are in ``like``."""
+    """Identity matrices (B, size, size), float64, where B is the batch size of ``like``."""
     eye = torch.eye(size, dtype=torch.float64, device=like.device)
     return eye.expand(like.size(0), size, size)
 
 
 def select(params: Dict[str, Tensor], changed: Tensor, input: Tensor) -> Tensor:
-    """Of each sample what "batch_prob" says: changed, or as it was."""
+    """The changed sample where "batch_prob" chooses it, otherwise the unchanged one."""
     return where_chosen(params["batch_prob"], changed, input)
 
 
@@ -217,7 +223,7 @@ def pair(value: Any) -> List[Any]:
 
 
 def as_size(value: Size, name: str) -> Tuple[int, int]:
-    """(height, width), of a number both."""
+    """(height, width); one number stands for both."""
     numbers = [int(v) for v in pair(value)]
     numbers = numbers * 2 if len(numbers) == 1 else numbers
     if len(numbers) != 2 or min(numbers) < 1:
@@ -226,7 +232,8 @@ def as_size(value: Size, name: str) -> Tuple[int, int]:
 
 
 def as_mode(value: Any, name: str = "resample") -> str:
-    """The name of a way to sample: "bilinear", "nearest" or "bicubic"; enums go by their names."""
+    """The name of an interpolation: "bilinear", "nearest" or "bicubic"; an enum member is read by its
+    name."""
     names = {0: "nearest", 1: "bilinear", 2: "bicubic"}
     found = names.get(value, "") if isinstance(value, int) else str(getattr(value, "name", value)).lower()
     if found not in names.values():

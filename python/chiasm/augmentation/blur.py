@@ -22,11 +22,11 @@ def random_box_blur(
     border_type: str = "reflect",
     p: float = 0.5,
 ) -> Tensor:
-    """The mean of each pixel's window: ``box_blur``.
+    """Replace each pixel by the mean of its window, by ``box_blur``.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         kernel_size: (rows, columns).
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
         p: probability that a sample is changed.
@@ -57,11 +57,12 @@ def random_gaussian_blur(
     separable: bool = True,
     p: float = 0.5,
 ) -> Tensor:
-    """Convolve with a Gaussian, as wide down as across: ``gaussian_blur2d`` by a width uniform in ``sigma``.
+    """Convolve with an isotropic Gaussian, by ``gaussian_blur2d``; its standard deviation is uniform in
+    ``sigma``.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         kernel_size: (rows, columns), odd.
         sigma: (least, greatest) standard deviation in pixels, positive.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
@@ -98,11 +99,11 @@ def random_median_blur(
     border_type: str = "constant",
     p: float = 0.5,
 ) -> Tensor:
-    """The median of each pixel's window: ``median_blur``.
+    """Replace each pixel by the median of its window, by ``median_blur``.
 
     Args:
         input: (B, C, H, W), floating point, without NaN, or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         kernel_size: (rows, columns), odd.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
         p: probability that a sample is changed.
@@ -135,14 +136,15 @@ def random_motion_blur(
     resample: str = "nearest",
     p: float = 0.5,
 ) -> Tensor:
-    """Blur as if the camera had moved along a line: ``motion_blur`` by a length, an angle and a direction of
-    each sample.
+    """Blur as if the camera had moved along a line, by ``motion_blur``; each sample has its own length, angle
+    and direction.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        seed: (B,), int64, one a sample.
-        kernel_size: (least, greatest) length of the line, odd, at least 3; the odd ones between, both among
-            them, are equally likely. All are computed as the greatest, with zeros around.
+        seed: (B,), int64, one for each sample.
+        kernel_size: (least, greatest) length of the line, odd, at least 3; all odd lengths in this range,
+            including both bounds, are equally likely. All kernels have the size of the greatest one, padded
+            with zeros.
         angle: (least, greatest) in degrees, counterclockwise.
         direction: (least, greatest), within [-1, 1], see ``get_motion_kernel2d``.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).

@@ -1,7 +1,7 @@
 """The classes of the augmentations that change values, with Kornia's constructors.
 
-Each is its function: given the seeds, in eager Python and in TorchScript. They are written as source text, as
-module classes are (``primitives/core/modules.py``).
+Given the same seeds, each class computes the same as its function, in eager Python and in TorchScript. The
+classes are generated as source text, like the module classes in ``primitives/core/modules.py``.
 """
 
 import inspect
@@ -19,14 +19,14 @@ from .decisions import below
 from .settings import Reader, about, bits, fixed, list_of_whole, number, plain, vector, whole, word
 
 Setting = Tuple[str, Any, Reader]
-#: A setting that has to be given.
+#: Marks a setting without a default.
 _NEEDED = inspect.Parameter.empty
 _INFINITE = math.inf
 
 
 def _class(name: str, function: Callable[..., Any], settings: List[Setting], tail: str) -> Type[nn.Module]:
-    """``tail`` orders what is common to all: ``p`` with its default, ``same_on_batch``, ``keepdim``, and any
-    of the settings that come after them."""
+    """``tail`` gives the order of the arguments that all classes have: ``p`` with its default,
+    ``same_on_batch``, ``keepdim``, and any settings that come after them."""
     scope: Dict[str, Any] = {
         "Base": IntensityAugmentationBase2D,
         "Tensor": Tensor,
@@ -47,7 +47,7 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
     common = [each for each in order if each not in named]
     header: List[str] = []
     body: List[str] = []
-    # Of the distortion p is the chance of each of its changes, none of the whole.
+    # For the photometric distortion, p is the probability of each of its changes, not of the whole.
     whole_chance = function is not distort.random_photometric_distort
     start = ["p=1.0"] if "p" not in common or not whole_chance else []
     start += [f"{each}={each}" for each in common if each != "p" or whole_chance]
@@ -67,7 +67,7 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
     lines = [f"class {name}(Base):", f"    def __init__({', '.join(['self', *header])}):"]
     lines += [f"        {line}" for line in body]
     if "p" in common and whole_chance:
-        passed.append("p=1.0")  # the choice is made once, by what the base has drawn
+        passed.append("p=1.0")  # the base class has already chosen the samples
     lines += [
         "    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:",
         '        return {"batch_prob": below(uniform(seed, 1)[:, 0], self.p), "draws": seed}',

@@ -20,12 +20,12 @@ def random_brightness(
     clip_output: bool = True,
     p: float = 1.0,
 ) -> Tensor:
-    """Add a number to every value: ``adjust_brightness`` by ``b - 1``, b uniform in ``brightness``; of bytes
-    by as many parts of 255.
+    """Add a number to every value, by ``adjust_brightness`` with ``b - 1``, where b is uniform in
+    ``brightness``. For uint8, the number is multiplied by 255.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         brightness: (least, greatest), within [0, 2]; 1 changes nothing.
         clip_output: limit the result to [0, 1]; bytes saturate in any case.
         p: probability that a sample is changed.
@@ -56,11 +56,11 @@ def random_contrast(
     clip_output: bool = True,
     p: float = 1.0,
 ) -> Tensor:
-    """Multiply every value by a number: ``adjust_contrast`` by a factor uniform in ``contrast``.
+    """Multiply every value by a factor, by ``adjust_contrast``; the factor is uniform in ``contrast``.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         contrast: (least, greatest), not negative; 1 changes nothing.
         clip_output: limit the result to [0, 1]; bytes saturate in any case.
         p: probability that a sample is changed.
@@ -87,11 +87,11 @@ def random_contrast(
 def random_saturation(
     input: Tensor, seed: Tensor, saturation: Tuple[float, float] = (1.0, 1.0), p: float = 1.0
 ) -> Tensor:
-    """Multiply the saturation, in HSV: ``adjust_saturation`` by a factor uniform in ``saturation``.
+    """Multiply the saturation in HSV, by ``adjust_saturation``; the factor is uniform in ``saturation``.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         saturation: (least, greatest), not negative; 0 gives grey, 1 changes nothing.
         p: probability that a sample is changed.
 
@@ -117,11 +117,11 @@ def random_saturation(
 
 
 def random_hue(input: Tensor, seed: Tensor, hue: Tuple[float, float] = (0.0, 0.0), p: float = 1.0) -> Tensor:
-    """Turn the hue: ``adjust_hue`` by an angle uniform in ``hue``.
+    """Rotate the hue, by ``adjust_hue``; the angle is uniform in ``hue``.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         hue: (least, greatest), in turns, within [-0.5, 0.5]; 0 changes nothing.
         p: probability that a sample is changed.
 
@@ -153,11 +153,11 @@ def random_gamma(
     gain: Tuple[float, float] = (1.0, 1.0),
     p: float = 1.0,
 ) -> Tensor:
-    """A power law: ``adjust_gamma`` with an exponent uniform in ``gamma`` and a factor uniform in ``gain``.
+    """Apply a power law, by ``adjust_gamma``; the exponent is uniform in ``gamma``, the factor in ``gain``.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         gamma: (least, greatest), not negative; 1 changes nothing.
         gain: (least, greatest), not negative.
         p: probability that a sample is changed.
@@ -185,13 +185,13 @@ def random_gamma(
 def random_grayscale(
     input: Tensor, seed: Tensor, rgb_weights: Optional[Tensor] = None, p: float = 0.1
 ) -> Tensor:
-    """Grey, in all three channels: ``rgb_to_grayscale``.
+    """Convert to grey, with the same value in all three channels, by ``rgb_to_grayscale``.
 
     Args:
         input: RGB (B, 3, H, W), floating point or uint8.
-        seed: (B,), int64, one a sample.
-        rgb_weights: (3,), weights of red, green and blue, by default the luma's of ITU-R BT.601; None for
-            bytes.
+        seed: (B,), int64, one for each sample.
+        rgb_weights: (3,), weights of red, green and blue, by default those of the luma of ITU-R BT.601; must
+            be None for uint8.
         p: probability that a sample is changed.
 
     Returns:
@@ -221,12 +221,13 @@ def random_rgb_shift(
     b_shift_limit: Tuple[float, float] = (-0.5, 0.5),
     p: float = 0.5,
 ) -> Tensor:
-    """Add a number of its own to each channel: ``shift_rgb``.
+    """Add a different number to each channel, by ``shift_rgb``.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
-        r_shift_limit: (least, greatest) of what red is added, uniform: as parts of white, also of bytes.
+        seed: (B,), int64, one for each sample.
+        r_shift_limit: (least, greatest) number that is added to red, uniform, as a fraction of white, also
+            for uint8.
         g_shift_limit: the same for green.
         b_shift_limit: the same for blue.
         p: probability that a sample is changed.

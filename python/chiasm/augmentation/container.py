@@ -1,4 +1,4 @@
-"""Sequences of augmentations, over images and what belongs to them."""
+"""Sequences of augmentations, for images with their masks, boxes and keypoints."""
 
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, cast
 
@@ -15,7 +15,7 @@ from .keys import keys_of_call, read_keys
 from .mixing import MixAugmentationBase, RandomMosaic
 from .resizing import Resize
 
-#: A number of steps, (least, greatest), (least,), or False for all.
+#: The number of steps to apply: a number, (least, greatest), (least,), or False for all.
 Some = Union[bool, int, Tuple[int, ...]]
 
 _KEYS = ("input", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
@@ -33,7 +33,7 @@ class Fixed(AugmentationBase):
 
 
 class Nested(AugmentationBase):
-    """A sequence as a step of another, over images alone."""
+    """A sequence as a step of another sequence, for images only."""
 
     def __init__(self, sequence: nn.Module) -> None:
         super().__init__(1.0)
@@ -59,7 +59,8 @@ class Nested(AugmentationBase):
 
 
 def _steps(module: nn.Module, whole: bool) -> List[AugmentationBase]:
-    """A module as steps: with ``whole`` as one, whose steps are not to be chosen among."""
+    """A module as a list of steps; with ``whole`` a sequence stays one step, so that it is chosen as a
+    whole."""
     if isinstance(module, AugmentationSequential):
         return [Nested(module)] if whole or module.some else module._typed()
     return [_step(module)]
@@ -75,11 +76,11 @@ def _step(module: nn.Module) -> AugmentationBase:
 
 
 class Chosen(nn.Module):
-    """Which steps of a sequence a sample goes through: (steps, B), bool.
+    """Chooses the steps that are applied to each sample: (steps, B), bool.
 
-    So many of them are drawn without replacement, each time with probabilities in proportion to the weights
-    of those that are left: those of the greatest u^(1/w). P. Efraimidis, P. Spirakis, Weighted random
-    sampling with a reservoir, Information Processing Letters 97(5), 2006.
+    Steps are drawn without replacement; each draw has probabilities proportional to the weights of the
+    remaining steps. This is the same as to take the steps with the greatest u^(1/w). P. Efraimidis, P.
+    Spirakis, Weighted random sampling with a reservoir, Information Processing Letters 97(5), 2006.
     """
 
     exponents: List[float]
@@ -97,21 +98,23 @@ class Chosen(nn.Module):
 
 
 class AugmentationSequential(nn.Module):
-    """Augmentations one after the other, each with its own seeds, which follow from each sample's one.
+    """Apply augmentations one after the other; each has its own seeds, which are computed from the sample's
+    seed.
 
-    ``forward(input, seed)`` of images scripts and exports, as one bundle of the whole pipeline. A call takes
-    what ``data_keys`` names, draws the seeds, and moves masks, boxes and key points with their images.
+    ``forward(input, seed)`` takes images; it can be scripted, and exported as one bundle of the whole
+    pipeline. A call takes the tensors that ``data_keys`` names, draws the seeds, and moves masks, boxes and
+    keypoints with their images.
 
     Args:
-        args: augmentations, sequences of them, and modules that take an image alone (``enhance.Normalize``).
-        data_keys: what a call takes: "input" (or "image"), first, and of "mask" (B, C, H, W), "bbox" (B, N,
-            4, 2) with the centres of corner pixels, "bbox_xyxy" and "bbox_xywh" (B, N, 4) with the edges of
-            boxes, and "keypoints" (B, N, 2) any number.
-        same_on_batch: True or False overrules the augmentations'.
-        keepdim: True gives an image without a batch back without one.
-        random_apply: how many steps each sample goes through, in their order: a number, (least, greatest), or
-            (least,) for up to all; False for all.
-        random_apply_weights: how likely each step is among them, positive numbers; all alike by default.
+        args: augmentations, sequences of them, and modules that take only an image (``enhance.Normalize``).
+        data_keys: the arguments of a call: first "input" (or "image"), then any number of "mask" (B, C, H,
+            W), "bbox" (B, N, 4, 2) with the centres of corner pixels, "bbox_xyxy" and "bbox_xywh" (B, N, 4)
+            with the edges of boxes, and "keypoints" (B, N, 2).
+        same_on_batch: True or False overrides the setting of each augmentation.
+        keepdim: True returns an image without a batch dimension for an image without one.
+        random_apply: how many steps are applied to each sample, in their order: a number, (least, greatest),
+            or (least,) for at least so many; False for all.
+        random_apply_weights: how likely each step is to be chosen, positive numbers; equal by default.
 
     Example:
         >>> from chiasm.augmentation import RandomHorizontalFlip
@@ -121,7 +124,7 @@ class AugmentationSequential(nn.Module):
         tensor([[[ 7.,  0., 10.,  4.]]])
     """
 
-    #: Of the last call, for each step.
+    #: The parameters of the last call, for each step.
     _params: List[Dict[str, Tensor]]
     _shapes: List[List[int]]
 
@@ -146,7 +149,7 @@ class AugmentationSequential(nn.Module):
         self._params, self._shapes = [], []
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
-        """The images changed as ``seed`` (B,), int64, says."""
+        """The images, changed according to ``seed`` (B,), int64."""
         check_seed(seed, input.size(0))
         seeds = split(seed, len(self.steps) + 1)  # the last draws which steps
         chosen = self.chosen(seeds[-1]) if self.some else None
@@ -165,14 +168,14 @@ class AugmentationSequential(nn.Module):
         seed: Optional[Tensor] = None,
         generator: Optional[torch.Generator] = None,
     ) -> Any:
-        """What ``data_keys`` names, changed: one tensor, or a list of as many.
+        """The tensors that ``data_keys`` names, changed: one tensor, or a list.
 
         Args:
             args: the tensors. An exported or scripted sequence takes images and seeds.
-            params: those of an earlier call, its ``_params``.
+            params: the parameters of an earlier call (its ``_params``).
             data_keys: as in the constructor, for this call.
-            seed: (B,), int64: what all is drawn from.
-            generator: where seeds are drawn from that are not given; PyTorch's own by default.
+            seed: (B,), int64: all random numbers are drawn from it.
+            generator: draws the seeds if none are given; PyTorch's default generator if None.
         """
         if len(args) == 2 and self.data_keys == ["input"] and data_keys is None and seed is None:
             return super().__call__(args[0], args[1])  # forward's own arguments, images and seeds
@@ -208,9 +211,9 @@ class AugmentationSequential(nn.Module):
         params: Optional[List[Dict[str, Tensor]]] = None,
         data_keys: Optional[Sequence[str]] = None,
     ) -> Any:
-        """Results of the last call (or of ``params``) back where their things were; values stay as they are.
+        """Undo the geometric changes of the last call (or of ``params``); pixel values are not restored.
 
-        What was moved out of an image does not come back.
+        Content that was moved out of an image is lost.
         """
         keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args))
         params = self._params if params is None else params
@@ -225,7 +228,8 @@ class AugmentationSequential(nn.Module):
 
     @property
     def transform_matrix(self) -> Tensor:
-        """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
+        """The homographies (B, 3, 3), float64, of the last call: they map input pixels (x, y, 1) to output
+        pixels."""
         total = None
         for step, given, shape in zip(self._typed(), self._params, self._shapes):
             try:
@@ -240,7 +244,7 @@ class AugmentationSequential(nn.Module):
     __jit_unused_properties__ = ("transform_matrix",)
 
     def _typed(self) -> List[AugmentationBase]:
-        """The steps; of a ModuleList a type checker knows modules only."""
+        """The steps with their type, which a type checker does not know of a ModuleList."""
         return cast("List[AugmentationBase]", list(self.steps))
 
 
@@ -273,19 +277,19 @@ def _changes_size(step: nn.Module) -> bool:
 
 
 def _matrix(step: AugmentationBase, params: Dict[str, Tensor], shape: List[int], keys: List[str]) -> Tensor:
-    """Where a step takes pixels, if there are boxes or points to go along: not every step knows."""
+    """A step's homographies, if boxes or points need them; not every step can compute them."""
     if any(key not in ("input", "mask") for key in keys):
         return step.compute_transformation(params, shape)
     return identity(params["batch_prob"], 3)
 
 
 def _moved(key: str, data: Tensor, matrix: Tensor) -> Tensor:
-    """Boxes or points, taken along by homographies (B, 3, 3)."""
+    """Boxes or points, mapped by homographies (B, 3, 3)."""
     if key in ("keypoints", "bbox"):
         flat = data.reshape(data.size(0), -1, 2)
         return transform_points(matrix, flat.to(torch.float64)).reshape(data.shape).to(data.dtype)
     first, second = data[..., :2].to(torch.float64), data[..., 2:].to(torch.float64)
-    # Corner pixels' centres: of edges, the last pixel's is one less.
+    # From edges to centres of corner pixels: the last pixel's coordinate is one less.
     last = (second if key == "bbox_xyxy" else first + second) - 1.0
     x, y = torch.stack([first[..., 0], last[..., 0]], -1), torch.stack([first[..., 1], last[..., 1]], -1)
     corners = torch.stack([x[..., [0, 1, 1, 0]], y[..., [0, 0, 1, 1]]], -1)

@@ -21,7 +21,7 @@ def _draw(
     area = between(u[:, 2:12], scale[0], scale[1]) * (height * width)
     aspect = torch.exp(between(u[:, 12:22], math.log(ratio[0]), math.log(ratio[1])))
     wide, high = torch.round(torch.sqrt(area * aspect)), torch.round(torch.sqrt(area / aspect))
-    # Where none fits: the largest box of an allowed ratio, in the middle.
+    # If no box fits: the largest box of an allowed ratio, at the centre.
     one = torch.ones_like(wide[:, 0])
     w = torch.minimum(one * width, torch.clamp(torch.round(one * height * ratio[1]), min=1.0))
     h = torch.minimum(one * height, torch.clamp(torch.round(one * width / ratio[0]), min=1.0))
@@ -41,7 +41,8 @@ def _draw(
 def _matrix(
     params: Dict[str, Tensor], shape: List[int], size: Tuple[int, int], align_corners: bool
 ) -> Tensor:
-    """Takes the box, the whole image of samples that stay, to the output: corner pixels or edges to such."""
+    """Maps the box (for unchanged samples, the whole image) to the output: corner pixels to corner pixels, or
+    edges to edges."""
     box = params["box"].to(torch.float64)
     zero, one = torch.zeros_like(box[:, 0]), torch.ones_like(box[:, 0])
     whole = torch.stack([zero, zero, one * shape[3], one * shape[2]], -1)
@@ -69,7 +70,7 @@ def random_resized_crop(
     align_corners: bool = True,
     p: float = 1.0,
 ) -> Tensor:
-    """Cut a random box out of each image and resize it, as networks for classification are trained.
+    """Crop a random box of each image and resize it, as is common in training for classification.
 
     Of ten boxes of random area and ratio (uniform, and uniform in the logarithm) the first that fits is
     taken, at a random place: C. Szegedy et al., Going deeper with convolutions, CVPR 2015, section 6.
@@ -78,12 +79,12 @@ def random_resized_crop(
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
         size: (height, width) of the result.
-        scale: the range of the boxes' area, as parts of the image's.
+        scale: the range of the box area, as a fraction of the image area.
         ratio: the range of width / height.
         resample: "bilinear", "nearest" or "bicubic".
-        align_corners: True takes the box's corner pixels to the result's; False edges to edges, where pixels
-            beyond the box, but within the image, count at its edges.
-        p: the probability of each image; others are resized as a whole.
+        align_corners: True maps the box's corner pixels to the result's corner pixels; False maps edges to
+            edges; then, pixels of the image outside the box contribute at the box's edges.
+        p: the probability that an image is cropped; other images are resized as a whole.
 
     Returns:
         (B, C, height, width). Differentiable in input.

@@ -1,4 +1,4 @@
-"""Crops without resizing, at random places or fixed ones, and padding to a size."""
+"""Crops without resizing, at random or fixed positions, and padding to a size."""
 
 from typing import Any, Dict, List, Tuple
 
@@ -12,17 +12,18 @@ from .decisions import check_always
 
 
 def inside(position: Tensor, size: int, padding_mode: str) -> Tensor:
-    """Which of ``size`` pixels is seen at a position that may lie outside."""
+    """The index of the pixel, of ``size`` pixels, that padding shows at a position, which may lie outside."""
     if padding_mode == "circular":
         return torch.remainder(position, size)
-    if padding_mode == "reflect" and size > 1:  # about the middles of the pixels at the edges
+    if padding_mode == "reflect" and size > 1:  # about the centres of the border pixels
         position = torch.remainder(position, 2 * size - 2)
         position = torch.minimum(position, 2 * size - 2 - position)
     return position.clamp(0, size - 1)
 
 
 def cut(input: Tensor, corner: Tensor, size: Tuple[int, int], padding_mode: str, fill: float) -> Tensor:
-    """The parts (B, C, height, width) of images from corners (B, 2), int64, (x, y), which may lie outside."""
+    """Crops (B, C, height, width) of images, which begin at corners (B, 2), int64, (x, y); a corner may lie
+    outside."""
     height, width = input.size(2), input.size(3)
     column = corner[:, :1] + torch.arange(size[1], device=input.device)
     row = corner[:, 1:] + torch.arange(size[0], device=input.device)
@@ -37,10 +38,10 @@ def cut(input: Tensor, corner: Tensor, size: Tuple[int, int], padding_mode: str,
 
 
 def beginning(drawn: Tensor, inside: int, size: int, before: int, after: int, pad_if_needed: bool) -> Tensor:
-    """Where a part of ``size`` begins along an axis of ``inside`` pixels, padded before and after, by random
-    words (B,). 0 is the first pixel that is not padding."""
+    """The first position (B,) of a crop of ``size`` pixels along an axis of ``inside`` pixels, padded by
+    ``before`` and ``after``, from random words (B,). 0 is the first pixel that is not padding."""
     room, first = inside + before + after, before
-    if pad_if_needed and room < size:  # as much on either side as is missing
+    if pad_if_needed and room < size:  # the missing number of pixels on either side
         first, room = first + size - room, 2 * size - room
     if room < size:
         raise ValueError(f"size: expected at most {room} along an axis of {inside}, with padding; got {size}")
@@ -50,7 +51,7 @@ def beginning(drawn: Tensor, inside: int, size: int, before: int, after: int, pa
 def _drawn_corner(
     seed: Tensor, shape: List[int], size: Tuple[int, int], padding: List[int], pad_if_needed: bool
 ) -> Tensor:
-    """The corners (B, 2) in the images without padding."""
+    """The corners (B, 2), in coordinates of the images without padding."""
     drawn = words(seed, 2)
     x = beginning(drawn[:, 0], shape[3], size[1], padding[0], padding[2], pad_if_needed)
     y = beginning(drawn[:, 1], shape[2], size[0], padding[1], padding[3], pad_if_needed)
@@ -66,17 +67,18 @@ def random_crop(
     fill: float = 0.0,
     padding_mode: str = "constant",
 ) -> Tensor:
-    """Cut a box of one size out of each image, at a random place; all places are equally likely.
+    """Crop a box of one size out of each image, at a random position; all positions are equally likely.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
         size: (height, width) of the result.
-        padding: how many pixels are added (left, top, right, bottom) before.
-        pad_if_needed: whether an image that is smaller is padded, on either side by what it lacks.
+        padding: how many pixels are added before the crop: (left, top, right, bottom).
+        pad_if_needed: True pads an image that is smaller than the box, on either side by the missing number
+            of pixels.
         fill: the value of added pixels, in the units of the image.
-        padding_mode: what is added: "constant", which is ``fill``, "reflect" (about the middles of the pixels
-            at the edges), "replicate" or "circular".
+        padding_mode: the values of added pixels: "constant" (``fill``), "reflect" (about the centres of the
+            border pixels), "replicate" or "circular".
 
     Returns:
         (B, C, height, width). Differentiable in input.
@@ -98,12 +100,12 @@ def random_crop(
 
 
 class Cut(GeometricAugmentationBase2D):
-    """An augmentation that cuts at whole pixels. A subclass draws the corners, "corner" (B, 2), int64.
+    """An augmentation that crops at whole pixels. A subclass draws the corners, "corner" (B, 2), int64.
 
     Args:
         size: (height, width) of the result, or a number for both.
-        padding_mode, fill: what lies outside, as in ``random_crop``.
-        p: 1, for the size of a result cannot hang on chance.
+        padding_mode, fill: the values outside the image, as in ``random_crop``.
+        p: must be 1, since the size of the result must not depend on chance.
         same_on_batch, keepdim: as in ``AugmentationBase``.
     """
 
@@ -122,7 +124,7 @@ class Cut(GeometricAugmentationBase2D):
         self.size, self.padding_mode, self.fill = as_size(size, "size"), padding_mode, float(fill)
 
     def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
-        """Where the parts begin, (B, 2), int64, (x, y)."""
+        """The upper left corners of the crops, (B, 2), int64, (x, y)."""
         return torch.zeros_like(seed)[:, None].expand(-1, 2)
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
@@ -146,7 +148,7 @@ class Cut(GeometricAugmentationBase2D):
 
 
 def whole_mode(value: str) -> str:
-    """Kornia's two ways to cut, which differ between pixels alone."""
+    """Check the name of one of Kornia's two ways to crop, which differ only for positions between pixels."""
     check_choice(value, ["slice", "resample"], "cropping_mode")
     return value
 
@@ -156,12 +158,12 @@ class RandomCrop(Cut):
 
     Args:
         size: (height, width) of the result, or a number for both.
-        padding: how many pixels are added before: a number, (left and right, top and bottom), or (left, top,
-            right, bottom).
+        padding: how many pixels are added before the crop: a number, (left and right, top and bottom), or
+            (left, top, right, bottom).
         pad_if_needed, fill, padding_mode: as in ``random_crop``.
-        resample, align_corners, cropping_mode: for Kornia's callers; a box begins at a pixel, so that they
-            make no difference.
-        p: 1, for the size of a result cannot hang on chance.
+        resample, align_corners, cropping_mode: for compatibility with Kornia; they have no effect, since a
+            box begins at a whole pixel.
+        p: must be 1, since the size of the result must not depend on chance.
         same_on_batch, keepdim: as in ``AugmentationBase``.
 
     Example:
@@ -196,14 +198,14 @@ class RandomCrop(Cut):
 
 
 class CenterCrop(Cut):
-    """Cut the middle out of images, at whole pixels: the first of two where the middle lies between; black
-    comes in where the image is smaller.
+    """Crop the centre of images at whole pixels; if the centre lies between two positions, take the first
+    one. Pixels outside a smaller image are black.
 
     Args:
         size: (height, width) of the result, or a number for both.
-        align_corners, resample, cropping_mode: for Kornia's callers; a box begins at a pixel, so that they
-            make no difference.
-        p: 1, for the size of a result cannot hang on chance.
+        align_corners, resample, cropping_mode: for compatibility with Kornia; they have no effect, since a
+            box begins at a whole pixel.
+        p: must be 1, since the size of the result must not depend on chance.
         keepdim: as in ``AugmentationBase``.
 
     Example:
@@ -231,14 +233,14 @@ class CenterCrop(Cut):
 
 
 class PadTo(Cut):
-    """Bring images to a size by pixels that are added at the right and at the bottom, or cut off there.
+    """Pad or crop images to a size, at the right and at the bottom.
 
     Args:
         size: (height, width) of the result.
-        pad_mode: what is added, as ``padding_mode`` of ``random_crop``.
-        pad_value: the value of what is added, in the units of the image.
+        pad_mode: the values of added pixels, as ``padding_mode`` of ``random_crop``.
+        pad_value: the value for "constant", in the units of the image.
         keepdim: as in ``AugmentationBase``.
-        crop_if_exceeds: False refuses images that are larger.
+        crop_if_exceeds: False raises an error for images that are larger.
 
     Example:
         >>> PadTo((2, 3), pad_value=7)(torch.ones(1, 1, 1, 2))[0, 0]

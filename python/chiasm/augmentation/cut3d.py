@@ -1,4 +1,4 @@
-"""Crops of volumes, at random places or fixed ones."""
+"""Crops of volumes, at random or fixed positions."""
 
 from typing import Any, Dict, List, Optional, Tuple
 
@@ -16,8 +16,8 @@ from .decisions import check_always
 def cut3d(
     input: Tensor, corner: Tensor, size: Tuple[int, int, int], padding_mode: str, fill: float
 ) -> Tensor:
-    """The parts (B, C, depth, height, width) of volumes from corners (B, 3), int64, (x, y, z), which may lie
-    outside."""
+    """Crops (B, C, depth, height, width) of volumes, which begin at corners (B, 3), int64, (x, y, z); a
+    corner may lie outside."""
     depth, height, width = input.size(2), input.size(3), input.size(4)
     z = (corner[:, 2:] + torch.arange(size[0], device=input.device))[:, :, None, None]
     y = (corner[:, 1:2] + torch.arange(size[1], device=input.device))[:, None, :, None]
@@ -35,7 +35,7 @@ def cut3d(
 def _drawn_corner(
     seed: Tensor, shape: List[int], size: Tuple[int, int, int], padding: List[int], pad_if_needed: bool
 ) -> Tensor:
-    """The corners (B, 3) in the volumes without padding."""
+    """The corners (B, 3), in coordinates of the volumes without padding."""
     drawn = words(seed, 3)
     x = beginning(drawn[:, 0], shape[4], size[2], padding[0], padding[1], pad_if_needed)
     y = beginning(drawn[:, 1], shape[3], size[1], padding[2], padding[3], pad_if_needed)
@@ -52,17 +52,18 @@ def random_crop3d(
     fill: float = 0.0,
     padding_mode: str = "constant",
 ) -> Tensor:
-    """Cut a box of one size out of each volume, at a random place; all places are equally likely.
+    """Crop a box of one size out of each volume, at a random position; all positions are equally likely.
 
     Args:
         input: (B, C, D, H, W), floating point or uint8.
         seed: (B,), int64.
         size: (depth, height, width) of the result.
-        padding: how many voxels are added before (left, right, top, bottom, front, back).
-        pad_if_needed: whether a volume that is smaller is padded, on either side by what it lacks.
+        padding: how many voxels are added before the crop: (left, right, top, bottom, front, back).
+        pad_if_needed: True pads a volume that is smaller than the box, on either side by the missing number
+            of voxels.
         fill: the value of added voxels, in the units of the volume.
-        padding_mode: what is added: "constant", which is ``fill``, "reflect" (about the middles of the voxels
-            at the faces), "replicate" or "circular".
+        padding_mode: the values of added voxels: "constant" (``fill``), "reflect" (about the centres of the
+            border voxels), "replicate" or "circular".
 
     Returns:
         (B, C, depth, height, width). Differentiable in input.
@@ -84,12 +85,12 @@ def random_crop3d(
 
 
 class Cut3D(AugmentationBase3D):
-    """An augmentation that cuts at whole voxels. A subclass draws the corners, "corner" (B, 3), int64.
+    """An augmentation that crops at whole voxels. A subclass draws the corners, "corner" (B, 3), int64.
 
     Args:
         size: (depth, height, width) of the result, or a number for all.
-        padding_mode, fill: what lies outside, as in ``random_crop3d``.
-        p: 1, for the size of a result cannot hang on chance.
+        padding_mode, fill: the values outside the volume, as in ``random_crop3d``.
+        p: must be 1, since the size of the result must not depend on chance.
         same_on_batch, keepdim: as in ``AugmentationBase``.
     """
 
@@ -107,7 +108,7 @@ class Cut3D(AugmentationBase3D):
         self.padding_mode, self.fill = padding_mode, float(fill)
 
     def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
-        """Where the parts begin, (B, 3), int64, (x, y, z)."""
+        """The first corners of the crops, (B, 3), int64, (x, y, z)."""
         return torch.zeros_like(seed)[:, None].expand(-1, 3)
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
@@ -135,12 +136,12 @@ class RandomCrop3D(Cut3D):
 
     Args:
         size: (depth, height, width) of the result, or a number for all.
-        padding: how many voxels are added before: a number, (left and right, top and bottom, front and back),
-            or (left, right, top, bottom, front, back).
+        padding: how many voxels are added before the crop: a number, (left and right, top and bottom, front
+            and back), or (left, right, top, bottom, front, back).
         pad_if_needed, fill, padding_mode: as in ``random_crop3d``.
-        resample, align_corners: for Kornia's callers; a box begins at a voxel, so that they make no
-            difference.
-        p: 1, for the size of a result cannot hang on chance.
+        resample, align_corners: for compatibility with Kornia; they have no effect, since a box begins at a
+            whole voxel.
+        p: must be 1, since the size of the result must not depend on chance.
         same_on_batch, keepdim: as in ``AugmentationBase``.
 
     Example:
@@ -175,14 +176,14 @@ class RandomCrop3D(Cut3D):
 
 
 class CenterCrop3D(Cut3D):
-    """Cut the middle out of volumes, at whole voxels: the first of two where the middle lies between; black
-    comes in where the volume is smaller.
+    """Crop the centre of volumes at whole voxels; if the centre lies between two positions, take the first
+    one. Voxels outside a smaller volume are black.
 
     Args:
         size: (depth, height, width) of the result, or a number for all.
-        align_corners, resample: for Kornia's callers; a box begins at a voxel, so that they make no
-            difference.
-        p: 1, for the size of a result cannot hang on chance.
+        align_corners, resample: for compatibility with Kornia; they have no effect, since a box begins at a
+            whole voxel.
+        p: must be 1, since the size of the result must not depend on chance.
         keepdim: as in ``AugmentationBase``.
 
     Example:

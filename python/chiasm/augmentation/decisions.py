@@ -1,5 +1,5 @@
-"""What the augmentations of intensities share: numbers from draws, and the choice between changed and
-unchanged samples."""
+"""Helpers for augmentations of intensities: random numbers, and the choice between changed and unchanged
+samples."""
 
 from typing import Tuple
 
@@ -18,7 +18,7 @@ def drawn(seed: Tensor, count: int, input: Tensor) -> Tensor:
 
 
 def between(u: Tensor, bounds: Tuple[float, float], like: Tensor) -> Tensor:
-    """Uniform numbers of [0, 1) moved to the bounds, in the dtype of ``like``; float32 for bytes.
+    """Uniform numbers in [0, 1) mapped to the bounds, in the dtype of ``like``; float32 for uint8.
 
     >>> between(torch.tensor([0.0, 0.5]), (1.0, 3.0), torch.zeros(1))
     tensor([1., 2.])
@@ -28,7 +28,7 @@ def between(u: Tensor, bounds: Tuple[float, float], like: Tensor) -> Tensor:
 
 
 def whole_between(u: Tensor, bounds: Tuple[int, int]) -> Tensor:
-    """Uniform numbers of [0, 1) as whole numbers, the bounds among them.
+    """Uniform numbers in [0, 1) mapped to whole numbers within the bounds, which are included.
 
     >>> whole_between(torch.tensor([0.0, 0.5, 0.99]), (3, 5))
     tensor([3, 4, 5])
@@ -39,8 +39,8 @@ def whole_between(u: Tensor, bounds: Tuple[int, int]) -> Tensor:
 
 
 def numbers_of(input: Tensor) -> Tensor:
-    """Images in [0, 1]: bytes as float64, so that what engines round differently hardly ever falls to
-    different sides of a half; others as they are.
+    """Images in [0, 1]. uint8 becomes float64, so that the rounding differences of engines hardly ever change
+    a rounded byte; other dtypes stay as they are.
 
     >>> numbers_of(torch.tensor([51, 255], dtype=torch.uint8))
     tensor([0.2000, 1.0000], dtype=torch.float64)
@@ -49,7 +49,8 @@ def numbers_of(input: Tensor) -> Tensor:
 
 
 def as_given(numbers: Tensor, input: Tensor) -> Tensor:
-    """What became of ``numbers_of(input)``, in the input's dtype: bytes rounded, halves to even, and limited.
+    """Numbers as from ``numbers_of(input)``, converted back to the input's dtype: for uint8 rounded (halves
+    to even) and limited to 0 to 255.
 
     >>> as_given(torch.tensor([0.25, 1.5]), torch.tensor([0], dtype=torch.uint8))
     tensor([ 64, 255], dtype=torch.uint8)
@@ -60,12 +61,12 @@ def as_given(numbers: Tensor, input: Tensor) -> Tensor:
 
 
 def white_of(input: Tensor) -> float:
-    """The value of white: 255 of bytes, else 1."""
+    """The value of white: 255 for uint8, otherwise 1."""
     return 1.0 if input.is_floating_point() else 255.0
 
 
 def each(value: Tensor, like: Tensor) -> Tensor:
-    """(B,) as (B, 1, ...), to broadcast against ``like``.
+    """``value`` (B,) as (B, 1, ...), to broadcast against ``like``.
 
     >>> each(torch.zeros(2), torch.zeros(2, 3, 4, 5)).shape
     torch.Size([2, 1, 1, 1])
@@ -76,8 +77,8 @@ def each(value: Tensor, like: Tensor) -> Tensor:
 
 
 def below(u: Tensor, p: float) -> Tensor:
-    """Which of uniform numbers in [0, 1) are below p; where all are, without a comparison, so that an export
-    sees it and leaves the choice out.
+    """Which uniform numbers in [0, 1) are below p. If p is 1, all are; this needs no comparison, so that an
+    export sees it and leaves the choice out.
 
     >>> below(torch.tensor([0.2, 0.7]), 0.5)
     tensor([ True, False])
@@ -86,7 +87,7 @@ def below(u: Tensor, p: float) -> Tensor:
 
 
 def applied(changed: Tensor, input: Tensor, chance: Tensor, p: float) -> Tensor:
-    """``changed`` where a sample's ``chance``, uniform in [0, 1), is below ``p``, else ``input``."""
+    """``changed`` where a sample's ``chance``, uniform in [0, 1), is below ``p``, otherwise ``input``."""
     if p >= 1.0:
         return changed
     return where_chosen(chance < p, changed, input)

@@ -1,4 +1,4 @@
-"""Random deformations: each pixel is read somewhere else. Boxes and key points stay where they were, as in
+"""Random deformations: each pixel is read from another position. Boxes and keypoints do not move, as in
 Kornia."""
 
 from typing import Any, Dict, List, Tuple
@@ -33,7 +33,7 @@ def random_elastic_transform(
     padding_mode: str = "zeros",
     p: float = 0.5,
 ) -> Tensor:
-    """Read some images at positions that smoothed noise has moved, ``elastic_transform2d``.
+    """Deform some images by smoothed random displacements, by ``elastic_transform2d``.
 
     Args:
         input: (B, C, H, W), floating point.
@@ -104,7 +104,7 @@ class RandomElasticTransform(AugmentationBase2D):
         return self.moved(input, params, self.resample)
 
     def moved(self, input: Tensor, params: Dict[str, Tensor], resample: str) -> Tensor:
-        """The images, sampled in a way of one's own."""
+        """The images, sampled with the given interpolation."""
         changed = elastic_transform2d(
             input,
             params["noise"].to(input.dtype),
@@ -123,7 +123,7 @@ class RandomElasticTransform(AugmentationBase2D):
 
 
 def _control_points(seed: Tensor, scale: float) -> Tuple[Tensor, Tensor]:
-    """The corners and the middle (B, 5, 2), and where they go."""
+    """The corners and the centre (B, 5, 2), and their new positions."""
     corners = torch.tensor(
         [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 0.0]],
         dtype=torch.float32,
@@ -134,7 +134,7 @@ def _control_points(seed: Tensor, scale: float) -> Tuple[Tensor, Tensor]:
 
 
 def _bent(input: Tensor, source: Tensor, target: Tensor, align_corners: bool, padding_mode: str) -> Tensor:
-    """Images on which what was at ``source`` is at ``target``."""
+    """The images, warped so that the points ``source`` move to ``target``."""
     source, target = source.to(input.dtype), target.to(input.dtype)
     bends, plane = get_tps_transform(target, source)
     return warp_image_tps(input, source, bends, plane, align_corners, padding_mode)
@@ -148,7 +148,7 @@ def random_thin_plate_spline(
     padding_mode: str = "zeros",
     p: float = 0.5,
 ) -> Tensor:
-    """Bend some images: corners and middles move at random, and a thin-plate spline takes the rest along.
+    """Warp some images by a thin-plate spline: the corners and the centre move at random.
 
     F. Bookstein, Principal warps: thin-plate splines and the decomposition of deformations, IEEE TPAMI 11(6),
     1989.
@@ -156,7 +156,7 @@ def random_thin_plate_spline(
     Args:
         input: (B, C, H, W), floating point.
         seed: (B,), int64.
-        scale: how far a point moves along each axis at most, of half the image's side.
+        scale: the largest shift of a point along each axis, as a fraction of half the image's side.
         align_corners, padding_mode: as in ``warp_image_tps``.
         p: the probability of each image.
 
@@ -241,8 +241,9 @@ def random_fisheye(
     gamma: Tuple[float, float] = (0.9, 1.1),
     p: float = 0.5,
 ) -> Tensor:
-    """Show some images as through a fisheye lens: a pixel is read at (x, y) (1 + d^gamma), where d is its
-    distance from a centre, and coordinates are -1 to 1 from corner pixel to corner pixel. Kornia's model.
+    """Distort some images like a fisheye lens, by Kornia's model: a pixel is read at (x, y) (1 + d^gamma),
+    where d is its distance from a centre. Coordinates range from -1 to 1 between the centres of the corner
+    pixels.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
@@ -252,7 +253,7 @@ def random_fisheye(
         p: the probability of each image.
 
     Returns:
-        (B, C, H, W), black where nothing is seen. Differentiable in input.
+        (B, C, H, W), black where the position lies outside the image. Differentiable in input.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or seed is not int64.
@@ -273,7 +274,7 @@ class RandomFisheye(AugmentationBase2D):
     """``random_fisheye`` as a module. Masks stay as they are, as in Kornia.
 
     Args:
-        center_x, center_y, gamma: two numbers each, the range.
+        center_x, center_y, gamma: the ranges, two numbers each.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
 
     Example:

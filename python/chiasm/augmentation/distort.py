@@ -27,15 +27,15 @@ def random_photometric_distort(
     hue: Tuple[float, float] = (-0.05, 0.05),
     p: float = 0.5,
 ) -> Tensor:
-    """Brightness, contrast, saturation, hue and the order of the channels, each changed or not by itself, as
-    torchvision's ``RandomPhotometricDistort``.
+    """Change brightness, contrast, saturation, hue and the order of the channels, each with probability
+    ``p``, like torchvision's ``RandomPhotometricDistort``.
 
     W. Liu et al., SSD: single shot multibox detector, ECCV 2016. Contrast comes before saturation and hue or
-    after them, equally likely.
+    after them; both orders are equally likely.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         brightness: (least, greatest) of the factor, not negative; 1 changes nothing.
         contrast: the same.
         saturation: the same.

@@ -1,4 +1,4 @@
-"""Distributions that need rejection, in a number of steps that is known before."""
+"""Distributions that need rejection sampling, with a fixed number of tries."""
 
 import math
 
@@ -7,7 +7,8 @@ from torch import Tensor
 
 from ..primitives.random.draws import normal, uniform
 
-# A try is accepted with a probability of at least 0.95, so that of eight all fail once in 10^10 times.
+# A try is accepted with a probability of at least 0.95, so that all eight tries fail with a probability of
+# about 10^-10.
 
 
 def gamma(seed: Tensor, alpha: float, count: int, stream: int) -> Tensor:
@@ -16,7 +17,7 @@ def gamma(seed: Tensor, alpha: float, count: int, stream: int) -> Tensor:
     G. Marsaglia, W. Tsang, A simple method for generating gamma variables, ACM TOMS 26(3), 2000. Takes the
     streams ``stream`` to ``stream + 2``.
     """
-    # Below 1 by way of alpha + 1, their section 6.
+    # An alpha below 1 is computed from alpha + 1: see section 6 of the paper.
     raised = alpha + 1.0 if alpha < 1.0 else alpha
     d = raised - 1.0 / 3.0
     c = 1.0 / math.sqrt(9.0 * d)
@@ -44,7 +45,7 @@ def beta(seed: Tensor, alpha: float, count: int, stream: int) -> Tensor:
     if alpha == 1.0:
         return uniform(seed, count, stream)
     pair = gamma(seed, alpha, 2 * count, stream).reshape(seed.size(0), count, 2)
-    # Both can be 0 where alpha is small: then either end is as likely.
+    # For a small alpha both can be 0: then 0 and 1 are equally likely.
     total = pair.sum(-1)
     share = pair[:, :, 0] / torch.where(total > 0.0, total, torch.ones_like(total))
     return torch.where(total > 0.0, share, torch.round(uniform(seed, count, stream + 1)))

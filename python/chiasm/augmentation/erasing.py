@@ -53,9 +53,9 @@ def random_erasing(
     Args:
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
-        scale: the range of the rectangle's area, as parts of the image's.
+        scale: the range of the rectangle's area, as a fraction of the image area.
         ratio: the range of height / width, uniform in the logarithm. Sides that are too long are cut.
-        value: what it is filled with.
+        value: the value that fills the rectangle.
         p: the probability of each image.
 
     Returns:

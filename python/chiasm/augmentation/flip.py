@@ -1,4 +1,4 @@
-"""Random mirror images."""
+"""Random flips."""
 
 from typing import Dict, List
 
@@ -12,7 +12,7 @@ from .decisions import below
 
 
 def random_horizontal_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
-    """Mirror some images left and right.
+    """Flip some images horizontally (left to right).
 
     Args:
         input: (B, C, H, W), floating point or uint8.
@@ -35,7 +35,7 @@ def random_horizontal_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
 
 
 def random_vertical_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
-    """Mirror some images top and bottom.
+    """Flip some images vertically (top to bottom).
 
     Args:
         input: (B, C, H, W), floating point or uint8.

@@ -1,4 +1,4 @@
-"""Random mirror images of volumes."""
+"""Random flips of volumes."""
 
 from typing import Dict, List
 
@@ -13,7 +13,7 @@ from .decisions import below
 
 
 def random_horizontal_flip3d(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
-    """Mirror some volumes left and right.
+    """Flip some volumes horizontally (left to right).
 
     Args:
         input: (B, C, D, H, W), floating point or uint8.
@@ -35,7 +35,7 @@ def random_horizontal_flip3d(input: Tensor, seed: Tensor, p: float = 0.5) -> Ten
 
 
 def random_vertical_flip3d(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
-    """Mirror some volumes top and bottom.
+    """Flip some volumes vertically (top to bottom).
 
     Args:
         input: (B, C, D, H, W), floating point or uint8.
@@ -58,7 +58,7 @@ def random_vertical_flip3d(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
 
 
 def random_depthical_flip3d(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
-    """Mirror some volumes front and back.
+    """Flip some volumes along the depth (front to back).
 
     Args:
         input: (B, C, D, H, W), floating point or uint8.
@@ -87,12 +87,12 @@ def _flipped(input: Tensor, seed: Tensor, axis: int, p: float) -> Tensor:
 
 
 def _mirrored(input: Tensor, axis: int) -> Tensor:
-    """The volume with axis x, y or z (0, 1, 2) from its end to its beginning."""
+    """The volume, reversed along axis x, y or z (0, 1, 2)."""
     return input.flip([2]) if axis == 2 else mirrored(input, axis == 0, axis == 1)
 
 
 class Flip3D(AugmentationBase3D):
-    """A mirror image along one axis, x, y or z (0, 1, 2)."""
+    """A random flip along one axis, x, y or z (0, 1, 2)."""
 
     def __init__(self, axis: int, same_on_batch: bool, p: float, keepdim: bool) -> None:
         super().__init__(p, 1.0, same_on_batch, keepdim)

@@ -1,8 +1,7 @@
-"""Random changes of colour in a random order of each sample.
-
-An order of each sample's own would cost each of the four changes at each of four places. Jitter has one
-sequence that every order is a part of; jiggle has one form for the changes of a place, whose numbers a sample
-chooses.
+"""Random changes of colour, in a random order for each sample. If each of the four places of the order
+computed all four changes for all samples, this would cost 16 changes. Jitter instead has one sequence that
+contains every order. Jiggle has one formula for the changes of a place; each sample chooses the formula's
+numbers.
 """
 
 import math
@@ -29,15 +28,15 @@ def random_color_jitter(
     order: Optional[List[int]] = None,
     p: float = 1.0,
 ) -> Tensor:
-    """Brightness, contrast, saturation and hue as Pillow and torchvision have them, in a random order.
+    """Change brightness, contrast, saturation and hue like Pillow and torchvision, in a random order.
 
     ``adjust_brightness_accumulative``, ``adjust_contrast_with_mean_subtraction``,
-    ``adjust_saturation_with_gray_subtraction`` and ``adjust_hue``, each by a factor uniform in its bounds.
-    The 24 orders are equally likely.
+    ``adjust_saturation_with_gray_subtraction`` and ``adjust_hue``, each with a factor (hue: an angle) uniform
+    in its bounds. The 24 orders are equally likely.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         brightness: (least, greatest), not negative; 1 changes nothing.
         contrast: the same.
         saturation: the same.
@@ -91,7 +90,7 @@ def random_color_jitter(
 
 
 def _changed(planes: List[Tensor], change: int, factor: Tensor) -> List[Tensor]:
-    """The planes (B, H, W) after one of the four changes, by a factor (B,) or, of hue, an angle."""
+    """The planes (B, H, W) after one of the four changes, by a factor (B,); for hue, by an angle (B,)."""
     by = each(factor, planes[0])
     if change == 0:
         return [(x * by).clamp(0.0, 1.0) for x in planes]
@@ -109,15 +108,14 @@ def _changed(planes: List[Tensor], change: int, factor: Tensor) -> List[Tensor]:
 def _in_own_orders(
     planes: List[Tensor], place: Tensor, factors: List[Tensor], changing: List[bool]
 ) -> List[Tensor]:
-    """The changes of each sample in an order of its own; ``place`` (B, 4) says at which place each stands.
-
-    One sequence has every order in it: [b s b  h  b s b] c [b s b  h  b s b]. A sample has each change where
-    it stands in its order; elsewhere a factor of 1 changes nothing. Contrast is there once, since the mean of
-    an image needs a loop of its own, and hue, which costs the most, twice instead of four times.
+    """Apply the changes to each sample in its own order; ``place`` (B, 4) is the place of each change. One
+    sequence contains every order: [b s b h b s b] c [b s b h b s b]. Each sample applies each change at the
+    right step for its order; at other steps a factor of 1 changes nothing. Contrast occurs once, since the
+    mean of an image needs its own loop. Hue costs the most; it occurs twice instead of four times.
     """
     one = torch.ones_like(factors[0])
     earlier = place.unsqueeze(-1) < place.unsqueeze(-2)  # (B, i, j): i stands before j
-    of_contrast = [~earlier[:, 1], earlier[:, 1]]  # what stands before it, and after it
+    of_contrast = [~earlier[:, 1], earlier[:, 1]]  # the changes before contrast, and after it
     of_hue = [~earlier[:, 3], earlier[:, 3]]
     here: List[Tensor] = []
     for stands in of_contrast:
@@ -127,7 +125,7 @@ def _in_own_orders(
             here.append(torch.where(now[:, 2], factors[2], one))
             here.append(torch.where(now[:, 0] & earlier[:, 2, 0], factors[0], one))
         here.append(stands[:, 3].to(one.dtype))
-    numbers = torch.stack(here, 1)  # stored, lest native code computes them at every pixel
+    numbers = torch.stack(here, 1)  # stored, so that native code does not compute them again at every pixel
     for after in range(2):
         if after == 1 and changing[1]:
             planes = _changed(planes, 1, factors[1])
@@ -153,16 +151,16 @@ def random_color_jiggle(
     order: Optional[List[int]] = None,
     p: float = 1.0,
 ) -> Tensor:
-    """Brightness, contrast, saturation and hue in a random order: what is added to all values, what they are
-    multiplied by, and saturation and hue in HSV.
+    """Change brightness (a sum), contrast (a factor), and saturation and hue in HSV, in a random order.
 
     ``adjust_brightness`` by b - 1, ``adjust_contrast``, ``adjust_saturation`` and ``adjust_hue``, each number
-    uniform in its bounds. The 24 orders are equally likely. What changes is computed at each of four places,
-    the first two in one go and the last two; where an order is given, once.
+    uniform in its bounds. The 24 orders are equally likely. Each of the four places of the order computes all
+    changes that the bounds allow: brightness and contrast in one formula, saturation and hue in a second one.
+    If ``order`` is given, each change is computed once.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         brightness: (least, greatest), within [0, 2]; 1 changes nothing.
         contrast: (least, greatest), not negative; 1 changes nothing.
         saturation: the same.
@@ -217,8 +215,8 @@ def _jiggled(
     angle: Tensor,
     possible: List[bool],
 ) -> Tensor:
-    """One place of the order: ``here`` (B, 4) says which change of each sample stands here, ``possible``
-    which of any sample may."""
+    """One place of the order: ``here`` (B, 4) says which change each sample has at this place, ``possible``
+    which changes any sample may have here."""
     plain = x
     if possible[0] or possible[1]:
         sum = torch.where(each(here[:, 0], x), added, torch.zeros_like(added))
@@ -228,7 +226,7 @@ def _jiggled(
         return plain
     sixths, value, chroma = sixths_value_chroma(x)
     turn = each(torch.where(here[:, 3], angle, torch.zeros_like(angle)), value) * 6.0
-    # Of hue alone the spread as it is, lest a quotient and a product round it.
+    # If only the hue changes, keep the spread as it is, so that a quotient and a product do not round it.
     saturated = value * (saturation_of(value, chroma, 1e-8) * each(richer, value)).clamp(0.0, 1.0)
     chroma = torch.where(each(here[:, 2], value), saturated, chroma)
     coloured = from_sixths(sixths + turn, value, chroma)
@@ -236,7 +234,7 @@ def _jiggled(
 
 
 def _places(keys: Tensor, order: Optional[List[int]]) -> Tensor:
-    """(B, 4): the place of each change, from random keys (B, 4) or from the order of all."""
+    """(B, 4): the place of each change, from random keys (B, 4) or from the order for all samples."""
     if order is None:
         return ranks(keys)
     _check_order(order)
@@ -249,7 +247,7 @@ def _check_order(order: List[int]) -> None:
 
 
 def _possible(order: Optional[List[int]], place: int, changing: List[bool]) -> List[bool]:
-    """Of the four changes those that may stand at a place, and change anything."""
+    """Which of the four changes may stand at a place and change anything."""
     return [changing[i] and (order is None or order[place] == i) for i in range(4)]
 
 

@@ -1,13 +1,13 @@
-"""Data keys: what a call is given with its images, by name."""
+"""Data keys: the names of the tensors that a call takes besides its images."""
 
 from typing import Any, List, Optional, Sequence
 
-#: Other names of keys, as Kornia has them.
+#: Other names of keys, from Kornia.
 _ALIASES = {"image": "input", "label": "class"}
 
 
 def read_keys(data_keys: Sequence[Any], known: Sequence[str]) -> List[str]:
-    """The keys' names, "input" among them; enums go by theirs.
+    """The names of the keys, which must include "input"; an enum member is read by its name.
 
     >>> read_keys(["image", "mask"], ["input", "mask"])
     ['input', 'mask']
@@ -25,7 +25,7 @@ def read_keys(data_keys: Sequence[Any], known: Sequence[str]) -> List[str]:
 def keys_of_call(
     own: List[str], given: Optional[Sequence[Any]], known: Sequence[str], count: int
 ) -> List[str]:
-    """The keys of a call with so many tensors: those of its own, or the constructor's."""
+    """The keys of a call with ``count`` tensors: the call's own keys, or those of the constructor."""
     keys = own if given is None else read_keys(given, known)
     if len(keys) != count:
         raise ValueError(f"args: expected {len(keys)} tensors, for data_keys {keys}, got {count}")

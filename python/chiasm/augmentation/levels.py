@@ -1,4 +1,4 @@
-"""Random changes of each value by itself, and of the histogram."""
+"""Random changes of single values and of histograms."""
 
 import math
 from typing import Tuple, Union
@@ -17,12 +17,12 @@ from .decisions import applied, between, check_bounds, check_chance, drawn, whit
 
 
 def random_auto_contrast(input: Tensor, seed: Tensor, clip_output: bool = True, p: float = 1.0) -> Tensor:
-    """Stretch each channel to the whole range: ``normalize_min_max`` to [0, 1], of bytes ``autocontrast``.
+    """Stretch each channel to the whole range, by ``normalize_min_max`` to [0, 1]; uint8 by ``autocontrast``.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
-        clip_output: limit the result to [0, 1], which rounding may leave.
+        seed: (B,), int64, one for each sample.
+        clip_output: limit the result to [0, 1], since rounding may exceed this range.
         p: probability that a sample is changed.
 
     Returns:
@@ -48,15 +48,16 @@ def random_auto_contrast(input: Tensor, seed: Tensor, clip_output: bool = True, 
 
 
 def random_equalize(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
-    """Spread the levels of each channel evenly: ``equalize``. There is no gradient of a changed sample.
+    """Equalize the histogram of each channel, by ``equalize``. A changed sample has no gradient.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype; of numbers, a changed sample has multiples of 1 / 255.
+        (B, C, H, W), of the input's dtype; in a changed floating-point sample the values are multiples of 1 /
+        255.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or seed is not int64.
@@ -80,12 +81,12 @@ def random_clahe(
     slow_and_differentiable: bool = False,
     p: float = 0.5,
 ) -> Tensor:
-    """Equalise the histogram of each tile: ``equalize_clahe`` with a limit uniform in ``clip_limit``.
+    """Equalize the histogram of each tile, by ``equalize_clahe``; the limit is uniform in ``clip_limit``.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8, H and W greater than the number of tiles.
-        seed: (B,), int64, one a sample.
-        clip_limit: (least, greatest) of how much a level may occur, as a multiple of its share in a tile;
+        seed: (B,), int64, one for each sample.
+        clip_limit: (least, greatest) limit of a level's count in a tile, as a multiple of the mean count;
             positive.
         grid_size: number of tiles (down, across).
         slow_and_differentiable: as in ``equalize_clahe``.
@@ -112,13 +113,13 @@ def random_clahe(
 
 
 def random_invert(input: Tensor, seed: Tensor, max_val: Union[float, Tensor] = 1.0, p: float = 0.5) -> Tensor:
-    """The negative: ``max_val - input``, of bytes 255 - input.
+    """Invert: ``max_val - input``; for uint8, ``255 - input``.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        seed: (B,), int64, one a sample.
-        max_val: the value of white: a number, or a tensor that broadcasts against the input; 1 for bytes,
-            whose white is 255 in any case.
+        seed: (B,), int64, one for each sample.
+        max_val: the value of white: a number, or a tensor that broadcasts against the input; must be 1 for
+            uint8, whose white is always 255.
         p: probability that a sample is changed.
 
     Returns:
@@ -145,16 +146,18 @@ def random_invert(input: Tensor, seed: Tensor, max_val: Union[float, Tensor] = 1
 
 
 def random_posterize(input: Tensor, seed: Tensor, bits: Tuple[int, int] = (3, 8), p: float = 0.5) -> Tensor:
-    """Keep the upper bits of 8: ``posterize``. There is no gradient of a changed sample.
+    """Keep only the upper bits of 8-bit values, by ``posterize``. A changed sample has no gradient.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
-        bits: (least, greatest) number of bits to keep, both possible, all equally likely; 0 gives black.
+        seed: (B,), int64, one for each sample.
+        bits: (least, greatest) number of bits to keep; all numbers, including both bounds, are equally
+            likely; 0 gives black.
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype; of numbers, a changed sample has multiples of 1 / 255.
+        (B, C, H, W), of the input's dtype; in a changed floating-point sample the values are multiples of 1 /
+        255.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or seed is not int64.
@@ -180,13 +183,13 @@ def random_solarize(
     additions: Tuple[float, float] = (-0.1, 0.1),
     p: float = 0.5,
 ) -> Tensor:
-    """Add a number, and turn what is at or above a threshold into its negative: ``solarize``.
+    """Add a number, then invert the values at or above a threshold, by ``solarize``.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
-        thresholds: (least, greatest) of the threshold, within [0, 1]: as parts of white, also of bytes.
-        additions: (least, greatest) of what is added, within [-0.5, 0.5]: likewise.
+        seed: (B,), int64, one for each sample.
+        thresholds: (least, greatest) threshold, within [0, 1], as a fraction of white, also for uint8.
+        additions: (least, greatest) number that is added, within [-0.5, 0.5], as a fraction of white.
         p: probability that a sample is changed.
 
     Returns:
@@ -215,11 +218,11 @@ def random_solarize(
 def random_sharpness(
     input: Tensor, seed: Tensor, sharpness: Tuple[float, float] = (0.0, 0.5), p: float = 0.5
 ) -> Tensor:
-    """Move the image away from a smoothed one, or towards it: ``enhance.sharpness``.
+    """Sharpen or smooth the image, by ``enhance.sharpness``.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8, H and W at least 3.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         sharpness: (least, greatest) of the factor, not negative; 0 gives the smoothed image, 1 changes
             nothing.
         p: probability that a sample is changed.
@@ -249,7 +252,7 @@ def random_normalize(input: Tensor, seed: Tensor, mean: Tensor, std: Tensor, p: 
 
     Args:
         input: (B, C, H, W), floating point.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         mean: a scalar tensor, (1,) or (C,).
         std: like mean; not zero.
         p: probability that a sample is changed.
@@ -276,7 +279,7 @@ def random_denormalize(input: Tensor, seed: Tensor, mean: Tensor, std: Tensor, p
 
     Args:
         input: (B, C, H, W), floating point.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         mean: a scalar tensor, (1,) or (C,).
         std: like mean.
         p: probability that a sample is changed.

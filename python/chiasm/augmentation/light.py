@@ -1,4 +1,4 @@
-"""Random light: gradients of illumination, plasma, the colour of a black body."""
+"""Random light: illumination gradients, plasma noise, and the colour of a black body."""
 
 from typing import List, Optional, Tuple
 
@@ -19,13 +19,14 @@ def random_linear_illumination(
     sign: Tuple[float, float] = (-1.0, 1.0),
     p: float = 0.5,
 ) -> Tensor:
-    """Add light, or take it away, that rises linearly from one side, where it is 0, to the other.
+    """Add or subtract light that rises linearly from 0 at one side to a gain at the opposite side.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample. The four directions are equally likely.
-        gain: (least, greatest) of the light at the bright side, within [0, 1], uniform.
-        sign: (least, greatest) of a number whose sign is the light's, within [-1, 1], uniform.
+        seed: (B,), int64, one for each sample. The four directions are equally likely.
+        gain: (least, greatest) light at the bright side, within [0, 1], uniform.
+        sign: (least, greatest) of a uniform number within [-1, 1]; only its sign is used, as the sign of the
+            light.
         p: probability that a sample is changed.
 
     Returns:
@@ -56,14 +57,14 @@ def random_linear_corner_illumination(
     sign: Tuple[float, float] = (-1.0, 1.0),
     p: float = 0.5,
 ) -> Tensor:
-    """Add light, or take it away, that rises linearly from one corner of the image, where it is 0, to the
-    opposite one.
+    """Add or subtract light that rises linearly from 0 at one corner to a gain at the opposite corner.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample. The four corners are equally likely.
-        gain: (least, greatest) of the light in the bright corner, within [0, 1], uniform.
-        sign: (least, greatest) of a number whose sign is the light's, within [-1, 1], uniform.
+        seed: (B,), int64, one for each sample. The four corners are equally likely.
+        gain: (least, greatest) light in the bright corner, within [0, 1], uniform.
+        sign: (least, greatest) of a uniform number within [-1, 1]; only its sign is used, as the sign of the
+            light.
         p: probability that a sample is changed.
 
     Returns:
@@ -94,15 +95,16 @@ def random_gaussian_illumination(
     sign: Tuple[float, float] = (-1.0, 1.0),
     p: float = 0.5,
 ) -> Tensor:
-    """Add a Gaussian spot of light, or take it away.
+    """Add or subtract a Gaussian spot of light.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
-        gain: (least, greatest) of the light in the spot's middle, within [0, 1], uniform.
-        center: (least, greatest) of the middle's place as a share of each side, within [0, 1], uniform.
-        sigma: (least, greatest) standard deviation as a share of each side, uniform.
-        sign: (least, greatest) of a number whose sign is the light's, within [-1, 1], uniform.
+        seed: (B,), int64, one for each sample.
+        gain: (least, greatest) light at the centre of the spot, within [0, 1], uniform.
+        center: (least, greatest) position of the centre as a fraction of each side, within [0, 1], uniform.
+        sigma: (least, greatest) standard deviation as a fraction of each side, uniform.
+        sign: (least, greatest) of a uniform number within [-1, 1]; only its sign is used, as the sign of the
+            light.
         p: probability that a sample is changed.
 
     Returns:
@@ -128,7 +130,8 @@ def random_gaussian_illumination(
 
 
 def _ramps(input: Tensor, upwards: Tensor, leftwards: Tensor) -> Tuple[Tensor, Tensor]:
-    """From 0 to 1 down the rows (B, 1, H, 1) and across the columns (B, 1, 1, W), or the other way."""
+    """Ramps from 0 to 1 over the rows (B, 1, H, 1) and over the columns (B, 1, 1, W), each in either
+    direction."""
     height, width = input.size(2), input.size(3)
     y = (torch.arange(height, device=input.device).to(input.dtype) / max(height - 1, 1))[None, None, :, None]
     x = (torch.arange(width, device=input.device).to(input.dtype) / max(width - 1, 1))[None, None, None, :]
@@ -154,14 +157,14 @@ def random_plasma_brightness(
     intensity: Tuple[float, float] = (0.0, 1.0),
     p: float = 0.5,
 ) -> Tensor:
-    """Add plasma, from ``-intensity`` to ``intensity``, to all channels alike.
+    """Add plasma noise, from ``-intensity`` to ``intensity``; it is the same for all channels.
 
     A. Nicolaou et al., TorMentor: deterministic dynamic-path, data augmentations with fractals, CVPR
     workshops 2022.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         roughness: (least, greatest), within [0, 1], of ``diamond_square``, uniform.
         intensity: (least, greatest), within [0, 1], uniform.
         p: probability that a sample is changed.
@@ -187,11 +190,11 @@ def random_plasma_brightness(
 def random_plasma_contrast(
     input: Tensor, seed: Tensor, roughness: Tuple[float, float] = (0.1, 0.7), p: float = 0.5
 ) -> Tensor:
-    """Stretch values about one half by plasma, from 0 to 4, alike in all channels.
+    """Multiply the difference from 0.5 by plasma noise from 0 to 4; it is the same for all channels.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         roughness: (least, greatest), within [0, 1], of ``diamond_square``, uniform.
         p: probability that a sample is changed.
 
@@ -219,13 +222,13 @@ def random_plasma_shadow(
     shade_quantity: Tuple[float, float] = (0.0, 1.0),
     p: float = 0.5,
 ) -> Tensor:
-    """Darken all channels alike where plasma is below a level.
+    """Darken the pixels where plasma noise is below a level; all channels change by the same amount.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         roughness: (least, greatest), within [0, 1], of ``diamond_square``, uniform.
-        shade_intensity: (least, greatest) of what the shadow adds, within [-1, 0], uniform.
+        shade_intensity: (least, greatest) number that the shadow adds, within [-1, 0], uniform.
         shade_quantity: (least, greatest) of the level, within [0, 1], uniform.
         p: probability that a sample is changed.
 
@@ -251,7 +254,7 @@ def random_plasma_shadow(
 
 
 def _plasma(input: Tensor, seed: Tensor, roughness: Tuple[float, float]) -> Tuple[Tensor, Tensor]:
-    """(B, 1, H, W) in [0, 1], and four more draws of each sample."""
+    """Plasma noise (B, 1, H, W) in [0, 1], and four more random numbers for each sample."""
     check_image(input, "input")
     check_bounds(roughness, 0.0, 1.0, "roughness")
     u = drawn(seed, 4, input)
@@ -266,19 +269,19 @@ def random_planckian_jitter(
     select_from: Optional[List[int]] = None,
     p: float = 0.5,
 ) -> Tensor:
-    """Light of another colour: red and blue are multiplied by those of a radiator whose green is 1.
+    """Change the colour of the light: multiply red and blue by those of a radiator whose green is 1.
 
     S. Zini et al., Planckian jitter: countering the color-crippling effects of color jitter on
     self-supervised training, ICLR 2023. "blackbody" is Planck's law seen with the colour matching functions
     of C. Wyman, P. Sloan, P. Shirley, Simple analytic approximations to the CIE XYZ color matching functions,
-    JCGT 2(2), 2013; "CIED" is daylight by CIE 15. Both in linear sRGB.
+    JCGT 2(2), 2013; "CIED" is daylight by CIE 15. Both are in linear sRGB.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         mode: "blackbody", 3000 to 15000 K, or "CIED", 4000 to 15000 K; each in steps of 500 K, all equally
             likely.
-        select_from: numbers of the steps to choose from, the first is 0; None means all.
+        select_from: indices of the steps to choose from; the first step is 0; None means all.
         p: probability that a sample is changed.
 
     Returns:

@@ -1,7 +1,6 @@
-"""Images that are mixed with others of the batch, and their labels.
-
-What a sample becomes hangs on the whole batch here: its partner is drawn by a permutation that follows from
-all seeds, which should differ.
+"""Mixes of images with other images of the batch, and of their labels. Here, the result for a sample depends
+on the whole batch: its partner comes from a permutation, which is computed from the seeds of all samples. All
+seeds should differ.
 """
 
 from typing import List, Tuple
@@ -28,14 +27,14 @@ def random_mix_up(
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        label: (B,), the number of each image's class.
-        seed: (B,), int64, one a sample, all different.
+        label: (B,), the class index of each image.
+        seed: (B,), int64, one for each sample, all different.
         lambda_val: (least, greatest) share of the partner, within [0, 1].
         p: probability that a sample is changed; if not, its share is 0.
 
     Returns:
-        (B, C, H, W), of the input's dtype, bytes rounded; and (B, 3), of the input's dtype, of bytes float32:
-        label, partner's label, share of the partner.
+        (B, C, H, W), of the input's dtype, bytes rounded; and (B, 3), of the input's dtype, for uint8
+        float32: label, partner's label, share of the partner.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or seed is not int64.
@@ -68,26 +67,28 @@ def random_cut_mix(
     use_correct_lambda: bool = False,
     p: float = 1.0,
 ) -> Tuple[Tensor, Tensor]:
-    """Paste a rectangle of another image of the batch at the same place.
+    """Paste a rectangle of another image of the batch into each image, at the same position.
 
     S. Yun et al., CutMix: regularization strategy to train strong classifiers with localizable features, ICCV
-    2019. With l by Beta(beta, beta), limited to ``cut_size``, the rectangle is ``sqrt(1 - l)`` times as high
-    and wide as the image, rounded down, and lies wholly within it, all places equally likely.
+    2019. With l drawn from Beta(beta, beta) and limited to ``cut_size``, the rectangle is ``sqrt(1 - l)``
+    times as high and wide as the image, rounded down, and lies completely within the image; all positions are
+    equally likely.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        label: (B,), the number of each image's class.
-        seed: (B,), int64, one a sample, all different.
-        num_mix: how many rectangles, each of a partner of its own.
+        label: (B,), the class index of each image.
+        seed: (B,), int64, one for each sample, all different.
+        num_mix: how many rectangles; each comes from a different permutation of the batch.
         cut_size: (least, greatest) of l, within [0, 1].
-        beta: of the distribution, positive.
-        use_correct_lambda: give the share of the image that is left, as the paper does, not that of the
-            rectangle.
+        beta: the parameter of the distribution, positive.
+        use_correct_lambda: True returns the image's remaining share of the area, as in the paper; False the
+            rectangle's share.
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype, and (num_mix, B, 3), of the input's dtype, of bytes float32:
-        label, partner's label, the rectangle's share of the area or, with use_correct_lambda, one minus that.
+        (B, C, H, W), of the input's dtype, and (num_mix, B, 3), of the input's dtype, for uint8 float32:
+        label, partner's label, the rectangle's share of the area or, with use_correct_lambda, one minus this
+        share.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or seed is not int64.
@@ -127,7 +128,8 @@ def random_cut_mix(
 
 
 def _span(side: Tensor, u: Tensor, positions: Tensor, size: int) -> Tuple[Tensor, Tensor]:
-    """The length (B,) of an interval that is a share of an axis, and which positions it has, (B, size)."""
+    """The length (B,) of an interval that covers a fraction of an axis, and whether each position lies in it,
+    (B, size)."""
     length = torch.floor(side * size).to(torch.int64)
     first = torch.minimum(torch.floor(u * (size - length + 1)).to(torch.int64), size - length)
     within = (positions >= first[:, None]) & (positions < (first + length)[:, None])
@@ -137,13 +139,13 @@ def _span(side: Tensor, u: Tensor, positions: Tensor, size: int) -> Tuple[Tensor
 def random_jigsaw(
     input: Tensor, seed: Tensor, grid: Tuple[int, int] = (4, 4), ensure_perm: bool = True, p: float = 0.5
 ) -> Tensor:
-    """Cut each image into tiles and put these into a random order, all orders equally likely.
+    """Cut each image into tiles and shuffle the tiles; all orders are equally likely.
 
     Args:
-        input: (B, C, H, W), floating point, H and W multiples of the numbers of tiles.
-        seed: (B,), int64, one a sample. Other samples play no role.
+        input: (B, C, H, W), floating point or uint8, H and W multiples of the numbers of tiles.
+        seed: (B,), int64, one for each sample. Samples are independent.
         grid: number of tiles (down, across).
-        ensure_perm: where the order is the old one, move each tile to the place before.
+        ensure_perm: True moves each tile by one place if the random order is the original one.
         p: probability that a sample is changed.
 
     Returns:
@@ -165,7 +167,7 @@ def random_jigsaw(
 
 
 def jigsaw_order(seed: Tensor, grid: Tuple[int, int], ensure_perm: bool, is_changed: Tensor) -> Tensor:
-    """Which tile comes to each place, (B, tiles); of samples that stay each its own."""
+    """The index of the tile for each place, (B, tiles); for unchanged samples, each place keeps its tile."""
     order = ranks(uniform(seed, grid[0] * grid[1], 1))
     place = torch.arange(grid[0] * grid[1], device=seed.device)
     if ensure_perm:
@@ -175,7 +177,7 @@ def jigsaw_order(seed: Tensor, grid: Tuple[int, int], ensure_perm: bool, is_chan
 
 
 def put_together(input: Tensor, order: Tensor, grid: Tuple[int, int]) -> Tensor:
-    """Images (B, C, H, W) of their tiles in an order (B, tiles)."""
+    """Images (B, C, H, W), whose tiles are put into an order (B, tiles)."""
     down, across = grid
     if down < 1 or across < 1 or input.size(2) % down != 0 or input.size(3) % across != 0:
         raise ValueError(
@@ -193,16 +195,16 @@ def put_together(input: Tensor, order: Tensor, grid: Tuple[int, int]) -> Tensor:
 def random_transplantation(
     input: Tensor, mask: Tensor, seed: Tensor, excluded_labels: List[int], p: float = 0.5
 ) -> Tuple[Tensor, Tensor]:
-    """Copy what has one label in another image of the batch, to the same place, in image and mask.
+    """Copy the region of one label from another image of the batch to the same position, in image and mask.
 
-    For segmentation, after D. Dwibedi et al., Cut, paste and learn, ICCV 2017. The label is one of those that
-    the partner's mask has, all equally likely. The partners are a permutation of the batch, in which an image
-    may be its own.
+    For segmentation, after D. Dwibedi et al., Cut, paste and learn, ICCV 2017. The label is one of the labels
+    in the partner's mask; all are equally likely. The partners are a permutation of the batch, in which an
+    image may be its own.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         mask: (B, H, W), int64, a label for each pixel.
-        seed: (B,), int64, one a sample, all different.
+        seed: (B,), int64, one for each sample, all different.
         excluded_labels: labels that are not copied.
         p: probability that a sample is changed.
 
@@ -226,12 +228,12 @@ def random_transplantation(
 def random_transplantation3d(
     input: Tensor, mask: Tensor, seed: Tensor, excluded_labels: List[int], p: float = 0.5
 ) -> Tuple[Tensor, Tensor]:
-    """``random_transplantation`` of volumes.
+    """``random_transplantation`` for volumes.
 
     Args:
         input: (B, C, D, H, W), floating point or uint8.
         mask: (B, D, H, W), int64, a label for each voxel.
-        seed: (B,), int64, one a sample, all different.
+        seed: (B,), int64, one for each sample, all different.
         excluded_labels: labels that are not copied.
         p: probability that a sample is changed.
 
@@ -269,8 +271,8 @@ def _transplanted(
     partner = ranks(u[:, 1])
     donor = mask.index_select(0, partner)
     flat = donor.flatten(1)
-    # A random number of each label, by the label: the greatest one's label is drawn uniformly from those that
-    # are there, whatever they are and how many pixels each has.
+    # Each label gets a random number. The label with the greatest number is chosen: so the choice is uniform
+    # over the labels that occur, whatever their values and however many pixels each has.
     low, high = flat & 0xFFFFFFFF, (flat >> 32) & 0xFFFFFFFF
     one = torch.ones_like(flat)
     key = philox4x32([low, high, one, one * 2], [k[:, None] for k in key_of(seed)])[0]

@@ -1,4 +1,4 @@
-"""The classes of mixes, with Kornia's constructors: what belongs to an image is mixed with it."""
+"""The classes of mixes, with Kornia's constructors; labels, masks and boxes are mixed with their images."""
 
 from typing import Any, ClassVar, Dict, List, Optional, Sequence, Tuple
 
@@ -22,16 +22,17 @@ from .settings import fixed, whole
 
 
 class MixAugmentationBase(nn.Module):
-    """Random mixes of a batch's images with something that says what they show, labels or masks:
-    ``forward(input, other, seed)``, which scripts and exports.
+    """Random mixes of a batch's images and of their labels or masks. ``forward(input, other, seed)`` can be
+    scripted and exported.
 
-    A call takes what ``data_keys`` names, in that order, and gives a list of as many, or one tensor. It draws
-    the seeds if none are given, and keeps them: ``mix(other, params=mix._params)`` does the same again.
+    A call takes the tensors that ``data_keys`` names, in that order, and returns one tensor or a list. It
+    draws the seeds if none are given, and keeps them: ``mix(other, params=mix._params)`` repeats the same
+    mix.
     """
 
-    #: What a call may take.
+    #: The data keys that a call may take.
     known: ClassVar[Tuple[str, ...]] = ("input", "class")
-    #: Of the last call.
+    #: The parameters of the last call.
     _params: Dict[str, Tensor]
 
     def __init__(
@@ -55,14 +56,14 @@ class MixAugmentationBase(nn.Module):
         seed: Optional[Tensor] = None,
         generator: Optional[torch.Generator] = None,
     ) -> Any:
-        """What ``data_keys`` names, mixed.
+        """The tensors that ``data_keys`` names, mixed.
 
         Args:
-            args: the tensors; or ``forward``'s own.
-            params: those of an earlier call, its ``_params``.
+            args: the tensors, or the arguments of ``forward``.
+            params: the parameters of an earlier call (its ``_params``).
             data_keys: as in the constructor, for this call.
-            seed: (B,), int64, all different: what is drawn from.
-            generator: where seeds are drawn from that are not given; PyTorch's own by default.
+            seed: (B,), int64, all different: all random numbers are drawn from it.
+            generator: draws the seeds if none are given; PyTorch's default generator if None.
         """
         if len(args) == 3 != len(self.data_keys) and data_keys is None and seed is None:
             return super().__call__(*args)
@@ -77,7 +78,7 @@ class MixAugmentationBase(nn.Module):
         return mixed[0] if len(mixed) == 1 else mixed
 
     def mixed(self, keys: List[str], data: List[Tensor], seed: Tensor) -> List[Tensor]:
-        """What a call gives."""
+        """The results of a call."""
         first = keys.index("input")
         label = data[keys.index("class")] if "class" in keys else torch.zeros_like(seed)
         image, labels = super().__call__(data[first], label, seed)
@@ -88,7 +89,7 @@ class MixAugmentationBase(nn.Module):
         ]
 
     def along(self, value: Tensor, other: Tensor, seed: Tensor) -> Tensor:
-        """Labels of pixels (B, C, *), or a further image, as the images have been mixed."""
+        """A label mask (B, C, *) or a further image, mixed in the same way as the images."""
         plain = value if value.is_floating_point() else value.to(torch.float64)
         return super().__call__(plain, other, seed)[0].to(value.dtype)
 
@@ -101,11 +102,11 @@ class RandomMixUpV2(MixAugmentationBase):
     """``random_mix_up`` as a module.
 
     Args:
-        lambda_val: (least, greatest) share of the partner, within [0, 1]; all of it by default.
-        same_on_batch: False, for partners are drawn by seeds that differ.
+        lambda_val: (least, greatest) share of the partner, within [0, 1]; (0, 1) by default.
+        same_on_batch: must be False, since the seeds that draw the partners must differ.
         p: the probability of each sample.
-        keepdim: for Kornia's callers; it makes no difference.
-        data_keys: what a call takes: "input" and, if wanted, "class".
+        keepdim: for compatibility with Kornia; it has no effect.
+        data_keys: the arguments of a call: "input" and, if wanted, "class".
 
     Example:
         >>> images, labels = RandomMixUpV2()(torch.rand(4, 3, 8, 9), torch.arange(4))
@@ -135,13 +136,13 @@ class RandomCutMixV2(MixAugmentationBase):
 
     Args:
         num_mix, use_correct_lambda: as in ``random_cut_mix``.
-        cut_size: (least, greatest) of l, within [0, 1]; all of it by default.
-        beta: of the distribution of l; 1 by default.
-        same_on_batch: False, for partners are drawn by seeds that differ.
+        cut_size: (least, greatest) of l, within [0, 1]; (0, 1) by default.
+        beta: the parameter of the distribution of l; 1 by default.
+        same_on_batch: must be False, since the seeds that draw the partners must differ.
         p: the probability of each sample.
-        keepdim: for Kornia's callers; it makes no difference.
-        data_keys: what a call takes: "input" and, if wanted, "class" and "mask" (B, C, H, W), in which the
-            same rectangles are pasted.
+        keepdim: for compatibility with Kornia; it has no effect.
+        data_keys: the arguments of a call: "input" and, if wanted, "class" and "mask" (B, C, H, W), in which
+            the same rectangles are pasted.
 
     Example:
         >>> mix = RandomCutMixV2(data_keys=["input", "mask", "class"])
@@ -179,9 +180,9 @@ class RandomTransplantation(MixAugmentationBase):
     Args:
         excluded_labels: labels that are not copied; none by default.
         p: the probability of each sample.
-        p_batch: the probability that any sample of a batch is changed; the first sample's seed decides.
-        data_keys: what a call takes: of "input" and "mask" at least one each. The first mask, (B, H, W) or
-            (B, 1, H, W) of whole numbers, says what is copied, in further ones too.
+        p_batch: the probability that the batch is changed at all; the first sample's seed decides.
+        data_keys: the arguments of a call: at least one "input" and one "mask". The first mask, (B, H, W) or
+            (B, 1, H, W), whole numbers, selects the copied region, also for further images and masks.
 
     Example:
         >>> image, mask = RandomTransplantation([0], p=1.0)(
@@ -215,7 +216,7 @@ class RandomTransplantation(MixAugmentationBase):
     def of_batch(
         self, changed: Tuple[Tensor, Tensor], input: Tensor, mask: Tensor, seed: Tensor
     ) -> Tuple[Tensor, Tensor]:
-        """What is changed, or what was given where the batch is left alone."""
+        """The changed tensors, or the unchanged ones if ``p_batch`` leaves the batch out."""
         if self.p_batch >= 1.0:
             return changed
         chosen = uniform(seed[:1], 1, 1048576)[:, 0] < self.p_batch  # the stream of AugmentationBase
@@ -261,9 +262,9 @@ class RandomTransplantation3D(RandomTransplantation):
 
 
 class TileAugmentationBase(AugmentationBase2D):
-    """Random changes that move parts of images, so that no matrix says where boxes and points go.
+    """Random changes that move parts of images, so that no single matrix can map boxes and points.
 
-    A call takes what ``data_keys`` names, in that order, and gives a list of as many, or one tensor.
+    A call takes the tensors that ``data_keys`` names, in that order, and returns one tensor or a list.
     """
 
     known: ClassVar[Tuple[str, ...]] = ("input", "mask")
@@ -282,10 +283,10 @@ class TileAugmentationBase(AugmentationBase2D):
         seed: Optional[Tensor] = None,
         generator: Optional[torch.Generator] = None,
     ) -> Any:
-        """What ``data_keys`` names, changed.
+        """The tensors that ``data_keys`` names, changed.
 
         Args:
-            args: the tensors, or, of one sample, each without its batch.
+            args: the tensors; for one sample, each may come without its batch dimension.
             params, seed, generator: as in ``AugmentationBase``.
             data_keys: as in the constructor, for this call.
         """
@@ -303,7 +304,7 @@ class TileAugmentationBase(AugmentationBase2D):
 
     @torch.jit.unused
     def along(self, key: str, value: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
-        """What belongs to images of ``shape``, as they have been changed."""
+        """A mask or boxes of images of ``shape``, changed in the same way as the images."""
         return self.apply_transform(value, params)
 
     @torch.jit.unused
@@ -323,7 +324,7 @@ class RandomJigsaw(TileAugmentationBase):
 
     Args:
         grid, ensure_perm: as in ``random_jigsaw``.
-        data_keys: what a call takes: "input" and, if wanted, "mask" (B, C, H, W).
+        data_keys: the arguments of a call: "input" and, if wanted, "mask" (B, C, H, W).
         p, same_on_batch, keepdim: as in ``AugmentationBase``.
 
     Example:
@@ -355,7 +356,7 @@ class RandomJigsaw(TileAugmentationBase):
         return put_together(input, self.order(params), self.grid)
 
     def order(self, params: Dict[str, Tensor]) -> Tensor:
-        """Which tile comes to each place, (B, tiles)."""
+        """The index of the tile for each place, (B, tiles)."""
         place = torch.arange(self.grid[0] * self.grid[1], device=params["permutation"].device)
         return torch.where(params["batch_prob"][:, None], params["permutation"], place)
 
@@ -369,14 +370,14 @@ class RandomMosaic(TileAugmentationBase):
 
     Args:
         output_size, mosaic_grid, start_ratio_range, padding_mode: as in ``random_mosaic``.
-        min_bbox_size: boxes of which fewer pixels are seen become 0.
-        data_keys: what a call takes: "input" and, if wanted, "mask" (B, C, H, W), "bbox_xyxy", "bbox_xywh"
-            (B, N, 4) with the edges of boxes and "bbox" (B, N, 4, 2) with the centres of corner pixels. A
-            sample has the boxes of all tiles afterwards, tile by tile, (B, tiles * N, ...), as far as they
-            are seen; those that are not are 0.
+        min_bbox_size: boxes with a smaller visible area, in pixels, become 0.
+        data_keys: the arguments of a call: "input" and, if wanted, "mask" (B, C, H, W), "bbox_xyxy",
+            "bbox_xywh" (B, N, 4) with the edges of boxes and "bbox" (B, N, 4, 2) with the centres of corner
+            pixels. In the result, a sample has the boxes of all tiles, tile by tile, (B, tiles * N, ...),
+            clipped to the visible part; boxes that are not visible are 0.
         p, keepdim: as in ``AugmentationBase``.
-        resample, align_corners, cropping_mode: for Kornia's callers; a box begins at a pixel, so that they
-            make no difference.
+        resample, align_corners, cropping_mode: for compatibility with Kornia; they have no effect, since a
+            box begins at a whole pixel.
 
     Example:
         >>> mosaic = RandomMosaic((30, 40), data_keys=["input", "bbox_xyxy"])
@@ -413,7 +414,7 @@ class RandomMosaic(TileAugmentationBase):
         check_mosaic(self.mosaic_grid, self.start_ratio_range, padding_mode)
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
-        check_seeds_differ(self.same_on_batch)  # which a sequence may set
+        check_seeds_differ(self.same_on_batch)  # a sequence may have set it
         params = mosaic_parameters(seed, shape[2], shape[3], self.mosaic_grid, self.start_ratio_range)
         params["batch_prob"] = uniform(seed, 1)[:, 0] < self.p
         return params
@@ -437,14 +438,14 @@ class RandomMosaic(TileAugmentationBase):
 
 
 def check_seeds_differ(same_on_batch: bool) -> None:
-    """Raise ValueError where all samples would draw from one seed."""
+    """Raise ValueError if all samples would draw from one seed."""
     if same_on_batch:
         raise ValueError("same_on_batch: expected False, for partners are drawn by seeds that differ")
 
 
 def _edges(key: str, boxes: Tensor) -> Tensor:
-    """Boxes as (x, y, x, y) of their edges."""
-    if key == "bbox":  # the last pixel's edge is one further than its centre
+    """Boxes as (x1, y1, x2, y2), the coordinates of their edges."""
+    if key == "bbox":  # the edge of the last pixel is one greater than its coordinate
         return torch.cat([boxes.amin(-2), boxes.amax(-2) + 1], -1)
     return torch.cat([boxes[..., :2], boxes[..., :2] + boxes[..., 2:]], -1) if key == "bbox_xywh" else boxes
 

@@ -20,22 +20,23 @@ def random_mosaic(
     p: float = 0.7,
     padding_mode: str = "constant",
 ) -> Tensor:
-    """Put each image at the upper left of a grid of others, and cut a box out of it.
+    """Put each image at the upper left of a grid of other images, and crop a box out of this mosaic.
 
     A. Bochkovskiy et al., YOLOv4: optimal speed and accuracy of object detection, 2020. Each other tile of
-    the grid is of a permutation of the batch, in which an image may be its own. The box begins at a share of
-    the image's height and of its width, each uniform in ``start_ratio_range`` and rounded down to a pixel.
+    the grid comes from a permutation of the batch, in which an image may be its own partner. The box begins
+    at a fraction of the image's height and of its width; both fractions are uniform in ``start_ratio_range``,
+    and the position is rounded down to a pixel.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        seed: (B,), int64, one a sample, all different.
+        seed: (B,), int64, one for each sample, all different.
         output_size: (height, width) of the box; the image's by default.
         mosaic_grid: number of images (down, across).
         start_ratio_range: (least, greatest), within [0, 1].
-        p: probability that a sample is changed. Of others the box begins at the image's corner, and black
-            comes in where the image is smaller.
-        padding_mode: what the box has beyond the grid: "constant", which is black, "reflect" (about the
-            middles of the pixels at the edges), "replicate" or "circular".
+        p: probability that a sample is changed. For other samples the box begins at the image's upper left
+            corner, and pixels outside a smaller image are black.
+        padding_mode: the values of the box outside the grid: "constant" (black), "reflect" (about the centres
+            of the border pixels), "replicate" or "circular".
 
     Returns:
         (B, C, height, width), of the input's dtype.
@@ -74,10 +75,10 @@ def check_mosaic(grid: Tuple[int, int], start: Tuple[float, float], padding_mode
 def mosaic_parameters(
     seed: Tensor, height: int, width: int, grid: Tuple[int, int], start: Tuple[float, float]
 ) -> Dict[str, Tensor]:
-    """Which image each tile is, "permutation" (B, tiles), and where the box begins, "corner" (B, 2), (x, y),
-    both int64."""
+    """The image index of each tile, "permutation" (B, tiles), and the upper left corner of the box, "corner"
+    (B, 2), (x, y), both int64."""
     count = grid[0] * grid[1]
-    u = uniform(seed, 2 + count)  # the first says which samples are changed
+    u = uniform(seed, 2 + count)  # the first chooses the samples that are changed
     own = torch.arange(seed.size(0), device=seed.device)
     others = [ranks(u[:, 3 + i]) for i in range(count - 1)]
     at = u[:, 1:3] * (start[1] - start[0]) + start[0]
@@ -102,7 +103,7 @@ def cut_out_of_mosaic(
 
 
 def cut_at_corner(input: Tensor, output_size: Optional[Tuple[int, int]]) -> Tensor:
-    """The images in the size of a box, from their corners on."""
+    """The images, cropped or padded to the size of the box from their upper left corners."""
     if output_size is None:
         return input
     corner = torch.zeros([input.size(0), 2], dtype=torch.int64, device=input.device)
@@ -118,10 +119,9 @@ def boxes_of_mosaic(
     grid: Tuple[int, int],
     least: float,
 ) -> Tensor:
-    """What is seen of boxes (B, N, 4), (x, y, x, y), of images of this size: (B, tiles * N, 4), tile by tile.
-
-    Of samples that stay as they are the first N are theirs. Those of which less than ``least`` pixels are
-    seen, or nothing, are 0.
+    """The visible parts of boxes (B, N, 4), (x1, y1, x2, y2), of images of this size: (B, tiles * N, 4), tile
+    by tile. For unchanged samples, the first N are their own boxes. Boxes are 0 if they are not visible, or
+    if their visible area is less than ``least`` pixels.
     """
     size = (height, width) if output_size is None else output_size
     count = grid[0] * grid[1]

@@ -1,4 +1,4 @@
-"""Random numbers for every pixel, and what happens to whole channels."""
+"""Random noise for every pixel, and random changes of whole channels."""
 
 from typing import Tuple
 
@@ -14,13 +14,13 @@ from .decisions import applied, between, check_bounds, check_chance, drawn, whit
 def random_gaussian_noise(
     input: Tensor, seed: Tensor, mean: float = 0.0, std: float = 1.0, p: float = 0.5
 ) -> Tensor:
-    """Add a normal number of its own to every value.
+    """Add an independent normally distributed number to every value.
 
     Args:
         input: (B, C, H, W), floating point.
-        seed: (B,), int64, one a sample.
-        mean: of the numbers.
-        std: standard deviation of the numbers, not negative.
+        seed: (B,), int64, one for each sample.
+        mean: the mean of the numbers.
+        std: the standard deviation of the numbers, not negative.
         p: probability that a sample is changed.
 
     Returns:
@@ -50,13 +50,14 @@ def random_salt_and_pepper_noise(
     salt_vs_pepper: Tuple[float, float] = (0.4, 0.6),
     p: float = 0.5,
 ) -> Tensor:
-    """Make pixels white or black, all channels alike.
+    """Make random pixels white or black, in all channels.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1] or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         amount: (least, greatest) share of the pixels that change, within [0, 1], uniform.
-        salt_vs_pepper: (least, greatest) share of the changed ones that become white, within [0, 1], uniform.
+        salt_vs_pepper: (least, greatest) share of the changed pixels that become white, within [0, 1],
+            uniform.
         p: probability that a sample is changed.
 
     Returns:
@@ -79,7 +80,8 @@ def random_salt_and_pepper_noise(
     share = between(u[:, 1], amount, u)[:, None, None, None]
     white = between(u[:, 2], salt_vs_pepper, u)[:, None, None, None]
     plane = input[:, :1]
-    # Colours of their own draws: of one draw compared twice, few draws below a small share would remain.
+    # The colours use their own random numbers: if one random number were compared twice, few numbers below a
+    # small share would remain.
     bright = torch.full_like(plane, white_of(input))
     salt = torch.where(uniform_like(plane, seed, 2) < white, bright, torch.zeros_like(plane))
     noisy = torch.where(uniform_like(plane, seed, 1) < share, salt, input)
@@ -89,11 +91,11 @@ def random_salt_and_pepper_noise(
 def random_channel_dropout(
     input: Tensor, seed: Tensor, num_drop_channels: int = 1, fill_value: float = 0.0, p: float = 0.5
 ) -> Tensor:
-    """Fill channels with a number, a number of channels that are drawn of each sample.
+    """Fill randomly chosen channels of each sample with a number.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         num_drop_channels: how many channels, 0 to C.
         fill_value: what they are filled with, in the units of the image.
         p: probability that a sample is changed.
@@ -121,11 +123,11 @@ def random_channel_dropout(
 
 
 def random_channel_shuffle(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
-    """Put the channels into a random order, all orders equally likely.
+    """Shuffle the channels; all orders are equally likely.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         p: probability that a sample is changed.
 
     Returns:
@@ -148,14 +150,14 @@ def random_channel_shuffle(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
 
 def _channel_ranks(seed: Tensor, channels: int) -> Tensor:
     """A random order of the channels (B, C)."""
-    # More are drawn than needed, and never just as many: a graph may not know how many blocks of four a
-    # number makes, nor whether a part is the whole.
+    # Always draw more numbers than needed: a graph may not know how many blocks of four a number fills, or
+    # whether a slice is the whole.
     count = channels + 1 if channels > 1024 else 1028
     return ranks(uniform(seed, count, 1)[:, :channels])
 
 
 def shuffled(input: Tensor, order: Tensor) -> Tensor:
-    """The channels of each sample in its order (B, C)."""
+    """The channels of each sample in its own order (B, C)."""
     first = torch.arange(input.size(0), device=input.device)[:, None] * input.size(1)
     return input.flatten(0, 1).index_select(0, (first + order).flatten()).reshape(input.shape)
 
@@ -163,11 +165,11 @@ def shuffled(input: Tensor, order: Tensor) -> Tensor:
 def random_jpeg(
     input: Tensor, seed: Tensor, jpeg_quality: Tuple[float, float] = (1.0, 100.0), p: float = 1.0
 ) -> Tensor:
-    """What is left after JPEG: ``jpeg_codec_differentiable`` of a quality uniform in ``jpeg_quality``.
+    """Add JPEG artifacts, by ``jpeg_codec_differentiable``; the quality is uniform in ``jpeg_quality``.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         jpeg_quality: (least, greatest), within [1, 100].
         p: probability that a sample is changed.
 

@@ -1,8 +1,8 @@
-"""The operations of AutoAugment and what followed it, one of them for each sample.
+"""The operations of AutoAugment and of the methods after it; each sample gets one operation.
 
-E. Cubuk et al., AutoAugment: learning augmentation policies from data, CVPR 2019, table 6. All are computed
-of all samples and one is selected: the five that move pixels as one warp and the three that blend with
-something grey as one blend, so that 14 operations cost eight passes.
+E. Cubuk et al., AutoAugment: learning augmentation policies from data, CVPR 2019, table 6. All operations are
+computed for all samples, then one is selected. The five operations that move pixels are one warp, and the
+three that blend with black or grey are one blend, so that 14 operations cost eight passes.
 """
 
 import math
@@ -20,7 +20,7 @@ from .decisions import each
 
 
 def names() -> List[str]:
-    """The operations by number."""
+    """The names of the operations; the index in this list is the operation's number."""
     return [
         "Identity",
         "ShearX",
@@ -49,11 +49,11 @@ def amounts(
     width: int,
     relative: bool,
 ) -> Tensor:
-    """What an operation takes, in its units, from a level in [0, 1] and a sign of -1 or 1: all are (B,).
+    """The amount of an operation, in its units, from a level in [0, 1] and a sign of -1 or 1; all are (B,).
 
-    ``reach`` has what the level 1 changes: tangent of a shear, translation (with ``relative`` as a share of
-    the side), angle in degrees, factor of a blend, number of bits; and last the number of bits at level 0.
-    Translations are whole pixels, rounded towards zero.
+    ``reach`` is the amount at level 1: the tangent of a shear, the translation (with ``relative`` as a
+    fraction of the side), the angle in degrees, the factor of a blend, and the number of bits; its last
+    number is the number of bits at level 0. Translations are whole pixels, rounded towards zero.
     """
     signed = level * sign
     zero = torch.zeros_like(level)
@@ -69,7 +69,7 @@ def amounts(
 
 
 def operated(x: Tensor, operation: Tensor, amount: Tensor, mode: str) -> Tensor:
-    """Each sample (B, 3, H, W) by its operation (B,), which takes its amount (B,)."""
+    """Each sample (B, 3, H, W) after its operation (B,) with its amount (B,)."""
     which = each(operation, x)
     value = amount.to(x.dtype)
     result = torch.where((which >= 1) & (which <= 5), _moved(x, operation, amount, mode), x)
@@ -84,8 +84,8 @@ def operated(x: Tensor, operation: Tensor, amount: Tensor, mode: str) -> Tensor:
 
 
 def _moved(x: Tensor, operation: Tensor, amount: Tensor, mode: str) -> Tensor:
-    """Shears about the upper left corner, translations, rotations (counterclockwise) about the middle; black
-    comes in."""
+    """Shears about the upper left corner, translations, and counterclockwise rotations about the centre;
+    pixels outside are black."""
     height, width = x.size(2), x.size(3)
     value = amount.to(torch.float64)
     zero = torch.zeros_like(value)
@@ -93,7 +93,7 @@ def _moved(x: Tensor, operation: Tensor, amount: Tensor, mode: str) -> Tensor:
     c, s = torch.cos(angle), torch.sin(angle)
     cx, cy = (width - 1) * 0.5, (height - 1) * 0.5
     shear_x, shear_y = torch.where(operation == 1, value, zero), torch.where(operation == 2, value, zero)
-    # The corner is half a pixel from the first pixel's centre.
+    # The corner is half a pixel away from the centre of the first pixel.
     move_x = cx - c * cx + s * cy + shear_x * 0.5 - torch.where(operation == 3, value, zero)
     move_y = cy - s * cx - c * cy + shear_y * 0.5 - torch.where(operation == 4, value, zero)
     inverse = torch.stack([c, shear_x - s, move_x, s + shear_y, c, move_y], 1).reshape(-1, 2, 3)
@@ -101,7 +101,7 @@ def _moved(x: Tensor, operation: Tensor, amount: Tensor, mode: str) -> Tensor:
 
 
 def _blended(x: Tensor, which: Tensor, factor: Tensor) -> Tensor:
-    """Away from black, grey or the mean grey, as Pillow's ``ImageEnhance``."""
+    """Blend with black, grey or the mean grey, like Pillow's ``ImageEnhance``."""
     grey = rgb_to_grayscale(x)
     other = torch.where(which == 8, grey.mean([1, 2, 3], keepdim=True), grey)
     other = torch.where(which == 6, torch.zeros_like(other), other)
@@ -109,7 +109,7 @@ def _blended(x: Tensor, which: Tensor, factor: Tensor) -> Tensor:
 
 
 def _stretched(x: Tensor) -> Tensor:
-    """Each channel to [0, 1]; one of a single value as it is."""
+    """Each channel stretched to [0, 1]; a constant channel stays as it is."""
     low, high = x.amin([2, 3], keepdim=True), x.amax([2, 3], keepdim=True)
     flat = high == low
     return torch.where(flat, x, (x - low) / torch.where(flat, torch.ones_like(high), high - low))

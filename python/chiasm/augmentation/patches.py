@@ -1,4 +1,4 @@
-"""Sequences over the patches of images."""
+"""Sequences of augmentations for the patches of images."""
 
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
@@ -14,24 +14,23 @@ from .video import ImageSequential
 
 
 class PatchSequential(nn.Module):
-    """Cut images into a grid of patches, change each by itself, and put them together again.
+    """Cut images into a grid of patches, change each patch separately, and put the patches together again.
 
-    S. Lin et al., Patch AutoAugment, 2021. ``forward(input, seed)`` scripts and exports; a call draws the
-    seeds if none are given, and keeps them in ``_params``.
+    S. Lin et al., Patch AutoAugment, 2021. ``forward(input, seed)`` can be scripted and exported; a call
+    draws the seeds if none are given, and keeps them in ``_params``.
 
     Args:
-        args: augmentations, sequences of them, and modules that take an image alone, all of which keep the
-            size.
+        args: augmentations, sequences of them, and modules that take only an image; all must keep the size.
         grid_size: number of patches (down, across).
-        padding: of images that the grid does not divide: "same" adds black around them, which is cut off
-            afterwards, "valid" leaves out what is too much around the middle.
-        same_on_batch: True draws for the patches of one image alone, which all others follow; False for each,
-            whatever the augmentations say; None leaves it to them.
-        keepdim: True gives an image without a batch back without one.
-        patchwise_apply: True has one of ``args`` for each patch, row by row; False all of them for every
-            patch.
-        random_apply: how many of ``args`` each patch goes through. With ``patchwise_apply`` False, or True
-            for one to four; else as in ``AugmentationSequential``.
+        padding: for images that the grid does not divide: "same" adds a black border, which is removed from
+            the result; "valid" crops the image at its centre.
+        same_on_batch: True draws for the patches of the first image and uses the same changes for all images;
+            False draws for each image, whatever the augmentations' settings are; None keeps their settings.
+        keepdim: True returns an image without a batch dimension for an image without one.
+        patchwise_apply: True: ``args`` has one augmentation for each patch, row by row; False: all of them
+            are applied to every patch.
+        random_apply: how many of ``args`` are applied to each patch, as in ``AugmentationSequential``; with
+            ``patchwise_apply``, False or True, which means one to four.
         random_apply_weights: as in ``AugmentationSequential``.
 
     Example:
@@ -41,7 +40,7 @@ class PatchSequential(nn.Module):
         tensor([[[[0.2500, 0.5000, 1.0000, 0.0000]]]])
     """
 
-    #: Of the last call.
+    #: The parameters of the last call.
     _params: Dict[str, Tensor]
 
     def __init__(
@@ -86,7 +85,7 @@ class PatchSequential(nn.Module):
         self.same_on_batch, self.keepdim, self._params = same_on_batch is True, bool(keepdim), {}
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
-        """The images changed as ``seed`` (B,), int64, says."""
+        """The images, changed according to ``seed`` (B,), int64."""
         check_rank(input, 4, "(B, C, H, W)", "input")
         check_seed(seed, input.size(0))
         if self.same_on_batch:
@@ -103,7 +102,7 @@ class PatchSequential(nn.Module):
             made = torch.stack(changed, 1)
         else:
             made = patches.flatten(0, 2)
-            for step in self.steps:  # there is one, which TorchScript does not know
+            for step in self.steps:  # there is one step, but TorchScript does not know this
                 made = step.forward(made, seeds.t().flatten())
         made = made.reshape(-1, down, across, made.size(-3), high, wide).permute(0, 3, 1, 4, 2, 5)
         made = made.reshape(input.size(0), -1, down * high, across * wide)
@@ -112,7 +111,8 @@ class PatchSequential(nn.Module):
         return made[:, :, top : top + input.size(2), left : left + input.size(3)]
 
     def fitted(self, input: Tensor) -> Tuple[Tensor, int, int]:
-        """Images that the grid divides, and how much lies above and to the left of what is to be seen."""
+        """The images with a size that the grid divides, and the offset (rows, columns) of the visible part in
+        them."""
         down, across = self.grid_size
         if self.padding == "valid":
             high, wide = input.size(2) // down * down, input.size(3) // across * across
@@ -132,13 +132,13 @@ class PatchSequential(nn.Module):
         params: Optional[Dict[str, Tensor]] = None,
         generator: Optional[torch.Generator] = None,
     ) -> Any:
-        """The images, or one without a batch, changed.
+        """The changed images, or one changed image without a batch dimension.
 
         Args:
             input: (B, C, H, W) or (C, H, W).
-            seed: (B,), int64: what is drawn from.
-            params: those of an earlier call, its ``_params``.
-            generator: where seeds are drawn from that are not given; PyTorch's own by default.
+            seed: (B,), int64: all random numbers are drawn from it.
+            params: the parameters of an earlier call (its ``_params``).
+            generator: draws the seeds if none are given; PyTorch's default generator if None.
         """
         batch = input[None] if input.dim() == 3 else input
         if params is not None:

@@ -22,7 +22,7 @@ def _draw(seed: Tensor, shape: List[int], scale: float, method: str, p: float) -
     size = torch.ones(2, dtype=torch.float64, device=seed.device)
     size = torch.stack([size[0] * shape[3], size[1] * shape[2]])
     start = (unit * (size - 1.0)).expand(seed.size(0), 4, 2)
-    # Towards the middle, or to any side.
+    # Towards the centre, or in any direction.
     moved = offset * 2.0 - 1.0 if method == "area_preserving" else offset * (1.0 - 2.0 * unit)
     return {
         "batch_prob": below(u[:, 0], p),
@@ -45,16 +45,18 @@ def random_perspective(
     p: float = 0.5,
     sampling_method: str = "basic",
 ) -> Tensor:
-    """Show some images as if seen from aside: each corner moves on its own.
+    """Warp some images by a random perspective: each corner moves independently.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
-        distortion_scale: up to which part of half the width and half the height corners move, 0 to 1.
+        distortion_scale: the largest move of a corner, as a fraction of half the width and half the height, 0
+            to 1.
         resample: "bilinear", "nearest" or "bicubic".
-        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        align_corners: for compatibility with Kornia; it has no effect, since pixels outside the image are
+            black.
         p: the probability of each image.
-        sampling_method: "basic" moves corners towards the middle, "area_preserving" to any side.
+        sampling_method: "basic" moves corners towards the centre, "area_preserving" in any direction.
 
     Returns:
         (B, C, H, W). Differentiable in input.

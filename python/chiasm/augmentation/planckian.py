@@ -1,4 +1,4 @@
-"""The colours of radiators and of daylight."""
+"""The colours of black bodies and of daylight."""
 
 import torch
 from torch import Tensor
@@ -7,8 +7,8 @@ from ..primitives.core.checks import check_choice
 
 
 def planckian_gains(mode: str, device: torch.device) -> Tensor:
-    """What white becomes, (N, 3), green 1, in linear sRGB: of a black body of 3000, 3500, ... 15000 K, or of
-    daylight ("CIED") of 4000, 4500, ... 15000 K."""
+    """The colours of light (N, 3), in linear sRGB with green 1: of a black body at 3000, 3500, ... 15000 K,
+    or of daylight ("CIED") at 4000, 4500, ... 15000 K."""
     check_choice(mode, ["blackbody", "CIED"], "mode")
     if mode == "CIED":
         xyz = _daylight(torch.arange(4000, 15001, 500, device=device).to(torch.float64))
@@ -38,7 +38,7 @@ def _black_body(kelvin: Tensor) -> Tensor:
 
 
 def _lobe(wavelength: Tensor, middle: float, below: float, above: float) -> Tensor:
-    """A Gaussian that is wider on one side."""
+    """A Gaussian with a different width on each side."""
     distance = wavelength - middle
     scaled = torch.where(distance < 0.0, distance / below, distance / above)
     return torch.exp(-0.5 * scaled * scaled)

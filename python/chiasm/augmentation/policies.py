@@ -1,4 +1,4 @@
-"""Policies: random sequences of operations, of each sample its own."""
+"""Policies: random sequences of operations; each sample has its own sequence."""
 
 from typing import List
 
@@ -18,15 +18,15 @@ def rand_augment(input: Tensor, seed: Tensor, n: int = 2, m: int = 9, mode: str 
 
     E. Cubuk et al., RandAugment: practical automated data augmentation with a reduced search space, CVPR
     workshops 2020, with torchvision's ranges: shears of up to 0.3, translations of up to 150/331 of the side,
-    30 degrees, factors of 1 +- 0.9, 4 bits less, all in either direction, and Identity, Solarize,
-    AutoContrast and Equalize. All operations are computed at each of n places, and one selected.
+    30 degrees, factors of 1 +- 0.9, 4 bits less; signs are random. Identity, Solarize, AutoContrast and
+    Equalize are the others. At each of the n places, all operations are computed and one is selected.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8, H and W at least 3.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         n: how many operations, one after the other.
         m: strength, 0 to 30.
-        mode: how pixels that move are resampled, "bilinear" or "nearest".
+        mode: the interpolation of operations that move pixels, "bilinear" or "nearest".
 
     Returns:
         (B, 3, H, W), of the input's dtype; bytes are rounded once, after all operations.
@@ -59,14 +59,14 @@ def trivial_augment(input: Tensor, seed: Tensor, mode: str = "bilinear") -> Tens
     """TrivialAugment in its wide form: one of 14 operations, of one of 31 strengths, all equally likely.
 
     S. Mueller, F. Hutter, TrivialAugment: tuning-free yet state-of-the-art data augmentation, ICCV 2021:
-    shears of up to 0.99, translations of up to 32 pixels, 135 degrees, factors of 1 +- 0.99, 6 bits less, all
-    in either direction, and Identity, Solarize, AutoContrast and Equalize. All operations are computed, and
-    one selected.
+    shears of up to 0.99, translations of up to 32 pixels, 135 degrees, factors of 1 +- 0.99, 6 bits less;
+    signs are random. Identity, Solarize, AutoContrast and Equalize are the others. All operations are
+    computed and one is selected.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8, H and W at least 3.
-        seed: (B,), int64, one a sample.
-        mode: how pixels that move are resampled, "bilinear" or "nearest".
+        seed: (B,), int64, one for each sample.
+        mode: the interpolation of operations that move pixels, "bilinear" or "nearest".
 
     Returns:
         (B, 3, H, W), of the input's dtype; bytes are rounded once, after all operations.
@@ -88,18 +88,18 @@ def trivial_augment(input: Tensor, seed: Tensor, mode: str = "bilinear") -> Tens
 
 
 def auto_augment(input: Tensor, seed: Tensor, policy: str = "imagenet", mode: str = "bilinear") -> Tensor:
-    """AutoAugment: one of 25 pairs of operations with equal probability, each with a probability and a
-    strength of its own.
+    """AutoAugment: one of 25 pairs of operations with equal probability. Each operation of a pair has its own
+    probability and strength.
 
     E. Cubuk et al., AutoAugment: learning augmentation policies from data, CVPR 2019, tables 7 to 9, with
-    torchvision's ranges, which are those of ``rand_augment``. All operations are computed at both places, and
-    one selected.
+    torchvision's ranges, the same as in ``rand_augment``. At both places, all operations are computed and one
+    is selected.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8, H and W at least 3.
-        seed: (B,), int64, one a sample.
-        policy: the data set for which it was found: "imagenet", "cifar10" or "svhn".
-        mode: how pixels that move are resampled, "bilinear" or "nearest".
+        seed: (B,), int64, one for each sample.
+        policy: the data set that the policy was optimized for: "imagenet", "cifar10" or "svhn".
+        mode: the interpolation of operations that move pixels, "bilinear" or "nearest".
 
     Returns:
         (B, 3, H, W), of the input's dtype; bytes are rounded once, after all operations.
@@ -142,18 +142,19 @@ def aug_mix(
     D. Hendrycks et al., AugMix: a simple data processing method to improve robustness and uncertainty, ICLR
     2020, with torchvision's ranges: shears of up to 0.3, translations of up to a third of the side, 30
     degrees, Posterize to 4 bits and less, Solarize, AutoContrast, Equalize, and with all_ops factors of 1 +-
-    0.9. The chains' weights are Dirichlet(alpha), the image's is Beta(alpha, alpha). All operations are
-    computed at each place of each chain, and one selected: nine times by default.
+    0.9. The chains' weights are Dirichlet(alpha), the image's is Beta(alpha, alpha). At each place of each
+    chain, all operations are computed and one is selected: nine times by default.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1] or uint8, H and W at least 3.
-        seed: (B,), int64, one a sample.
-        severity: strengths are 0 to severity - 1 tenths of a scale of 10, all equally likely; 1 to 10.
+        seed: (B,), int64, one for each sample.
+        severity: 1 to 10; the strength is 0 to severity - 1, all equally likely, on a scale of ten strengths.
         mixture_width: number of chains.
         chain_depth: operations of each chain; -1 draws 1 to 3.
-        alpha: of the distributions, positive.
-        all_ops: take Brightness, Color, Contrast and Sharpness too, which overlap the tests on corruptions.
-        mode: how pixels that move are resampled, "bilinear" or "nearest".
+        alpha: the parameter of both distributions, positive.
+        all_ops: True uses Brightness, Color, Contrast and Sharpness too; they overlap with the corruptions of
+            common robustness tests.
+        mode: the interpolation of operations that move pixels, "bilinear" or "nearest".
 
     Returns:
         (B, 3, H, W), of the input's dtype; bytes are rounded once, after all operations.

@@ -8,8 +8,8 @@ from typing import List
 
 
 def policy_table(policy: str) -> List[float]:
-    """25 lines of six numbers: operation (``operations.names``), its probability and its strength of 0 to 9,
-    and those of a second one. Operations without a strength have 0."""
+    """25 lines of six numbers: an operation (its index in ``operations.names``), its probability and its
+    strength, 0 to 9; then the same for a second operation. The strength is 0 for operations without one."""
     if policy == "cifar10":
         return _cifar10()
     if policy == "svhn":

@@ -18,7 +18,8 @@ def _draw(seed: Tensor, times: Tuple[int, int], p: float) -> Dict[str, Tensor]:
 
 
 def _matrix(params: Dict[str, Tensor], height: int, width: int) -> Tensor:
-    """Counterclockwise as seen, about the middle; sines and cosines are whole numbers."""
+    """A counterclockwise rotation, as seen, about the centre; its sines and cosines are exact whole
+    numbers."""
     turns = torch.remainder(params["times"], 4)
     zero = torch.zeros_like(turns, dtype=torch.float64)
     one = zero + 1.0
@@ -37,18 +38,20 @@ def random_rotation90(
     align_corners: bool = True,
     p: float = 0.5,
 ) -> Tensor:
-    """Turn some images by multiples of 90 degrees about their middles.
+    """Rotate some images by multiples of 90 degrees about their centres.
 
-    Their size stays: of an image that is not square, what is turned out of it is lost, and black comes in.
+    The size stays the same: if an image is not square, content that leaves the image is lost, and the rest is
+    black.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
-        times: the least and the greatest number of turns, counterclockwise as seen; all between are equally
-            likely.
-        resample: "bilinear", "nearest" or, not of bytes, "bicubic": pixels come between pixels where one side
-            is even and the other odd.
-        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        times: the least and the greatest number of quarter turns, counterclockwise as seen; all numbers in
+            this range are equally likely.
+        resample: "bilinear", "nearest" or, not for uint8, "bicubic"; this matters only if one side is even
+            and the other one odd, because then positions lie between pixels.
+        align_corners: for compatibility with Kornia; it has no effect, since pixels outside the image are
+            black.
         p: the probability of each image.
 
     Returns:
@@ -77,7 +80,8 @@ class RandomRotation90(Warp):
     """``random_rotation90`` as a module.
 
     Args:
-        times: the least and the greatest number of turns, counterclockwise as seen; a number for both.
+        times: the least and the greatest number of quarter turns, counterclockwise as seen; one number stands
+            for both.
         resample, align_corners: as in ``random_rotation90``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
 

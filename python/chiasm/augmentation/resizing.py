@@ -1,4 +1,4 @@
-"""Resizing as a step of a sequence: masks, boxes and key points go along."""
+"""Resizing as a step of a sequence: masks, boxes and keypoints are resized with their images."""
 
 from typing import Any, Dict, List
 
@@ -14,13 +14,14 @@ class Resize(GeometricAugmentationBase2D):
     """``geometry.transform.resize`` as a step of a sequence.
 
     Args:
-        size: (height, width) of the result, or one number for ``side``; the other keeps the ratio.
-        side: what one number is the length of: "short", "long", "vert" or "horz".
-        resample: "bilinear", "nearest" or, not of bytes, "bicubic".
-        align_corners: whether the middles of the corner pixels go to such, else the edges to edges. "nearest"
-            takes edges.
-        antialias: whether the filter is as wide as what a pixel of the result covers.
-        p: 1, for the size of a result cannot hang on chance.
+        size: (height, width) of the result, or one number, the length of ``side``; the other side keeps the
+            aspect ratio.
+        side: the side whose length one number gives: "short", "long", "vert" or "horz".
+        resample: "bilinear", "nearest" or, not for uint8, "bicubic".
+        align_corners: True maps centres of corner pixels to centres of corner pixels; False maps edges to
+            edges. "nearest" always maps edges to edges.
+        antialias: True: the filter is as wide as the area that a pixel of the result covers.
+        p: must be 1, since the size of the result must not depend on chance.
         keepdim: as in ``AugmentationBase``.
 
     Example:
@@ -44,7 +45,7 @@ class Resize(GeometricAugmentationBase2D):
         if side not in ("short", "long", "vert", "horz"):
             raise ValueError(f"side: expected 'short', 'long', 'vert' or 'horz', got {side!r}")
         sides = as_size(size, "size")
-        # A scripted module has one type of size: two numbers, of which a single one repeats itself.
+        # A scripted module has one type of size: two numbers; a single number is repeated.
         self.height, self.width, self.single = sides[0], sides[1], isinstance(size, int)
         self.side, self.resample, self.antialias = side, as_mode(resample), bool(antialias)
         self.align_corners = bool(align_corners) and self.resample != "nearest"
@@ -83,12 +84,12 @@ class Resize(GeometricAugmentationBase2D):
 
 
 class LongestMaxSize(Resize):
-    """Bring the longer side to a length, and the other along.
+    """Resize images so that the longer side has a given length; the aspect ratio stays.
 
     Args:
         max_size: the longer side of the result, in pixels.
         resample, align_corners: as in ``Resize``.
-        p: 1, for the size of a result cannot hang on chance.
+        p: must be 1, since the size of the result must not depend on chance.
 
     Example:
         >>> LongestMaxSize(5)(torch.rand(2, 3, 8, 10)).shape
@@ -102,12 +103,12 @@ class LongestMaxSize(Resize):
 
 
 class SmallestMaxSize(Resize):
-    """Bring the shorter side to a length, and the other along.
+    """Resize images so that the shorter side has a given length; the aspect ratio stays.
 
     Args:
         max_size: the shorter side of the result, in pixels.
         resample, align_corners: as in ``Resize``.
-        p: 1, for the size of a result cannot hang on chance.
+        p: must be 1, since the size of the result must not depend on chance.
 
     Example:
         >>> SmallestMaxSize(4)(torch.rand(2, 3, 8, 10)).shape

@@ -33,14 +33,15 @@ def random_rotation(
     align_corners: bool = True,
     p: float = 0.5,
 ) -> Tensor:
-    """Rotate some images about their middles.
+    """Rotate some images about their centres.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
         degrees: the range of angles, counterclockwise as seen.
         resample: "bilinear", "nearest" or "bicubic".
-        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        align_corners: for compatibility with Kornia; it has no effect, since pixels outside the image are
+            black.
         p: the probability of each image.
 
     Returns:
@@ -66,7 +67,7 @@ class RandomRotation(Warp):
     """``random_rotation`` as a module.
 
     Args:
-        degrees: the range of angles, counterclockwise as seen; a number goes to both sides of 0.
+        degrees: the range of angles, counterclockwise as seen; a number x means [-x, x].
         resample, align_corners: as in ``random_rotation``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
 

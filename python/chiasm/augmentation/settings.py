@@ -1,4 +1,5 @@
-"""What constructors of augmentations take for a setting, and what their functions take."""
+"""Converts the settings that the constructors of augmentations take into the settings that the functions
+take."""
 
 import math
 from typing import Any, Callable, List, Sequence, Tuple, Union
@@ -10,7 +11,8 @@ Reader = Callable[[str, Any], Any]
 
 
 def about(center: float, least: float, greatest: float) -> Reader:
-    """A number x stands for ``center - x`` to ``center + x`` within [least, greatest]; two for themselves.
+    """A number x stands for ``center - x`` to ``center + x``, limited to [least, greatest]; two numbers are
+    the range itself.
 
     >>> about(1.0, 0.0, 2.0)("brightness", 0.25)
     (0.75, 1.25)
@@ -29,12 +31,12 @@ def about(center: float, least: float, greatest: float) -> Reader:
     return read
 
 
-#: A number stands for the range from its negative to itself.
+#: A number x stands for the range [-x, x].
 symmetric = about(0.0, -math.inf, math.inf)
 
 
 def ranges(name: str, value: Any, count: int) -> List[Tuple[float, float]]:
-    """So many ranges: a number or (least, greatest) for all, or a number or a range for each.
+    """``count`` ranges, from a number or (least, greatest) for all, or from a number or a range for each.
 
     >>> ranges("degrees", (1.0, 2.0, 3.0), 3)
     [(-1.0, 1.0), (-2.0, 2.0), (-3.0, 3.0)]
@@ -75,22 +77,22 @@ def whole(name: str, value: Any) -> Tuple[int, int]:
 
 
 def word(name: str, value: Any) -> str:
-    """A string, or the name of an enumeration's member in small letters."""
+    """A string, or the name of an enum member in lower case."""
     return value if isinstance(value, str) else str(value.name).lower()
 
 
 def vector(name: str, value: Union[float, Sequence[float], Tensor]) -> Tensor:
-    """A number or numbers as a tensor (N,)."""
+    """One or several numbers as a tensor (N,)."""
     return torch.as_tensor(value, dtype=torch.float32).reshape(-1)
 
 
 def plain(name: str, value: Any) -> Any:
-    """As it is."""
+    """The value itself."""
     return value
 
 
 def number(name: str, value: Any) -> Any:
-    """A whole number as a float, which TorchScript tells apart."""
+    """A whole number as a float, since TorchScript distinguishes the two types."""
     return float(value) if isinstance(value, int) else value
 
 

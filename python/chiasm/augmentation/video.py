@@ -1,4 +1,4 @@
-"""Sequences over images alone, and over the frames of videos."""
+"""Sequences of augmentations for images only, and for the frames of videos."""
 
 from typing import Any, Optional, Sequence
 
@@ -11,10 +11,10 @@ from .container import AugmentationSequential, Some
 
 
 class ImageSequential(AugmentationSequential):
-    """``AugmentationSequential`` of images alone.
+    """``AugmentationSequential`` for images only.
 
     Args:
-        args: augmentations, and modules that take an image alone.
+        args: augmentations, and modules that take only an image.
         same_on_batch, keepdim, random_apply, random_apply_weights: as in ``AugmentationSequential``.
 
     Example:
@@ -43,13 +43,12 @@ class ImageSequential(AugmentationSequential):
 class VideoSequential(nn.Module):
     """A sequence of augmentations for each frame of videos.
 
-    ``forward(input, seed)`` scripts and exports; a call draws the seeds if none are given.
+    ``forward(input, seed)`` can be scripted and exported; a call draws the seeds if none are given.
 
     Args:
-        args: augmentations, and modules that take an image alone.
-        data_format: "BTCHW" or "BCTHW": where the T frames are.
-        same_on_frame: True draws once for all frames of a video, so that they are changed alike; False for
-            each.
+        args: augmentations, and modules that take only an image.
+        data_format: "BTCHW" or "BCTHW", the position of the T frames.
+        same_on_frame: True changes all frames of a video in the same way; False draws for each frame.
         random_apply, random_apply_weights: as in ``AugmentationSequential``.
 
     Example:
@@ -75,7 +74,7 @@ class VideoSequential(nn.Module):
         )
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
-        """The videos changed as ``seed`` (B,), int64, says."""
+        """The videos, changed according to ``seed`` (B,), int64."""
         if input.dim() != 5:
             raise ValueError(f"input: expected 5 dimensions, got {list(input.shape)}")
         check_seed(seed, input.size(0))
@@ -89,12 +88,12 @@ class VideoSequential(nn.Module):
     def __call__(
         self, input: Tensor, seed: Optional[Tensor] = None, generator: Optional[torch.Generator] = None
     ) -> Any:
-        """The videos changed.
+        """The changed videos.
 
         Args:
-            input: (B, T, C, H, W), or (B, C, T, H, W) as ``data_format`` says.
-            seed: (B,), int64: what is drawn from.
-            generator: where seeds are drawn from that are not given; PyTorch's own by default.
+            input: (B, T, C, H, W), or (B, C, T, H, W) if ``data_format`` is "BCTHW".
+            seed: (B,), int64: all random numbers are drawn from it.
+            generator: draws the seeds if none are given; PyTorch's default generator if None.
         """
         if seed is None:
             seed = draw_seeds(input.size(0), generator).to(input.device)

@@ -16,16 +16,16 @@ from .settings import about, ranges, whole, word
 
 
 def random_equalize3d(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
-    """Spread the levels of each channel of some volumes evenly: ``equalize3d``. There is no gradient of a
-    changed sample.
+    """Equalize the histogram of each channel of some volumes, by ``equalize3d``. A changed sample has no
+    gradient.
 
     Args:
         input: (B, C, D, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, D, H, W), of the input's dtype; a changed sample has multiples of 1 / 255.
+        (B, C, D, H, W), of the input's dtype; in a changed sample the values are multiples of 1 / 255.
 
     Raises:
         TypeError: if input is not floating point, or seed not int64.
@@ -51,12 +51,12 @@ def random_motion_blur3d(
     resample: str = "nearest",
     p: float = 0.5,
 ) -> Tensor:
-    """Blur some volumes as if they had moved along a line: ``motion_blur3d`` by a length, an angle and a
-    direction of each sample.
+    """Blur some volumes as if they had moved along a line, by ``motion_blur3d``; each sample has its own
+    length, angle and direction.
 
     Args:
         input: (B, C, D, H, W), floating point.
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         kernel_size: (least, greatest) length of the line, odd, at least 3; odd numbers between them are
             equally likely.
         angle: the ranges of the rotation vector's components along x, y and z, in degrees.
@@ -124,7 +124,7 @@ class RandomMotionBlur3D(AugmentationBase3D):
         kernel_size: the length of the line, or (least, greatest).
         angle: the ranges of the rotation vector's components along x, y and z in degrees, as ``degrees`` of
             ``RandomAffine3D``.
-        direction: the range, or a number for both sides of 0.
+        direction: the range; a number x means [-x, x].
         border_type, resample: as in ``random_motion_blur3d``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
 

@@ -1,4 +1,4 @@
-"""What random warps share: a matrix for each sample, and the image sampled by it."""
+"""Shared by random warps: a matrix for each sample, and the sampling of images by these matrices."""
 
 from typing import Any, Dict, List
 
@@ -11,9 +11,8 @@ from .base import GeometricAugmentationBase2D, as_mode, identity
 
 
 def chosen(matrix: Tensor, params: Dict[str, Tensor]) -> Tensor:
-    """The homographies (B, 3, 3) of samples that "batch_prob" chooses, the identity of others.
-
-    A warp by the identity gives the image itself, so that samples need no choice afterwards.
+    """The homographies (B, 3, 3) of samples that "batch_prob" chooses, and the identity for other samples. A
+    warp by the identity returns the image itself, so that no choice is needed afterwards.
     """
     eye = identity(params["batch_prob"], 3)
     return torch.where(params["batch_prob"][:, None, None], matrix.to(torch.float64), eye)
@@ -29,7 +28,8 @@ def warped(
     align_corners: bool,
     affine: bool = True,
 ) -> Tensor:
-    """The images (B, C, height, width) of what homographies (B, 3, 3) in float64 take there."""
+    """The images, warped to (B, C, height, width) by homographies (B, 3, 3), float64, from input to
+    output."""
     check_source(input, resample, padding_mode, "input")
     inverse = inverse3x3(matrix)
     if affine:
@@ -40,7 +40,7 @@ def warped(
 
 
 def middle(like: Tensor, height: int, width: int) -> Tensor:
-    """(B, 2) in float64: the middles of so many images."""
+    """The centres (B, 2), float64, of B images, where B is the batch size of ``like``."""
     one = torch.ones_like(like, dtype=torch.float64)
     return torch.stack([one * ((width - 1) * 0.5), one * ((height - 1) * 0.5)], -1)
 
@@ -50,8 +50,9 @@ class Warp(GeometricAugmentationBase2D):
 
     Args:
         resample: "bilinear", "nearest" or "bicubic".
-        padding_mode: what lies outside: "zeros", "border" or "reflection".
-        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
+        padding_mode: the values outside the image: "zeros", "border" or "reflection".
+        align_corners: True: "reflection" mirrors at the centres of the border pixels; False: at the image's
+            outer edges.
         affine: whether the matrices' last row is (0, 0, 1).
         p, same_on_batch, keepdim: as in ``AugmentationBase``.
     """
@@ -78,7 +79,7 @@ class Warp(GeometricAugmentationBase2D):
         return self.sampled(input, params, self.resample)
 
     def sampled(self, input: Tensor, params: Dict[str, Tensor], resample: str) -> Tensor:
-        """The images, sampled in a way of one's own."""
+        """The images, sampled with the given interpolation."""
         shape = list(input.shape)
         height, width = self.output_size(shape)
         matrix = self.compute_transformation(params, shape)

@@ -34,18 +34,20 @@ def random_affine3d(
     align_corners: bool = False,
     p: float = 0.5,
 ) -> Tensor:
-    """Shear, scale and rotate some volumes about their middles, and move them: ``get_affine_matrix3d``.
+    """Shear, scale, rotate (about their centres) and translate some volumes, by ``get_affine_matrix3d``.
 
     Args:
         input: (B, C, D, H, W), floating point.
         seed: (B,), int64.
-        degrees: the ranges of the rotation vector's components along x, y and z.
-        translate: up to which part of the width, the height and the depth volumes move, to either side.
-        scale: the range of factors, along all axes, or three, along x, y and z; 1 by default.
+        degrees: the ranges of the components of the rotation vector along x, y and z, in degrees.
+        translate: the largest translation to either side, as fractions of the width, the height and the
+            depth.
+        scale: one range of the scale factor for all axes, or three ranges, for x, y and z; 1 by default.
         shears: the six ranges of shearing angles in degrees, sxy, sxz, syx, syz, szx and szy; none by
             default.
-        resample: "bilinear" (of eight voxels) or "nearest".
-        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        resample: "bilinear" (trilinear, of eight voxels) or "nearest".
+        align_corners: for compatibility with Kornia; it has no effect, since pixels outside the image are
+            black.
         p: the probability of each volume.
 
     Returns:
@@ -73,14 +75,15 @@ def random_rotation3d(
     align_corners: bool = False,
     p: float = 0.5,
 ) -> Tensor:
-    """Rotate some volumes about their middles by rotation vectors: ``rotate3d``.
+    """Rotate some volumes about their centres by rotation vectors, by ``rotate3d``.
 
     Args:
         input: (B, C, D, H, W), floating point.
         seed: (B,), int64.
         degrees: the ranges of the rotation vector's components along x, y and z (yaw, pitch, roll).
-        resample: "bilinear" (of eight voxels) or "nearest".
-        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        resample: "bilinear" (trilinear, of eight voxels) or "nearest".
+        align_corners: for compatibility with Kornia; it has no effect, since pixels outside the image are
+            black.
         p: the probability of each volume.
 
     Returns:
@@ -109,15 +112,17 @@ def random_perspective3d(
     align_corners: bool = False,
     p: float = 0.5,
 ) -> Tensor:
-    """Bend some volumes by homographies of space: each corner moves towards the middle on its own, as far as
-    ``get_perspective_transform3d`` reads it.
+    """Warp some volumes by 3D homographies: each corner moves towards the centre independently, and
+    ``get_perspective_transform3d`` computes the homography from the corners that it reads.
 
     Args:
         input: (B, C, D, H, W), floating point.
         seed: (B,), int64.
-        distortion_scale: up to which part of half a side corners move along it, 0 to 1.
-        resample: "bilinear" (of eight voxels) or "nearest".
-        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        distortion_scale: the largest move of a corner along each side, as a fraction of half the side, 0 to
+            1.
+        resample: "bilinear" (trilinear, of eight voxels) or "nearest".
+        align_corners: for compatibility with Kornia; it has no effect, since pixels outside the image are
+            black.
         p: the probability of each volume.
 
     Returns:
@@ -147,20 +152,21 @@ def _warped(input: Tensor, matrix: Tensor, resample: str) -> Tensor:
 
 
 def _chosen(matrix: Tensor, params: Dict[str, Tensor]) -> Tensor:
-    """(B, 4, 4) of samples that "batch_prob" chooses, the identity of others: it leaves a volume as it is."""
+    """The matrices (B, 4, 4) of samples that "batch_prob" chooses, and the identity, which leaves a volume
+    unchanged, for other samples."""
     eye = identity(params["batch_prob"], 4)
     return torch.where(params["batch_prob"][:, None, None], matrix.to(torch.float64), eye)
 
 
 def _middle(like: Tensor, shape: List[int]) -> Tensor:
-    """(B, 3) in float64: the middles of volumes, (x, y, z)."""
+    """The centres (B, 3), float64, of volumes, (x, y, z)."""
     one = torch.ones_like(like, dtype=torch.float64)
     sides = [one * ((shape[4 - axis] - 1) * 0.5) for axis in range(3)]
     return torch.stack(sides, -1)
 
 
 def _each_between(u: Tensor, bounds: List[Tuple[float, float]]) -> Tensor:
-    """(B, N) of uniform numbers (B, N), each column within its bounds."""
+    """Uniform numbers (B, N) in [0, 1), mapped to each column's bounds: (B, N)."""
     columns = [between(u[:, i], bounds[i][0], bounds[i][1]) for i in range(len(bounds))]
     return torch.stack(columns, -1)
 
@@ -233,7 +239,7 @@ def _draw_perspective(seed: Tensor, shape: List[int], scale: float, p: float) ->
     front = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
     back = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]]
     unit = torch.tensor(front + back, dtype=torch.float64, device=seed.device)
-    last = 2.0 * _middle(u[:, 0], shape)[:, None]  # of each axis the last voxel
+    last = 2.0 * _middle(u[:, 0], shape)[:, None]  # the last voxel of each axis
     start = unit * last
     moved = u[:, 1:].to(torch.float64).reshape(-1, 8, 3) * (1.0 - 2.0 * unit)
     return {
@@ -258,7 +264,7 @@ class Warp3D(AugmentationBase3D):
 
     Args:
         resample: "bilinear" or "nearest".
-        align_corners: for Kornia's callers; it makes no difference.
+        align_corners: for compatibility with Kornia; it has no effect.
         p, same_on_batch, keepdim: as in ``AugmentationBase``.
     """
 
@@ -286,11 +292,11 @@ class RandomAffine3D(Warp3D):
     """``random_affine3d`` as a module.
 
     Args:
-        degrees: the ranges of the rotation vector's components along x, y and z: a number, for all to both
-            sides of 0, (least, greatest) of all, three numbers, each to both sides of 0, or three ranges.
-        translate: up to which part of the width, the height and the depth volumes move; not at all by
+        degrees: the ranges of the rotation vector's components along x, y and z: a number x, which means [-x,
+            x] for all, (least, greatest) for all, three numbers, or three ranges.
+        translate: the largest translation, as fractions of the width, the height and the depth; none by
             default.
-        scale: the range of factors, or three, along x, y and z; 1 by default.
+        scale: the range of scale factors, or three ranges, for x, y and z; 1 by default.
         shears: the ranges of the six shearing angles in degrees, as ``degrees``; none by default.
         resample, align_corners: as in ``random_affine3d``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.

@@ -19,19 +19,20 @@ def random_rain(
     drop_width: Tuple[int, int] = (-5, 5),
     p: float = 0.5,
 ) -> Tensor:
-    """Draw drops: lines of the grey 200 / 255, in each image all of one slope.
+    """Draw rain drops: lines of the grey 200 / 255; in one image all lines have the same slope.
 
     Args:
         input: (B, C, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
-        number_of_drops: (least, greatest), not negative; all numbers are equally likely, here and below.
+        seed: (B,), int64, one for each sample.
+        number_of_drops: (least, greatest), not negative; all numbers in the range are equally likely, here
+            and below.
         drop_height: (least, greatest) number of rows, at least 1.
-        drop_width: (least, greatest) distance of the lower end to the right of the upper one, in absolute
-            value not more than the least height.
+        drop_width: (least, greatest) horizontal offset, in pixels, of a drop's lower end from its upper end,
+            positive to the right; its absolute value must not exceed the least height.
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype. What of a drop lies outside the image is not seen.
+        (B, C, H, W), of the input's dtype. The part of a drop outside the image is cut off.
 
     Raises:
         TypeError: if input is not floating point, or seed not int64.
@@ -64,7 +65,7 @@ def random_rain(
     high = whole_between(u[:, 2], drop_height)[:, None, None]
     wide = whole_between(u[:, 3], drop_width)[:, None, None]
     place = uniform(seed, 2 * most, 1).reshape(-1, most, 2, 1)
-    # Drops begin where they lie within the image, if there is room for them.
+    # Drops begin at positions where they lie within the image, if there is room for them.
     top = torch.floor(place[:, :, 0] * (height - high + 1).clamp(min=1)).to(torch.int64)
     room = (width - wide.abs()).clamp(min=1)
     left = torch.floor(place[:, :, 1] * room).to(torch.int64) - wide.clamp(max=0)
@@ -73,7 +74,7 @@ def random_rain(
     column = left + torch.div(2 * step * wide + high, 2 * high, rounding_mode="floor")
     drop = torch.arange(most, device=input.device)[:, None]
     seen = (drop < drops) & (step < high) & (row < height) & (column >= 0) & (column < width)
-    # What is not seen falls upon one pixel more.
+    # Invisible parts are written to one extra pixel.
     pixel = torch.where(seen, row * width + column, torch.full_like(row, height * width)).flatten(1)
     wet = torch.zeros([input.size(0), height * width + 1], dtype=torch.int64, device=input.device)
     wet = wet.scatter(1, pixel, torch.ones_like(pixel))[:, : height * width] > 0
@@ -89,11 +90,11 @@ def random_snow(
     brightness: Tuple[float, float] = (2.0, 2.0),
     p: float = 1.0,
 ) -> Tensor:
-    """Brighten the dark: multiply the lightness, in HLS, where it is below a threshold.
+    """Multiply the lightness in HLS by a factor where the lightness is below a threshold.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1].
-        seed: (B,), int64, one a sample.
+        seed: (B,), int64, one for each sample.
         snow_coefficient: (least, greatest) of the threshold, within [0, 1], uniform.
         brightness: (least, greatest) of the factor, at least 1, uniform.
         p: probability that a sample is changed.

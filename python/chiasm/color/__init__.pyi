@@ -56,7 +56,7 @@ from .yuv import yuv422_to_rgb as yuv422_to_rgb
 from .yuv import yuv_to_rgb as yuv_to_rgb
 
 class ApplyColormap(nn.Module):
-    """`apply_colormap` as a module: Show one channel in the colours of a map."""
+    """`apply_colormap` as a module: Apply a colour map to a one-channel image."""
 
     colormap: str
     def __init__(self, colormap: str) -> None: ...
@@ -88,7 +88,7 @@ class BgrToRgba(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class GrayscaleToRgb(nn.Module):
-    """`grayscale_to_rgb` as a module: The grey channel three times."""
+    """`grayscale_to_rgb` as a module: Repeat the grey channel three times."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -100,8 +100,8 @@ class HlsToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class HslToRgb(nn.Module):
-    """`hsl_to_rgb` as a module: ``hls_to_rgb`` of channels in the order hue, saturation, lightness, of
-    bytes too."""
+    """`hsl_to_rgb` as a module: ``hls_to_rgb`` with channels in the order hue, saturation, lightness,
+    also for uint8."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -113,8 +113,8 @@ class HsvToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class I420ToRgb(nn.Module):
-    """`i420_to_rgb` as a module: RGB of three planes, as video codecs give them (4:2:0; YV12 is the same
-    with V before U). Otherwise as ``nv12_to_rgb``."""
+    """`i420_to_rgb` as a module: RGB from three planes (4:2:0), the format of video codecs; otherwise as
+    ``nv12_to_rgb``. YV12 is the same format with V before U."""
 
     standard: str
     def __init__(self, standard: str = "bt601") -> None: ...
@@ -147,15 +147,15 @@ class LuvToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class NormalsToRgb255(nn.Module):
-    """`normals_to_rgb255` as a module: Surface normals as colours: (n + 1) / 2 as bytes, rounded and
+    """`normals_to_rgb255` as a module: Surface normals as uint8 colours: 255 (n + 1) / 2, rounded and
     saturated."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class Nv12ToRgb(nn.Module):
-    """`nv12_to_rgb` as a module: RGB of luma and of pairs U, V, as hardware decoders and V4L2 cameras
-    give them (4:2:0)."""
+    """`nv12_to_rgb` as a module: RGB from luma and pairs U, V (4:2:0), the format of hardware decoders
+    and V4L2 cameras."""
 
     standard: str
     def __init__(self, standard: str = "bt601") -> None: ...
@@ -163,7 +163,7 @@ class Nv12ToRgb(nn.Module):
     def __call__(self, y: Tensor, uv: Tensor) -> Tensor: ...
 
 class Nv21ToRgb(nn.Module):
-    """`nv21_to_rgb` as a module: RGB of luma and of pairs V, U, as Android's cameras give them (4:2:0).
+    """`nv21_to_rgb` as a module: RGB from luma and pairs V, U (4:2:0), the format of Android's cameras.
     Otherwise as ``nv12_to_rgb``."""
 
     standard: str
@@ -179,7 +179,7 @@ class PlanarYuvToRgb(nn.Module):
     def __call__(self, imagey: Tensor, imageuv: Tensor) -> Tensor: ...
 
 class RawToRgb(nn.Module):
-    """`raw_to_rgb` as a module: RGB of a Bayer raw image by bilinear interpolation."""
+    """`raw_to_rgb` as a module: RGB from a Bayer raw image, by bilinear interpolation."""
 
     cfa: str
     def __init__(self, cfa: str) -> None: ...
@@ -187,8 +187,8 @@ class RawToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class RawToRgb2x2Downscaled(nn.Module):
-    """`raw_to_rgb_2x2_downscaled` as a module: RGB at half the width and height: one pixel of each 2 x 2
-    samples, green being the mean of its two, of whole numbers rounded halves up."""
+    """`raw_to_rgb_2x2_downscaled` as a module: RGB at half the width and height: each 2 x 2 samples
+    become one pixel."""
 
     cfa: str
     def __init__(self, cfa: str) -> None: ...
@@ -203,7 +203,7 @@ class Rgb255ToNormals(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class Rgb255ToRgb(nn.Module):
-    """`rgb255_to_rgb` as a module: An image in [0, 255] divided by 255."""
+    """`rgb255_to_rgb` as a module: Divide an image in [0, 255] by 255."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -234,7 +234,7 @@ class RgbToHls(nn.Module):
 
 class RgbToHsl(nn.Module):
     """`rgb_to_hsl` as a module: ``rgb_to_hls`` with its channels in the order hue, saturation,
-    lightness, of bytes too."""
+    lightness, also for uint8."""
 
     eps: float
     def __init__(self, eps: float = 1e-08) -> None: ...
@@ -271,8 +271,8 @@ class RgbToLuv(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class RgbToNv12(nn.Module):
-    """`rgb_to_nv12` as a module: Luma and pairs U, V at half the width and height, as hardware encoders
-    take them (4:2:0): the inverse of ``nv12_to_rgb``."""
+    """`rgb_to_nv12` as a module: Luma and pairs U, V at half the width and height (4:2:0), the format of
+    hardware encoders."""
 
     standard: str
     def __init__(self, standard: str = "bt601") -> None: ...
@@ -280,7 +280,7 @@ class RgbToNv12(nn.Module):
     def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class RgbToRaw(nn.Module):
-    """`rgb_to_raw` as a module: The one colour of each pixel that a Bayer sensor would have seen."""
+    """`rgb_to_raw` as a module: Keep only the colour of each pixel that a Bayer sensor would record."""
 
     cfa: str
     def __init__(self, cfa: str) -> None: ...
@@ -288,8 +288,9 @@ class RgbToRaw(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class RgbToRgb255(nn.Module):
-    """`rgb_to_rgb255` as a module: Bytes of an image in [0, 1]: 255 times the value, rounded to the
-    nearest integer (ties to even) and saturated."""
+    """`rgb_to_rgb255` as a module: Convert an image in [0, 1] to uint8: 255 times the value, rounded
+    (halves to even) and saturated. This is the conversion of OpenCV's ``convertTo`` with scale 255.
+    Kornia cuts the fraction off instead."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -303,27 +304,27 @@ class RgbToRgba(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class RgbToXyz(nn.Module):
-    """`rgb_to_xyz` as a module: CIE XYZ of linear RGB with sRGB's primaries and D65 white, (0.950456, 1,
-    1.088754)."""
+    """`rgb_to_xyz` as a module: CIE XYZ from linear RGB with the sRGB primaries and D65 white,
+    (0.950456, 1, 1.088754)."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class RgbToY(nn.Module):
     """`rgb_to_y` as a module: Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B: the first channel of
-    ``rgb_to_ycbcr``, of bytes too."""
+    ``rgb_to_ycbcr``."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class RgbToYcbcr(nn.Module):
-    """`rgb_to_ycbcr` as a module: Luma and the two chroma differences, full range."""
+    """`rgb_to_ycbcr` as a module: Luma and the two chroma channels, full range."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class RgbToYuv(nn.Module):
-    """`rgb_to_yuv` as a module: Luma and the chroma differences of PAL."""
+    """`rgb_to_yuv` as a module: Luma and the chroma channels of PAL."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -359,8 +360,8 @@ class RgbaToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class Sepia(nn.Module):
-    """`sepia` as a module: The tone of an old print, by the matrix (0.393, 0.769, 0.189; 0.349, 0.686,
-    0.168; 0.272, 0.534, 0.131)."""
+    """`sepia` as a module: Apply a sepia tone, by the matrix (0.393, 0.769, 0.189; 0.349, 0.686, 0.168;
+    0.272, 0.534, 0.131)."""
 
     rescale: bool
     eps: float
@@ -369,8 +370,8 @@ class Sepia(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class UyvyToRgb(nn.Module):
-    """`uyvy_to_rgb` as a module: RGB of packed pixels U, Y, V, Y, as frame grabbers give them (4:2:2).
-    Otherwise as ``yuyv_to_rgb``."""
+    """`uyvy_to_rgb` as a module: RGB from packed pixels U, Y, V, Y (4:2:2), the format of frame
+    grabbers. Otherwise as ``yuyv_to_rgb``."""
 
     standard: str
     def __init__(self, standard: str = "bt601") -> None: ...
@@ -385,8 +386,11 @@ class XyzToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class YcbcrToRgb(nn.Module):
-    """`ycbcr_to_rgb` as a module: RGB from full-range Y, Cb, Cr: R = Y + 1.403 Cr', G = Y - 0.714 Cr' -
-    0.344 Cb', B = Y + 1.773 Cb' with the chroma less 0.5."""
+    """`ycbcr_to_rgb` as a module: RGB from full-range Y, Cb, Cr. R = Y + 1.403 Cr', G = Y - 0.714 Cr' -
+    0.344 Cb', B = Y + 1.773 Cb' with Cr' = Cr - 0.5, Cb' = Cb - 0.5. ITU-R BT.601 with OpenCV's rounded
+    constants, so that the round trip is accurate to 1e-3 only. The result is not clipped. For uint8, the
+    chroma is around 128, the factors are multiples of 1/2^14, and the sums are rounded (halves up) and
+    saturated, so that the result is identical to OpenCV's."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -413,8 +417,8 @@ class YuvToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class YuyvToRgb(nn.Module):
-    """`yuyv_to_rgb` as a module: RGB of packed pixels Y, U, Y, V, as USB cameras give them (4:2:2; YUY2
-    is the same)."""
+    """`yuyv_to_rgb` as a module: RGB from packed pixels Y, U, Y, V (4:2:2), the format of USB cameras;
+    YUY2 is the same."""
 
     standard: str
     def __init__(self, standard: str = "bt601") -> None: ...

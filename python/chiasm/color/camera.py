@@ -1,7 +1,6 @@
-"""What cameras and video decoders give: luma and chroma in bytes, the chroma at a part of the resolution.
-
-A buffer of NV12 holds H x W luma and then (H + 1) // 2 x (W + 1) // 2 pairs of chroma; one of I420 has two
-planes instead of the pairs. Each op takes the parts, which share the buffer's memory, without a copy.
+"""Formats of cameras and video decoders: luma and chroma as uint8, the chroma at a lower resolution. A buffer
+of NV12 holds H x W luma and then (H + 1) // 2 x (W + 1) // 2 pairs of chroma; one of I420 has two planes
+instead of the pairs. Each op takes these parts as tensors that can share the buffer's memory, without a copy.
 """
 
 from typing import List, Tuple
@@ -15,17 +14,19 @@ from ..primitives.images.subsampled import packed_to_rgb, rgb_to_subsampled, sub
 
 
 def nv12_to_rgb(y: Tensor, uv: Tensor, standard: str = "bt601") -> Tensor:
-    """RGB of luma and of pairs U, V, as hardware decoders and V4L2 cameras give them (4:2:0).
+    """RGB from luma and pairs U, V (4:2:0), the format of hardware decoders and V4L2 cameras.
 
-    ITU-R BT.601-7 and BT.709-6. A pixel has the nearest pair of chroma, so pairs of any resolution are taken:
-    those of NV16 (4:2:2) and NV24 (4:4:4) too. The factors are multiples of 1/2^20, and sums are rounded
-    halves up and saturated. For "bt601" they are OpenCV's, and the result is cvtColorTwoPlane's to the bit.
+    ITU-R BT.601-7 and BT.709-6. A pixel uses the nearest chroma pair, so the chroma can have any resolution,
+    for example that of NV16 (4:2:2) or NV24 (4:4:4). The factors are multiples of 1/2^20; sums are rounded
+    (halves up) and saturated. For "bt601" the factors are OpenCV's, and the result is identical to that of
+    cvtColorTwoPlane.
 
     Args:
         y: luma (B, 1, H, W), uint8.
-        uv: chroma (B, 2, h, w), uint8: U and V around 128. As a frame (B, h, w, 2) it comes permuted.
+        uv: chroma (B, 2, h, w), uint8: U and V around 128. A frame (B, h, w, 2) must be permuted to this
+            shape.
         standard: "bt601" (standard definition, webcams) or "bt709" (high definition), in which black is 16
-            and white 235; or "jpeg": BT.601's colours in the full range from 0 to 255.
+            and white 235; or "jpeg": BT.601's factors with the full range from 0 to 255.
 
     Returns:
         (B, 3, H, W), uint8: red, green, blue.
@@ -46,7 +47,7 @@ def nv12_to_rgb(y: Tensor, uv: Tensor, standard: str = "bt601") -> Tensor:
 
 
 def nv21_to_rgb(y: Tensor, vu: Tensor, standard: str = "bt601") -> Tensor:
-    """RGB of luma and of pairs V, U, as Android's cameras give them (4:2:0). Otherwise as ``nv12_to_rgb``.
+    """RGB from luma and pairs V, U (4:2:0), the format of Android's cameras. Otherwise as ``nv12_to_rgb``.
 
     Args:
         y: luma (B, 1, H, W), uint8.
@@ -72,8 +73,8 @@ def nv21_to_rgb(y: Tensor, vu: Tensor, standard: str = "bt601") -> Tensor:
 
 
 def i420_to_rgb(y: Tensor, u: Tensor, v: Tensor, standard: str = "bt601") -> Tensor:
-    """RGB of three planes, as video codecs give them (4:2:0; YV12 is the same with V before U). Otherwise as
-    ``nv12_to_rgb``.
+    """RGB from three planes (4:2:0), the format of video codecs; otherwise as ``nv12_to_rgb``. YV12 is the
+    same format with V before U.
 
     Args:
         y: luma (B, 1, H, W), uint8.
@@ -99,20 +100,20 @@ def i420_to_rgb(y: Tensor, u: Tensor, v: Tensor, standard: str = "bt601") -> Ten
     _check_batch(u, y, "u")
     if v.shape != u.shape:
         raise ValueError(f"v: expected the shape {list(u.shape)} of u, got {list(v.shape)}")
-    # Bytes that are joined would be left to libtorch by AOTInductor.
+    # AOTInductor would leave a concatenation of uint8 tensors to libtorch.
     first = torch.arange(2, device=y.device).reshape(2, 1, 1) == 0
     return subsampled_to_rgb(y, torch.where(first, u, v), _weights(standard), False)
 
 
 def yuyv_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:
-    """RGB of packed pixels Y, U, Y, V, as USB cameras give them (4:2:2; YUY2 is the same).
+    """RGB from packed pixels Y, U, Y, V (4:2:2), the format of USB cameras; YUY2 is the same.
 
-    The factors and rounding are those of ``nv12_to_rgb``; for "bt601" the result is that of OpenCV's
-    COLOR_YUV2RGB_YUYV, to the bit. OpenCV has a buffer in two channels and W columns: ``mat.reshape(4)`` is
-    this op's, of the same memory.
+    The factors and rounding are those of ``nv12_to_rgb``; for "bt601" the result is identical to that of
+    OpenCV's COLOR_YUV2RGB_YUYV. OpenCV stores the buffer with two channels and W columns; ``mat.reshape(4)``
+    has this op's layout and shares the memory.
 
     Args:
-        image: two neighbouring pixels each, (B, 4, H, W / 2), uint8.
+        image: (B, 4, H, W / 2), uint8; the four channels are two neighbouring pixels.
         standard: "bt601", "bt709" or "jpeg", as in ``nv12_to_rgb``.
 
     Returns:
@@ -131,10 +132,10 @@ def yuyv_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:
 
 
 def uyvy_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:
-    """RGB of packed pixels U, Y, V, Y, as frame grabbers give them (4:2:2). Otherwise as ``yuyv_to_rgb``.
+    """RGB from packed pixels U, Y, V, Y (4:2:2), the format of frame grabbers. Otherwise as ``yuyv_to_rgb``.
 
     Args:
-        image: two neighbouring pixels each, (B, 4, H, W / 2), uint8.
+        image: (B, 4, H, W / 2), uint8; the four channels are two neighbouring pixels.
         standard: "bt601", "bt709" or "jpeg", as in ``nv12_to_rgb``.
 
     Returns:
@@ -153,21 +154,20 @@ def uyvy_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:
 
 
 def rgb_to_nv12(image: Tensor, standard: str = "bt601") -> Tuple[Tensor, Tensor]:
-    """Luma and pairs U, V at half the width and height, as hardware encoders take them (4:2:0): the inverse
-    of ``nv12_to_rgb``.
+    """Luma and pairs U, V at half the width and height (4:2:0), the format of hardware encoders.
 
-    ITU-R BT.601-7 and BT.709-6. A pair is that of the mean of 2 x 2 pixels, of which the last row or column
-    of an odd size counts twice. The factors are multiples of 1/2^20, and sums are rounded halves up. For
-    "bt601" the luma is that of OpenCV's COLOR_RGB2YUV_I420 to the bit; OpenCV takes the pair of the upper
-    left pixel.
+    The inverse of ``nv12_to_rgb``: ITU-R BT.601-7 and BT.709-6. A pair is computed from the mean of 2 x 2
+    pixels; for an odd size, the last row or column counts twice. The factors are multiples of 1/2^20, and
+    sums are rounded (halves up). For "bt601" the luma is identical to that of OpenCV's COLOR_RGB2YUV_I420;
+    OpenCV uses the pair of the upper left pixel instead of the mean.
 
     Args:
         image: RGB image (B, 3, H, W), uint8.
         standard: "bt601", "bt709" or "jpeg", as in ``nv12_to_rgb``.
 
     Returns:
-        Luma (B, 1, H, W), and U, V (B, 2, (H + 1) // 2, (W + 1) // 2) around 128, uint8. Of frames, the pairs
-        are (B, h, w, 2), which lie in memory as in a buffer of NV12.
+        Luma (B, 1, H, W), and U, V (B, 2, (H + 1) // 2, (W + 1) // 2) around 128, uint8. With frames (B, H,
+        W, C), the pairs are (B, h, w, 2), the memory layout of an NV12 buffer.
 
     Raises:
         TypeError: if image is not uint8.

@@ -9,11 +9,11 @@ from .colormap_tables import colormap_levels
 
 
 def apply_colormap(input_tensor: Tensor, colormap: str) -> Tensor:
-    """Show one channel in the colours of a map.
+    """Apply a colour map to a one-channel image.
 
-    The maps are OpenCV's, of 256 colours. Bytes look their colour up, as ``cv2.applyColorMap`` does; values
-    in [0, 1] are interpolated linearly between neighbouring colours (0 is the first, 1 the last), which has a
-    gradient. Unlike Kornia's, it does not guess the range from the data.
+    The maps are OpenCV's, with 256 colours. uint8 values are looked up, like ``cv2.applyColorMap`` does.
+    Values in [0, 1] are interpolated linearly between neighbouring colours (0 is the first, 1 the last), so
+    that they have a gradient. Unlike Kornia, this op does not guess the range from the data.
 
     Args:
         input_tensor: (*, 1, H, W); floating point in [0, 1] (saturated), or uint8.

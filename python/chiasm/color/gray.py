@@ -12,7 +12,8 @@ from ..primitives.images.color_planes import arranged, check_channels, mix_bytes
 def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Tensor:
     """Weighted sum of the channels; by default the luma of ITU-R BT.601: 0.299 R + 0.587 G + 0.114 B.
 
-    Of bytes, the weights are multiples of 1/2^15 and the sum is rounded halves up, as in OpenCV, to the bit.
+    For uint8, the weights are multiples of 1/2^15 and the sum is rounded (halves up), so that the result is
+    identical to OpenCV's.
 
     Args:
         image: RGB image (*, 3, H, W), floating point or uint8; the range is kept.
@@ -47,7 +48,8 @@ def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Ten
 def bgr_to_grayscale(image: Tensor) -> Tensor:
     """Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B, of an image whose channels are B, G, R.
 
-    Of bytes, the weights are multiples of 1/2^15 and the sum is rounded halves up, as in OpenCV, to the bit.
+    For uint8, the weights are multiples of 1/2^15 and the sum is rounded (halves up), so that the result is
+    identical to OpenCV's.
 
     Args:
         image: BGR image (*, 3, H, W), floating point or uint8; the range is kept.
@@ -71,7 +73,7 @@ def bgr_to_grayscale(image: Tensor) -> Tensor:
 
 
 def grayscale_to_rgb(image: Tensor) -> Tensor:
-    """The grey channel three times.
+    """Repeat the grey channel three times.
 
     Args:
         image: grey image (*, 1, H, W), any dtype.

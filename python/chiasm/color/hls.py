@@ -14,13 +14,13 @@ def rgb_to_hls(image: Tensor, eps: float = 1e-8) -> Tensor:
     """Hue in radians [0, 2 pi), lightness (max + min) / 2 and saturation in [0, 1].
 
     G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978. Grey pixels have hue and
-    saturation 0. OpenCV's float32 hue is in degrees. Of bytes, the hue is in degrees / 2, 0 to 179, the
-    others are 0 to 255. Each is rounded to the nearest byte, halves to even, of the lightness up: OpenCV's
-    8-bit form, which is within one level.
+    saturation 0. OpenCV's float32 hue is in degrees. For uint8, the hue is in degrees / 2, 0 to 179, and the
+    other channels are 0 to 255. Values are rounded to the nearest integer, halves to even, for the lightness
+    halves up. This is OpenCV's 8-bit format; OpenCV's values differ by at most one level.
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
-        eps: added to what the saturation is divided by; not used for bytes.
+        eps: added to the denominator of the saturation; not used for uint8.
 
     Returns:
         (*, 3, H, W): hue, lightness, saturation.
@@ -42,14 +42,14 @@ def rgb_to_hls(image: Tensor, eps: float = 1e-8) -> Tensor:
 
 
 def rgb_to_hsl(image: Tensor, eps: float = 1e-8) -> Tensor:
-    """``rgb_to_hls`` with its channels in the order hue, saturation, lightness, of bytes too.
+    """``rgb_to_hls`` with its channels in the order hue, saturation, lightness, also for uint8.
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
-        eps: added to what the saturation is divided by; not used for bytes.
+        eps: added to the denominator of the saturation; not used for uint8.
 
     Returns:
-        (*, 3, H, W): hue in radians [0, 2 pi), saturation, lightness; of bytes as in ``rgb_to_hls``.
+        (*, 3, H, W): hue in radians [0, 2 pi), saturation, lightness; for uint8 as in ``rgb_to_hls``.
 
     Raises:
         TypeError: if image is neither floating point nor uint8.
@@ -70,9 +70,8 @@ def rgb_to_hsl(image: Tensor, eps: float = 1e-8) -> Tensor:
 def hls_to_rgb(image: Tensor) -> Tensor:
     """RGB in [0, 1] from hue in radians, lightness and saturation.
 
-    G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978. Of bytes, the hue is in
-    degrees / 2 and the others are 0 to 255, as OpenCV has them; the same is exact and then rounded, halves
-    up.
+    G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978. For uint8, the hue is in
+    degrees / 2 and the other channels are 0 to 255, as in OpenCV; the exact result is rounded (halves up).
 
     Args:
         image: HLS image (*, 3, H, W), floating point: hue in radians (any number of turns), lightness and
@@ -98,7 +97,7 @@ def hls_to_rgb(image: Tensor) -> Tensor:
 
 
 def hsl_to_rgb(image: Tensor) -> Tensor:
-    """``hls_to_rgb`` of channels in the order hue, saturation, lightness, of bytes too.
+    """``hls_to_rgb`` with channels in the order hue, saturation, lightness, also for uint8.
 
     Args:
         image: HSL image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and

@@ -14,12 +14,13 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
     """Hue in radians [0, 2 pi), saturation and value in [0, 1].
 
     A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978. Grey pixels have hue 0. OpenCV's float32 hue is
-    in degrees. Of bytes, the hue is in degrees / 2, 0 to 179, the saturation and the value are 0 to 255, all
-    rounded to the nearest byte, halves to even: OpenCV's 8-bit form, which is within one level.
+    in degrees. For uint8, the hue is in degrees / 2, 0 to 179, and the saturation and the value are 0 to 255,
+    all rounded to the nearest integer, halves to even. This is OpenCV's 8-bit format; OpenCV's values differ
+    by at most one level.
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
-        eps: added to the value where the saturation divides by it; not used for bytes.
+        eps: added to the value, the denominator of the saturation; not used for uint8.
 
     Returns:
         (*, 3, H, W): hue, saturation, value.
@@ -41,8 +42,8 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
 
 
 def sixths_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """Planes (*, H, W): hue in sixths of a turn, largest channel and spread, apart from each other, because
-    native code stores what is stacked."""
+    """Planes (*, H, W): hue in sixths of a turn, largest channel, and spread. They are separate tensors,
+    because native code writes stacked tensors to memory."""
     red, green, blue = rgb_planes(image, "image")
     return sixths_value_chroma_of(red, green, blue)
 
@@ -64,8 +65,8 @@ def hsv_to_rgb(image: Tensor) -> Tensor:
 
     A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978, written without cases: every channel is
     V - V S clamp(d, 0, 1) with d = 2 - |h - 3|, |h - 2| - 1, |h - 4| - 1 for R, G, B and h = 3 H / pi mod
-    6. Of bytes, the hue is in degrees / 2 and the others are 0 to 255, as OpenCV has them; the same is
-    exact and then rounded, halves up: within one level of OpenCV's.
+    6. For uint8, the hue is in degrees / 2 and the other channels are 0 to 255, as in OpenCV; the exact
+    result is rounded (halves up), within one level of OpenCV's.
 
     Args:
         image: HSV image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and

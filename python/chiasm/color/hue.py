@@ -1,4 +1,4 @@
-"""What the hexagonal colour spaces (HSV, HLS) share: hue from RGB, and RGB from hue."""
+"""Shared by the hexagonal colour spaces (HSV, HLS): hue from RGB, and RGB from hue."""
 
 from typing import Tuple
 
@@ -7,10 +7,10 @@ from torch import Tensor
 
 
 def sixths_of(red: Tensor, green: Tensor, blue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
-    """Hue in sixths of a turn, [-1, 5], 0 where there is no chroma; ``value`` is the largest channel,
-    ``chroma`` the spread."""
+    """Hue in sixths of a turn, [-1, 5], 0 for grey; ``value`` is the largest channel, ``chroma`` the spread
+    (the largest minus the smallest channel)."""
     safe = torch.where(chroma == 0, torch.ones_like(chroma), chroma)
-    # One division for the three cases: compilers would compute all and choose.
+    # One division serves the three cases, because compilers would compute three divisions and choose one.
     step = (
         torch.where(value == red, green - blue, torch.where(value == green, blue - red, red - green)) / safe
     )
@@ -18,7 +18,7 @@ def sixths_of(red: Tensor, green: Tensor, blue: Tensor, value: Tensor, chroma: T
 
 
 def radians(sixths: Tensor) -> Tensor:
-    """What ``sixths_of`` gives, in radians [0, 2 pi)."""
+    """The result of ``sixths_of`` in radians [0, 2 pi)."""
     return torch.where(sixths < 0, sixths + 6.0, sixths) * 1.0471975511965976  # pi / 3
 
 
@@ -28,14 +28,15 @@ def from_hue(hue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
 
 
 def from_sixths(sixths: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
-    """(*, 3, H, W) of the given hue (sixths of a turn, any number of turns), largest channel and spread."""
+    """RGB (*, 3, H, W) from hue (sixths of a turn, any number of turns), largest channel and spread."""
     red, green, blue = planes_of_sixths(sixths, value, chroma)
     return torch.stack([red, green, blue], -3)
 
 
 def planes_of_sixths(sixths: Tensor, value: Tensor, chroma: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """The channels of ``from_sixths``, each (*, H, W)."""
-    # Without cases, so that no rounding near a multiple of 60 degrees can tell two backends apart.
+    # Without case distinctions, so that rounding near a multiple of 60 degrees cannot make two backends
+    # differ.
     h = sixths - 6.0 * torch.floor(sixths.detach() * 0.16666666666666666)
     red = value - chroma * (2.0 - (h - 3.0).abs()).clamp(0.0, 1.0)
     green = value - chroma * ((h - 2.0).abs() - 1.0).clamp(0.0, 1.0)

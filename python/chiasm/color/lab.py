@@ -13,10 +13,10 @@ from .xyz import rgb_to_xyz, xyz_to_rgb
 def rgb_to_lab(image: Tensor) -> Tensor:
     """CIE 1976 L*a*b* of an sRGB image, for D65 white.
 
-    CIE 15:2018. White is (0.950456, 1, 1.088754) as in OpenCV, so that greys have a = b = 0. Of bytes,
-    OpenCV's 8-bit form, L * 255 / 100, a + 128, b + 128, by tables of linear light and of cube roots:
-    within one level of the exact number, and 98 % of all values are the nearest. OpenCV's own coarser
-    tables are up to 3 levels off.
+    CIE 15:2018. White is (0.950456, 1, 1.088754) as in OpenCV, so that greys have a = b = 0. For uint8, the
+    result has OpenCV's 8-bit format, L * 255 / 100, a + 128, b + 128, computed from tables of linear light
+    and of cube roots. Each value is within one level of the exact number, and 98 % of all values are the
+    nearest integers. OpenCV's coarser tables are wrong by up to 3 levels.
 
     Args:
         image: sRGB image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -44,13 +44,13 @@ def rgb_to_lab(image: Tensor) -> Tensor:
 def lab_to_rgb(image: Tensor, clip: bool = True) -> Tensor:
     """sRGB from CIE 1976 L*a*b* for D65 white, the inverse of ``rgb_to_lab``.
 
-    Of bytes, by tables of cubes and of sRGB's curve: within 2 levels of the exact number, and 98 % of all
-    values are the nearest.
+    For uint8, tables of cubes and of the sRGB curve are used. Each value is within 2 levels of the exact
+    number, and 98 % of all values are the nearest integers.
 
     Args:
         image: Lab image (*, 3, H, W), floating point: L in [0, 100], a and b within about [-128, 127]; or
             uint8.
-        clip: bring the result to [0, 1]; many Lab values are no sRGB colour. Bytes are always clipped.
+        clip: limit the result to [0, 1]; many Lab values are outside the sRGB gamut. uint8 is always clipped.
 
     Returns:
         (*, 3, H, W): red, green, blue.

@@ -14,14 +14,14 @@ from .xyz import rgb_to_xyz, weights_of_xyz
 def rgb_to_luv(image: Tensor, eps: float = 1e-12) -> Tensor:
     """CIE 1976 L*u*v* of an sRGB image, for D65 white.
 
-    CIE 15:2018. White is (0.950456, 1, 1.088754) as in OpenCV, so that greys have u = v = 0. Of bytes,
-    OpenCV's 8-bit form, L * 255 / 100, (u + 134) * 255 / 354, (v + 140) * 255 / 262, by tables of linear
-    light and of lightness: within one level of the exact number and of OpenCV's, and 99 % of all values are
-    the nearest.
+    CIE 15:2018. White is (0.950456, 1, 1.088754) as in OpenCV, so that greys have u = v = 0. For uint8, the
+    result has OpenCV's 8-bit format, L * 255 / 100, (u + 134) * 255 / 354, (v + 140) * 255 / 262, computed
+    from tables of linear light and of lightness. Each value is within one level of the exact number and of
+    OpenCV's, and 99 % of all values are the nearest integers.
 
     Args:
         image: sRGB image (*, 3, H, W), floating point in [0, 1], or uint8.
-        eps: added to what the chromaticity is divided by; not used for bytes. Black has u = v = 0, with
+        eps: added to the denominator of the chromaticity; not used for uint8. Black has u = v = 0, with
             gradient 0.
 
     Returns:
@@ -59,12 +59,12 @@ def rgb_to_luv(image: Tensor, eps: float = 1e-12) -> Tensor:
 def luv_to_rgb(image: Tensor, eps: float = 1e-12) -> Tensor:
     """sRGB from CIE 1976 L*u*v* for D65 white, the inverse of ``rgb_to_luv``; the result is not clipped.
 
-    Of bytes, by a table of sRGB's curve: within one level of the exact number, clipped, and 99 % of all
-    values are the nearest.
+    For uint8, a table of the sRGB curve is used and the result is clipped. Each value is within one level of
+    the exact number, and 99 % of all values are the nearest integers.
 
     Args:
         image: Luv image (*, 3, H, W), floating point: L in [0, 100]; or uint8.
-        eps: |v + 13 L v'(white)| up to this counts as black.
+        eps: a pixel whose |v + 13 L v'(white)| is at most eps counts as black.
 
     Returns:
         (*, 3, H, W): red, green, blue.
@@ -105,7 +105,7 @@ def _luv_of_bytes(image: Tensor) -> Tensor:
     light = torch.round(65536.0 * to_linear(level / 255.0))
     x, y, z = [432488.0, 374950.0, 189187.0], [223002.0, 749900.0, 75674.0], [20273.0, 124983.0, 996385.0]
     place = torch.arange(16385, device=image.device).to(torch.float64)
-    # A whole number of 1/2^20 again, as engines differ in the last digits of a root.
+    # Round to a multiple of 1/2^20 again, since engines differ in the last digits of a root.
     curve = torch.round(1048576.0 * _lightness(place / 16384.0)) / 1048576.0
     return luv_of_bytes(image, light, x + y + z, curve)
 

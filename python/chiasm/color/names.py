@@ -1,10 +1,10 @@
-"""Names of choices by Kornia's enumerations: members are the strings that the functions take."""
+"""Kornia's enumerations; their members are equal to the strings that the functions take."""
 
 from enum import Enum
 
 
 class CFA(str, Enum):
-    """Arrangements of a raw image's colours, see ``raw_to_rgb``.
+    """Patterns of the colour filter array, see ``raw_to_rgb``.
 
     >>> CFA.RG == "rg"
     True

@@ -1,6 +1,6 @@
 """Bayer raw images.
 
-The colour filter array is named as OpenCV does, by the second and third pixel of the second row: "bg" has red
+The colour filter array has OpenCV's name, which is the second and third pixel of the second row: "bg" has red
 in the top left corner (RGGB), "gb" green with red beside it (GRBG), "rg" blue (BGGR), "gr" green with blue
 beside it (GBRG).
 """
@@ -17,12 +17,12 @@ from ..primitives.resampling.decimation import every_second
 
 
 def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
-    """RGB of a Bayer raw image by bilinear interpolation.
+    """RGB from a Bayer raw image, by bilinear interpolation.
 
-    B. E. Bayer, US patent 3971065, 1976. Known samples are kept, a missing one is the mean of the nearest two
-    or four of its colour, of whole numbers rounded halves up: OpenCV's ``cvtColor`` to the bit, but for the
-    border, which is mirrored (reflect), where OpenCV copies its neighbours' colours. Unlike Kornia's, it
-    takes odd sizes.
+    B. E. Bayer, US patent 3971065, 1976. Known samples are kept; a missing sample is the mean of the nearest
+    two or four samples of its colour; for integer dtypes it is rounded (halves up). The result is identical
+    to that of OpenCV's ``cvtColor``, except for the border: this op mirrors the image (reflect), OpenCV
+    copies the neighbours' colours. Unlike Kornia, it takes odd sizes.
 
     Args:
         image: raw image (*, 1, H, W), floating point, uint8 or uint16, H and W at least 2.
@@ -47,7 +47,7 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
 
 
 def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:
-    """The one colour of each pixel that a Bayer sensor would have seen.
+    """Keep only the colour of each pixel that a Bayer sensor would record.
 
     Args:
         image: RGB image (*, 3, H, W), floating point, uint8 or uint16.
@@ -76,10 +76,10 @@ def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:
 
 
 def raw_to_rgb_2x2_downscaled(image: Tensor, cfa: str) -> Tensor:
-    """RGB at half the width and height: one pixel of each 2 x 2 samples, green being the mean of its two, of
-    whole numbers rounded halves up.
+    """RGB at half the width and height: each 2 x 2 samples become one pixel.
 
-    Unlike Kornia's, it takes odd sizes: the last row or column is then left out.
+    Green is the mean of its two samples; for integer dtypes it is rounded (halves up). Unlike Kornia, it
+    takes odd sizes: the last row or column is then left out.
 
     Args:
         image: raw image (*, 1, H, W), floating point, uint8 or uint16, H and W at least 2.

@@ -1,4 +1,4 @@
-"""Bytes: images in [0, 255], and surface normals shown as colours."""
+"""Images in [0, 255], and surface normals as colours."""
 
 import torch
 from torch import Tensor
@@ -9,10 +9,8 @@ from ..primitives.numbers.rounding import known_or
 
 
 def rgb_to_rgb255(image: Tensor) -> Tensor:
-    """Bytes of an image in [0, 1]: 255 times the value, rounded to the nearest integer (ties to even) and
-    saturated.
-
-    It is the conversion of OpenCV's ``convertTo`` with scale 255. Kornia's cuts the fraction off instead.
+    """Convert an image in [0, 1] to uint8: 255 times the value, rounded (halves to even) and saturated. This
+    is the conversion of OpenCV's ``convertTo`` with scale 255. Kornia cuts the fraction off instead.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 1], floating point.
@@ -34,7 +32,7 @@ def rgb_to_rgb255(image: Tensor) -> Tensor:
 
 
 def rgb255_to_rgb(image: Tensor) -> Tensor:
-    """An image in [0, 255] divided by 255.
+    """Divide an image in [0, 255] by 255.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 255], of an integer or floating-point dtype.
@@ -55,7 +53,7 @@ def rgb255_to_rgb(image: Tensor) -> Tensor:
 
 
 def normals_to_rgb255(image: Tensor) -> Tensor:
-    """Surface normals as colours: (n + 1) / 2 as bytes, rounded and saturated.
+    """Surface normals as uint8 colours: 255 (n + 1) / 2, rounded and saturated.
 
     Args:
         image: normals (*, 3, H, W), each component in [-1, 1], floating point.
@@ -84,7 +82,7 @@ def rgb255_to_normals(image: Tensor) -> Tensor:
 
     Returns:
         (*, 3, H, W), of length 1 along the channels; float32 where the image's dtype is not floating point. A
-        vector of length 0 stays so, with gradient 0.
+        vector of length 0 stays 0, with gradient 0.
 
     Raises:
         ValueError: if image is not (*, 3, H, W).

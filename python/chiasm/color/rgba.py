@@ -15,14 +15,14 @@ def rgb_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
 
     Args:
         image: RGB image (*, 3, H, W), any dtype.
-        alpha_val: one value for all pixels, of an image of bytes or of 16 bits one that its type has, or a
+        alpha_val: one value for all pixels, which an integer dtype of the image must be able to hold, or a
             tensor (*, 1, H, W).
 
     Returns:
         (*, 4, H, W): red, green, blue, alpha.
 
     Raises:
-        ValueError: if image is not (*, 3, H, W), or alpha_val does not fit it or its type.
+        ValueError: if image is not (*, 3, H, W), or alpha_val does not fit its shape or dtype.
 
     Example:
         >>> rgb_to_rgba(torch.zeros(1, 3, 1, 1), 0.5).flatten()
@@ -37,14 +37,14 @@ def bgr_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
 
     Args:
         image: BGR image (*, 3, H, W), any dtype.
-        alpha_val: one value for all pixels, of an image of bytes or of 16 bits one that its type has, or a
+        alpha_val: one value for all pixels, which an integer dtype of the image must be able to hold, or a
             tensor (*, 1, H, W).
 
     Returns:
         (*, 4, H, W): red, green, blue, alpha.
 
     Raises:
-        ValueError: if image is not (*, 3, H, W), or alpha_val does not fit it or its type.
+        ValueError: if image is not (*, 3, H, W), or alpha_val does not fit its shape or dtype.
 
     Example:
         >>> bgr_to_rgba(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1), 0.5).flatten()
@@ -60,9 +60,8 @@ def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Ten
     T. Porter, T. Duff, Compositing digital images, SIGGRAPH 1984 ("over", alpha not premultiplied).
 
     Args:
-        image: RGBA image (*, 4, H, W), any dtype; floating point with alpha in [0, 1] where there is a
-            background.
-        background_color: (3,) red, green, blue. Without it alpha is ignored, as OpenCV does.
+        image: RGBA image (*, 4, H, W), any dtype; with a background, floating point with alpha in [0, 1].
+        background_color: (3,) red, green, blue. Without it alpha is ignored, as in OpenCV.
 
     Returns:
         (*, 3, H, W): red, green, blue.

@@ -11,19 +11,19 @@ from ..primitives.numbers.reductions import greatest
 
 
 def sepia(input: Tensor, rescale: bool = True, eps: float = 1e-6) -> Tensor:
-    """The tone of an old print, by the matrix (0.393, 0.769, 0.189; 0.349, 0.686, 0.168; 0.272, 0.534,
-    0.131).
+    """Apply a sepia tone, by the matrix (0.393, 0.769, 0.189; 0.349, 0.686, 0.168; 0.272, 0.534, 0.131).
 
     S. Toub, Sepia Tone, StringLogicalComparer, and More, MSDN Magazine, January 2005. The rows sum to about
     1.35, 1.2 and 0.94.
 
-    Of bytes, the factors are multiples of 1/2^14. The exact sums, or with rescale their quotients by the
-    largest, are rounded halves up, and saturated.
+    For uint8, the factors are multiples of 1/2^14. The exact sums (with rescale, divided by the largest sum)
+    are rounded (halves up) and saturated.
 
     Args:
         input: RGB image (*, 3, H, W), floating point or uint8.
-        rescale: divide each channel by its largest value, so that the result does not exceed 1, of bytes 255.
-        eps: added to that largest value; not used for bytes.
+        rescale: divide each channel by its largest value, so that the result does not exceed 1 (for uint8,
+            255).
+        eps: added to that largest value; not used for uint8.
 
     Returns:
         (*, 3, H, W).

@@ -10,11 +10,12 @@ from ..primitives.images.color_planes import mix_bytes, mix_channels
 
 
 def rgb_to_xyz(image: Tensor) -> Tensor:
-    """CIE XYZ of linear RGB with sRGB's primaries and D65 white, (0.950456, 1, 1.088754).
+    """CIE XYZ from linear RGB with the sRGB primaries and D65 white, (0.950456, 1, 1.088754).
 
-    ITU-R BT.709; the matrix of OpenCV and Kornia. Nothing is linearised: give the result of
-    ``rgb_to_linear_rgb`` for the colorimetric value of an sRGB image. Of bytes, the weights are multiples of
-    1/2^12, and the sums are rounded halves up and saturated (Z of bright colours), as in OpenCV, to the bit.
+    ITU-R BT.709; the matrix of OpenCV and Kornia. The op does not linearise: for the colorimetric values of
+    an sRGB image, pass the result of ``rgb_to_linear_rgb``. For uint8, the weights are multiples of 1/2^12,
+    and the sums are rounded (halves up) and saturated (Z of bright colours), so that the result is identical
+    to OpenCV's.
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -46,8 +47,8 @@ def rgb_to_xyz(image: Tensor) -> Tensor:
 def xyz_to_rgb(image: Tensor) -> Tensor:
     """RGB from CIE XYZ, the inverse of ``rgb_to_xyz``; the result is not clipped.
 
-    Of bytes, the weights are multiples of 1/2^12, and the sums are rounded halves up and saturated, as in
-    OpenCV, to the bit.
+    For uint8, the weights are multiples of 1/2^12, and the sums are rounded (halves up) and saturated, so
+    that the result is identical to OpenCV's.
 
     Args:
         image: XYZ image (*, 3, H, W), floating point or uint8.
@@ -72,7 +73,7 @@ def xyz_to_rgb(image: Tensor) -> Tensor:
 
 
 def weights_of_xyz() -> List[float]:
-    """Of X, Y and Z in linear red, green and blue, row by row."""
+    """The weights of linear red, green and blue in X, Y and Z, row by row."""
     return [
         3.240481343200526, -1.5371515162713185, -0.4985363261688878,
         -0.9692549499965682, 1.8759900014898907, 0.04155592655829284,

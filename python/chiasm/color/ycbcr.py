@@ -1,4 +1,4 @@
-"""Luma and the scaled chroma differences of digital video."""
+"""Luma and the scaled colour differences (chroma) of digital video."""
 
 import torch
 from torch import Tensor
@@ -8,8 +8,7 @@ from ..primitives.images.color_planes import luma_chroma, mix_bytes, mix_channel
 
 
 def rgb_to_y(image: Tensor) -> Tensor:
-    """Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B: the first channel of ``rgb_to_ycbcr``, of bytes
-    too.
+    """Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B: the first channel of ``rgb_to_ycbcr``.
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -33,11 +32,11 @@ def rgb_to_y(image: Tensor) -> Tensor:
 
 
 def rgb_to_ycbcr(image: Tensor) -> Tensor:
-    """Luma and the two chroma differences, full range.
+    """Luma and the two chroma channels, full range.
 
     ITU-R BT.601 with OpenCV's constants: Cb = 0.564 (B - Y) + 0.5, Cr = 0.713 (R - Y) + 0.5. OpenCV's order
-    is Y, Cr, Cb. Of bytes, the chroma is around 128 and that of the rounded Y, all factors are multiples of
-    1/2^14, and each value is rounded halves up, as in OpenCV, to the bit.
+    is Y, Cr, Cb. For uint8, the chroma is around 128 and is computed from the rounded Y. All factors are
+    multiples of 1/2^14, and each value is rounded (halves up), so that the result is identical to OpenCV's.
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -63,12 +62,11 @@ def rgb_to_ycbcr(image: Tensor) -> Tensor:
 
 
 def ycbcr_to_rgb(image: Tensor) -> Tensor:
-    """RGB from full-range Y, Cb, Cr: R = Y + 1.403 Cr', G = Y - 0.714 Cr' - 0.344 Cb', B = Y + 1.773 Cb' with
-    the chroma less 0.5.
-
-    ITU-R BT.601 with OpenCV's rounded constants, so that the round trip is good to 1e-3 and not better. The
-    result is not clipped. Of bytes, the chroma is around 128, the factors are multiples of 1/2^14, and the
-    sums are rounded halves up and saturated, as in OpenCV, to the bit.
+    """RGB from full-range Y, Cb, Cr. R = Y + 1.403 Cr', G = Y - 0.714 Cr' - 0.344 Cb', B = Y + 1.773 Cb' with
+    Cr' = Cr - 0.5, Cb' = Cb - 0.5. ITU-R BT.601 with OpenCV's rounded constants, so that the round trip is
+    accurate to 1e-3 only. The result is not clipped. For uint8, the chroma is around 128, the factors are
+    multiples of 1/2^14, and the sums are rounded (halves up) and saturated, so that the result is identical
+    to OpenCV's.
 
     Args:
         image: YCbCr image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -87,7 +85,8 @@ def ycbcr_to_rgb(image: Tensor) -> Tensor:
     check_rgb(image, "image")
     check_values(image, "image")
     if image.dtype == torch.uint8:
-        # The factors times 2^14; of each row 128 times its chroma's is taken away and a half added.
+        # The factors times 2^14. The last number of each row subtracts 128 times the row's chroma factors and
+        # adds one half.
         red_row, green_row = [16384, 0, 22987, -2934144], [16384, -5636, -11698, 2226944]
         return mix_bytes(image, red_row + green_row + [16384, 29049, 0, -3710080], 14)
     luma, blue, red = rgb_planes(image, "image")

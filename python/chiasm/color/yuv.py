@@ -12,13 +12,13 @@ from ..primitives.resampling.taps import nearest_index
 
 
 def rgb_to_yuv(image: Tensor) -> Tensor:
-    """Luma and the chroma differences of PAL.
+    """Luma and the chroma channels of PAL.
 
     ITU-R BT.470-6: U = 0.436 (B - Y) / (1 - 0.114), V = 0.615 (R - Y) / (1 - 0.299). Kornia's and OpenCV's
-    matrices are this one rounded to three digits. OpenCV's float32 form has 0.5 added to U and V.
-    Of bytes, the chroma is around 128 and that of the rounded Y: 0.492 (B - Y) and 0.877 (R - Y),
-    saturated. All factors are multiples of 1/2^14, and each value is rounded halves up, as in OpenCV, to
-    the bit.
+    matrices are this matrix rounded to three digits. OpenCV adds 0.5 to U and V in float32. For uint8, the
+    chroma is around 128 and is computed from the rounded Y: 0.492 (B - Y) and 0.877 (R - Y), saturated. All
+    factors are multiples of 1/2^14, and each value is rounded (halves up), so that the result is identical to
+    OpenCV's.
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -55,9 +55,9 @@ def rgb_to_yuv(image: Tensor) -> Tensor:
 def yuv_to_rgb(image: Tensor) -> Tensor:
     """RGB from PAL's Y'UV, the inverse of ``rgb_to_yuv``; the result is not clipped.
 
-    Of bytes, R = Y + 1.14 V', G = Y - 0.395 U' - 0.581 V', B = Y + 2.032 U' with the chroma less 128. The
-    factors are multiples of 1/2^14, and the sums are rounded halves up and saturated, as in OpenCV, to the
-    bit.
+    For uint8, R = Y + 1.14 V', G = Y - 0.395 U' - 0.581 V', B = Y + 2.032 U' with U' = U - 128, V' = V - 128.
+    The factors are multiples of 1/2^14, and the sums are rounded (halves up) and saturated, so that the
+    result is identical to OpenCV's.
 
     Args:
         image: YUV image (*, 3, H, W), floating point: Y in [0, 1], U in [-0.436, 0.436], V in [-0.615,
@@ -79,7 +79,8 @@ def yuv_to_rgb(image: Tensor) -> Tensor:
     check_rgb(image, "image")
     check_values(image, "image")
     if image.dtype == torch.uint8:
-        # The factors times 2^14; of each row 128 times its chroma's is taken away and a half added.
+        # The factors times 2^14. The last number of each row subtracts 128 times the row's chroma factors and
+        # adds one half.
         red, green = [16384, 0, 18678, -2382592], [16384, -6472, -9519, 2055040]
         return mix_bytes(image, red + green + [16384, 33292, 0, -4253184], 14)
     rows = [
@@ -99,8 +100,8 @@ def yuv_to_rgb(image: Tensor) -> Tensor:
 def rgb_to_yuv420(image: Tensor) -> Tuple[Tensor, Tensor]:
     """``rgb_to_yuv`` with chroma at half the width and height, each the mean of 2 x 2 pixels.
 
-    Unlike Kornia's, it takes odd sizes: the last row or column then counts twice, as in JPEG.
-    Of bytes, means are of the bytes of ``rgb_to_yuv``, and rounded halves up.
+    Unlike Kornia, it takes odd sizes: the last row or column then counts twice, as in JPEG. For uint8, the
+    means of the uint8 result of ``rgb_to_yuv`` are rounded (halves up).
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -123,8 +124,8 @@ def rgb_to_yuv420(image: Tensor) -> Tuple[Tensor, Tensor]:
 def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
     """``rgb_to_yuv`` with chroma at half the width, each the mean of two pixels.
 
-    Unlike Kornia's, it takes an odd width: the last column then counts twice.
-    Of bytes, means are of the bytes of ``rgb_to_yuv``, and rounded halves up.
+    Unlike Kornia, it takes an odd width: the last column then counts twice. For uint8, the means of the uint8
+    result of ``rgb_to_yuv`` are rounded (halves up).
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -153,10 +154,10 @@ def yuv420_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
         imageuv: U, V (*, 2, (H + 1) // 2, (W + 1) // 2), as ``rgb_to_yuv`` scales them.
 
     Returns:
-        (*, 3, H, W): red, green, blue, not clipped; of bytes those of ``yuv_to_rgb``.
+        (*, 3, H, W): red, green, blue, not clipped; for uint8 as in ``yuv_to_rgb``.
 
     Raises:
-        TypeError: if an image is neither floating point nor uint8, or one is of bytes alone.
+        TypeError: if an image is neither floating point nor uint8, or one is uint8 and the other one is not.
         ValueError: if a shape is not as above.
 
     Example:
@@ -177,10 +178,10 @@ def yuv422_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
         imageuv: U, V (*, 2, H, (W + 1) // 2), as ``rgb_to_yuv`` scales them.
 
     Returns:
-        (*, 3, H, W): red, green, blue, not clipped; of bytes those of ``yuv_to_rgb``.
+        (*, 3, H, W): red, green, blue, not clipped; for uint8 as in ``yuv_to_rgb``.
 
     Raises:
-        TypeError: if an image is neither floating point nor uint8, or one is of bytes alone.
+        TypeError: if an image is neither floating point nor uint8, or one is uint8 and the other one is not.
         ValueError: if a shape is not as above.
 
     Example:
@@ -197,18 +198,18 @@ def yuv422_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
 def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
     """RGB from luma and chroma of any resolution, by the nearest chroma sample.
 
-    What ``yuv420_to_rgb`` and ``yuv422_to_rgb`` are deployed as: sizes that depend on each other cannot be
-    stated in a bundle.
+    Bundles use this op instead of ``yuv420_to_rgb`` and ``yuv422_to_rgb``, because a bundle cannot state
+    sizes that depend on each other.
 
     Args:
         imagey: Y (*, 1, H, W), floating point in [0, 1], or uint8.
         imageuv: U, V (*, 2, h, w), as ``rgb_to_yuv`` scales them.
 
     Returns:
-        (*, 3, H, W): red, green, blue, not clipped; of bytes those of ``yuv_to_rgb``.
+        (*, 3, H, W): red, green, blue, not clipped; for uint8 as in ``yuv_to_rgb``.
 
     Raises:
-        TypeError: if an image is neither floating point nor uint8, or one is of bytes alone.
+        TypeError: if an image is neither floating point nor uint8, or one is uint8 and the other one is not.
         ValueError: if a shape is not as above.
 
     Example:
@@ -227,7 +228,7 @@ def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
 
 
 def _chroma(yuv: Tensor) -> Tensor:
-    """U and V, which can be added up."""
+    """U and V, converted so that they can be summed."""
     u, v = yuv.select(-3, 1), yuv.select(-3, 2)
     if yuv.dtype == torch.uint8:
         u, v = u.to(torch.float32), v.to(torch.float32)
@@ -235,7 +236,7 @@ def _chroma(yuv: Tensor) -> Tensor:
 
 
 def _means(chroma: Tensor, dims: List[int], like: Tensor) -> Tensor:
-    """Means of two neighbours along each of ``dims``; the last one of an odd number stays as it is."""
+    """Means of two neighbours along each of ``dims``; for an odd size, the last value is kept."""
     for dim in dims:
         half = (chroma.size(dim) + 1) // 2
         chroma = (every_second(chroma, dim, 0, half) + every_second(chroma, dim, 1, half)) * 0.5

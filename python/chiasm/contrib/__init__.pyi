@@ -17,8 +17,8 @@ from .patches import combine_tensor_patches as combine_tensor_patches
 from .patches import extract_tensor_patches as extract_tensor_patches
 
 class CombineTensorPatches(nn.Module):
-    """`combine_tensor_patches` as a module: Put an image together from its windows, each pixel the mean
-    of those that have it: the inverse of `extract_tensor_patches`."""
+    """`combine_tensor_patches` as a module: Combine windows into an image; each pixel is the mean over
+    its windows. The inverse of `extract_tensor_patches`."""
 
     original_size: Union[int, Tuple[int, int]]
     window_size: Union[int, Tuple[int, int]]
@@ -39,7 +39,10 @@ class CombineTensorPatches(nn.Module):
     def __call__(self, patches: Tensor) -> Tensor: ...
 
 class ConnectedComponents(nn.Module):
-    """`connected_components` as a module: Number the 8-connected shapes of a binary image."""
+    """`connected_components` as a module: Label the 8-connected components of a binary image. In Kornia,
+    labels move by one pixel in each iteration. Here, trees of pixels are joined and flattened (see
+    ``primitives.features.connected_components``), so that a spiral of one pixel width over a whole 1080p
+    frame needs fewer than ten iterations. The loop ends when nothing changes."""
 
     num_iterations: int
     def __init__(self, num_iterations: int = 100) -> None: ...
@@ -47,15 +50,15 @@ class ConnectedComponents(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class ConnectedComponentsUnionFind(nn.Module):
-    """`connected_components_union_find` as a module: ``connected_components`` with as many iterations as
-    it takes."""
+    """`connected_components_union_find` as a module: ``connected_components`` without a limit on the
+    iterations."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class DiamondSquare(nn.Module):
-    """`diamond_square` as a module: Plasma: random heights on a coarse grid, refined by midpoints that
-    are displaced less and less."""
+    """`diamond_square` as a module: Plasma noise by midpoint displacement: random heights on a coarse
+    grid are refined step by step."""
 
     roughness: Union[float, Tensor]
     random_scale: Union[float, Tensor]
@@ -80,14 +83,14 @@ class DistanceTransform(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class DistanceTransformEdt(nn.Module):
-    """`distance_transform_edt` as a module: The Euclidean distance from each pixel that is set to the
-    nearest that is not; SciPy's ``distance_transform_edt``."""
+    """`distance_transform_edt` as a module: The Euclidean distance from each set pixel to the nearest
+    unset one, like SciPy's ``distance_transform_edt``."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class ExtractTensorPatches(nn.Module):
-    """`extract_tensor_patches` as a module: Cut an image into windows, row after row."""
+    """`extract_tensor_patches` as a module: Cut an image into windows, row by row."""
 
     window_size: Union[int, Tuple[int, int]]
     stride: Union[int, Tuple[int, int]]
@@ -113,7 +116,7 @@ class HistogramMatching(nn.Module):
     def __call__(self, source: Tensor, template: Tensor) -> Tensor: ...
 
 class Interp(nn.Module):
-    """`interp` as a module: Piecewise linear function through the points (xp, fp) at x, as
+    """`interp` as a module: Piecewise linear interpolation through the points (xp, fp) at x, like
     ``numpy.interp``; constant beyond the ends."""
     def __init__(self) -> None: ...
     def forward(self, x: Tensor, xp: Tensor, fp: Tensor) -> Tensor: ...

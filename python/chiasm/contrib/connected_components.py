@@ -1,4 +1,4 @@
-"""Labels of connected shapes."""
+"""Connected component labelling."""
 
 from torch import Tensor
 
@@ -8,20 +8,20 @@ from ..primitives.features.connected_components import numbered_components
 
 
 def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
-    """Number the 8-connected shapes of a binary image.
-
-    Labels do not creep a pixel at a time, as in Kornia: trees of pixels are joined and flattened (see
-    ``primitives.features.connected_components``), so that a spiral one pixel wide over a whole 1080p frame is
-    done in fewer than ten of the iterations. The loop ends when nothing changes.
+    """Label the 8-connected components of a binary image. In Kornia, labels move by one pixel in each
+    iteration. Here, trees of pixels are joined and flattened (see
+    ``primitives.features.connected_components``), so that a spiral of one pixel width over a whole 1080p
+    frame needs fewer than ten iterations. The loop ends when nothing changes.
 
     Args:
         image: (B, C, H, W), (C, H, W) or (H, W), floating point; pixels above 0 are set. Every plane is
-            numbered on its own.
-        num_iterations: the most iterations.
+            labelled separately.
+        num_iterations: the maximum number of iterations.
 
     Returns:
-        (B, C, H, W) int64: 0 for what is not set, else 1 + the index (row by row) of the shape's first pixel.
-        Kornia's labels are of the image's dtype, which cannot tell more than 2^24 pixels apart in float32.
+        (B, C, H, W) int64: 0 for pixels that are not set, otherwise 1 + the index (row by row) of the
+        component's first pixel. Kornia's labels have the image's dtype; float32 can represent only 2^24
+        different pixels.
 
     Raises:
         TypeError: if image is not floating point.
@@ -43,10 +43,10 @@ def _connected_components_of_batch(image: Tensor, num_iterations: int) -> Tensor
 
 
 def connected_components_union_find(image: Tensor) -> Tensor:
-    """``connected_components`` with as many iterations as it takes.
+    """``connected_components`` without a limit on the iterations.
 
     Args:
-        image: (B, C, H, W), floating point; pixels above 0 are set. Every plane is numbered on its own.
+        image: (B, C, H, W), floating point; pixels above 0 are set. Every plane is labelled separately.
 
     Returns:
         (B, C, H, W) int64, as from ``connected_components``.

@@ -16,22 +16,23 @@ def diamond_square(
     random_scale: Union[float, Tensor] = 1.0,
     normalize_range: Optional[Tuple[float, float]] = None,
 ) -> Tensor:
-    """Plasma: random heights on a coarse grid, refined by midpoints that are displaced less and less.
+    """Plasma noise by midpoint displacement: random heights on a coarse grid are refined step by step.
 
     A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, Communications of the ACM
-    25(6), 1982, in the form of G. Miller, The definition and rendering of terrain maps, SIGGRAPH 1986. On the
-    first grid, the least power of two wide at which one cell covers the image, the result is ``random_scale *
-    random``. Then, again and again, the middle of each cell gets the mean of the cell's corners and the
-    middle of each side that of the four points around it, of which only those within the image count, each
-    plus ``random_scale * roughness**k * random``, k = 0, 1, ... being the step.
+    25(6), 1982, in the form of G. Miller, The definition and rendering of terrain maps, SIGGRAPH 1986. The
+    cell size of the first grid is the least power of two for which one cell covers the image; there the
+    result is ``random_scale * random``. Each following step computes the centre of each cell as the mean of
+    the cell's corners, and the centre of each side as the mean of the four points around it (only points
+    within the image count), each plus ``random_scale * roughness**k * random``, where k = 0, 1, ... is the
+    step.
 
-    Kornia draws the random numbers itself, by a function. Here they are an input, so that every backend makes
-    the same texture; its shape, dtype and device are theirs. Values are not Kornia's: textures are of the
-    same kind, not the same.
+    Kornia draws the random numbers by a function. Here they are an input, so that every backend computes the
+    same texture; the texture has their shape, dtype and device. The textures are similar to Kornia's, but not
+    equal.
 
     Args:
-        random: (B, C, H, W), floating point, for each pixel a random number; with a mean of 0 (uniform in
-            [-1, 1], or normal) textures do not drift. H and W are at most 32768.
+        random: (B, C, H, W), floating point, a random number for each pixel, which should have a mean of 0
+            (for example uniform in [-1, 1], or normal). H and W are at most 32768.
         roughness: factor of the displacement from step to step: a number, or a tensor of one for all or of
             one for each sample.
         random_scale: the first displacement, a number or a tensor like roughness.

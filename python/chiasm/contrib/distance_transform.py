@@ -11,7 +11,7 @@ from ..primitives.features.distances import euclidean_distances, grown_distances
 
 
 def distance_transform_edt(image: Tensor) -> Tensor:
-    """The Euclidean distance from each pixel that is set to the nearest that is not; SciPy's
+    """The Euclidean distance from each set pixel to the nearest unset one, like SciPy's
     ``distance_transform_edt``.
 
     Not in Kornia. The squared distance is a minimum over rows of a minimum over columns (P. Felzenszwalb, D.
@@ -21,8 +21,8 @@ def distance_transform_edt(image: Tensor) -> Tensor:
         image: (B, C, H, W), floating point; pixels above 0 are set.
 
     Returns:
-        (B, C, H, W), exact but for the rounding of the result (of squares, in float32, for distances above
-        4096): 0 for what is not set, infinity in a plane where everything is.
+        (B, C, H, W), exact except for the rounding of the result (in float32, also of the squares for
+        distances above 4096): 0 for pixels that are not set, infinity in a plane where all pixels are set.
 
     Raises:
         TypeError: if image is not floating point.
@@ -41,14 +41,15 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
     """Approximate distance to the nearest pixel of a shape, by convolutions.
 
     C. Karam, K. Sugimoto, K. Hirakawa, Fast convolutional distance transform, IEEE SPL 26(6), 2019. The shape
-    grows by half a kernel a step; a pixel that is reached in step k is at k (kernel_size // 2) - h log(sum of
-    exp(-d / h)) over the shape's pixels in the kernel, at distances d. ``distance_transform_edt`` is exact.
+    grows by half a kernel in each step; the distance of a pixel that is reached in step k is k (kernel_size
+    // 2) - h log(sum of exp(-d / h)) over the shape's pixels in the kernel, at distances d.
+    ``distance_transform_edt`` is exact.
 
     Args:
-        image: (B, C, H, W), floating point, 1 on the shape and 0 elsewhere. Of values outside [0, 1] no
-            distances come out, but it ends.
+        image: (B, C, H, W), floating point, 1 on the shape and 0 elsewhere. For values outside [0, 1] the
+            result is meaningless, but the loop still ends.
         kernel_size: odd size of the kernel, at least 3.
-        h: how sharp the minimum is, > 0; small values are more exact until exp(-d / h) underflows.
+        h: the smoothness of the minimum, > 0; smaller values are more exact until exp(-d / h) underflows.
 
     Returns:
         (B, C, H, W), 0 on the shape and in a plane without one.
@@ -74,7 +75,7 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
             taps.append(
                 math.exp(-math.sqrt(float((i - radius) * (i - radius) + (j - radius) * (j - radius))) / h)
             )
-    # A shape grows by a pixel a step at least, along rows and columns; negative values could make it shrink
-    # and grow for ever.
+    # A shape grows by at least a pixel in each step, along rows and columns; negative values could make it
+    # shrink and grow for ever.
     limit = image.size(2) + image.size(3)
     return grown_distances(image, limit, taps, kernel_size, h)

@@ -1,4 +1,4 @@
-"""Matching of histograms, and the interpolation that it rests on."""
+"""Histogram matching, and the linear interpolation that it uses."""
 
 import torch
 from torch import Tensor
@@ -9,8 +9,8 @@ from ..primitives.numbers.search import interpolate
 
 
 def interp(x: Tensor, xp: Tensor, fp: Tensor) -> Tensor:
-    """Piecewise linear function through the points (xp, fp) at x, as ``numpy.interp``; constant beyond the
-    ends.
+    """Piecewise linear interpolation through the points (xp, fp) at x, like ``numpy.interp``; constant beyond
+    the ends.
 
     Args:
         x: (*), floating point.
@@ -42,14 +42,14 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
     """Change the levels of an image so that its histogram resembles that of another.
 
     R. C. Gonzalez, R. E. Woods, Digital Image Processing, 3.3.2; equals scikit-image's ``match_histograms``
-    on bytes but for its rounding. Both images are rounded to the nearest of 256 levels, where Kornia's takes
+    for uint8 except for its rounding. Both images are rounded to the nearest of 256 levels; Kornia accepts
     any values. There is no gradient.
 
     Args:
         source: (*, H, W) in [0, 1], floating point.
         template: (*, h, w) in [0, 1], floating point.
-        per_plane: match each plane of source with the same plane of template, whose leading dimensions are
-            then source's; otherwise all values of a tensor make one histogram, as with Kornia.
+        per_plane: match each plane of source with the same plane of template, which must then have the same
+            leading dimensions; otherwise all values of a tensor form one histogram, as in Kornia.
 
     Returns:
         Tensor of source's shape and dtype.
@@ -82,8 +82,8 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
         wanted = quantize_u8(template).reshape(1, -1)
     counts = bincount(wanted, 256)
     quantiles = _quantiles(bincount(levels, 256))
-    # A level that does not occur stands for the one below it that does (or for the first), so that equal
-    # quantiles have equal values and none is ever the end of an interval.
+    # A level that does not occur is replaced by the next lower level that occurs (or by the first), so that
+    # equal quantiles have equal values and none of them is the end of an interval.
     level = torch.arange(256, device=source.device)
     occurs = counts > 0
     first = torch.where(occurs, level, torch.full_like(level, 255)).amin(1, keepdim=True)

@@ -1,4 +1,4 @@
-"""Clusters of points."""
+"""K-means clustering."""
 
 from typing import Optional, Tuple
 
@@ -11,13 +11,13 @@ from ..primitives.linalg.matrices import small_matmul
 
 
 def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Tensor]:
-    """Lloyd's algorithm with a fixed number of iterations: each point goes to the nearest centre, each centre
-    to the mean of its points.
+    """K-means by Lloyd's algorithm, with a fixed number of iterations. Each iteration assigns points to the
+    nearest centre and moves each centre to the mean of its points.
 
     S. P. Lloyd, Least squares quantization in PCM, IEEE Transactions on Information Theory 28(2), 1982. A
-    centre without points stays where it is; of centres as near as each other the first has the point.
-    Kornia's class draws the first centres itself and stops when they move little; here they are given, and
-    once nothing changes further iterations change nothing. Computed in float64.
+    centre without points does not move; of equally near centres the first one gets the point. Kornia's class
+    draws the first centres and stops when they move little; here they are an input, and after convergence
+    further iterations change nothing. Computed in float64.
 
     Args:
         x: (N, D), floating point.
@@ -25,8 +25,8 @@ def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Ten
         num_iterations: zero or more.
 
     Returns:
-        The centres (K, D) in x's dtype, and the nearest of them to each point (N,), int64. Gradients are of
-        the means, with the points staying with their centres.
+        The centres (K, D) in x's dtype, and the nearest of them to each point (N,), int64. Gradients are
+        those of the means for a fixed assignment of points.
 
     Raises:
         TypeError: if x or centers is not floating point.
@@ -44,7 +44,7 @@ def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Ten
         raise ValueError(f"centers: expected shape (K, D) for x {list(x.shape)}, got {list(centers.shape)}")
     if num_iterations < 0:
         raise ValueError(f"num_iterations: expected zero or more, got {num_iterations}")
-    # About the mean, so that products of coordinates are not large beside the distances.
+    # Coordinates relative to the mean, so that their products are not large compared to the distances.
     points = x.to(torch.float64)
     origin = points.mean(0)
     points, found = points - origin, centers.to(torch.float64) - origin
@@ -53,7 +53,7 @@ def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Ten
 
 
 def _nearest(points: Tensor, centers: Tensor) -> Tensor:
-    """Index of the nearest centre: of the squared distance, what a point adds to that of every centre is left
+    """Index of the nearest centre. The term of the squared distance that is the same for every centre is left
     out."""
     fixed = centers.detach()
     return ((fixed * fixed).sum(1) - 2.0 * small_matmul(points.detach(), fixed.t())).argmin(1)
@@ -69,14 +69,14 @@ def _moved(centers: Tensor, k: Tensor, points: Tensor) -> Tensor:
 
 
 class KMeans(nn.Module):
-    """``kmeans`` that chooses its first centres, and keeps what it found; in eager Python.
+    """``kmeans`` as a class that chooses the first centres and keeps the result; in eager Python only.
 
     Args:
         num_clusters: how many clusters, at least 1.
-        cluster_centers: (num_clusters, D), the first centres; None draws as many different points.
-        tolerance: the centres are found where their squared movement adds up to less in one iteration.
-        max_iterations: the most iterations; 0 for as many as it takes.
-        seed: of the draw.
+        cluster_centers: (num_clusters, D), the first centres; None draws this many different points.
+        tolerance: stop when the sum of the centres' squared movements in one iteration is less than this.
+        max_iterations: the maximum number of iterations; 0 means no limit.
+        seed: the seed of the random choice.
 
     >>> model = KMeans(2, None, seed=0)
     >>> model.fit(torch.tensor([[0.0], [1.0], [8.0], [10.0]]))
@@ -108,7 +108,7 @@ class KMeans(nn.Module):
 
     @property
     def cluster_centers(self) -> Tensor:
-        """(num_clusters, D), the centres found, or those given where nothing has been fitted."""
+        """(num_clusters, D), the fitted centres, or the given ones before ``fit``."""
         found = self.first if self._centers is None else self._centers
         if found is None:
             raise RuntimeError("KMeans: nothing is fitted yet: call fit() first")

@@ -1,4 +1,4 @@
-"""Images as overlapping windows, and back."""
+"""Conversion of images to overlapping windows, and back."""
 
 from typing import List, Optional, Tuple, Union
 
@@ -19,17 +19,16 @@ def extract_tensor_patches(
     padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
     allow_auto_padding: bool = False,
 ) -> Tensor:
-    """Cut an image into windows, row after row.
+    """Cut an image into windows, row by row.
 
     Args:
         input: (B, C, H, W), floating point.
         window_size: (rows, columns), or one number for both.
-        stride: how far windows are apart, (down, right) or one number for both.
+        stride: the distance of windows, (vertical, horizontal) or one number for both.
         padding: zeros around the image: one number, (above and below, left and right) or (above, below, left,
             right).
-        allow_auto_padding: add so many zeros that the last windows end with the image, half of them (of an
-            odd number the lesser part) before and half after it. Otherwise what the last windows do not reach
-            is left out.
+        allow_auto_padding: True adds zeros so that the last windows end with the image, half of them before
+            it (rounded down) and the rest after it. False ignores pixels that the last windows do not reach.
 
     Returns:
         (B, N, C, rows, columns) with N = down * right windows, down = (H + padding - rows) // stride + 1.
@@ -70,18 +69,17 @@ def combine_tensor_patches(
     unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
     eps: Optional[float] = None,
 ) -> Tensor:
-    """Put an image together from its windows, each pixel the mean of those that have it: the inverse of
+    """Combine windows into an image; each pixel is the mean over its windows. The inverse of
     `extract_tensor_patches`.
 
     Args:
         patches: (B, N, C, rows, columns), floating point.
         original_size: (H, W) of the image, or one number for both.
-        window_size: (rows, columns) as they were cut out.
-        stride: as they were cut out; by default the windows lie side by side.
-        allow_auto_unpadding: whether they were cut out with allow_auto_padding.
-        unpadding: the padding with which they were cut out.
-        eps: added to the number of windows that have a pixel. By default nothing is, and a pixel that no
-            window has is 0.
+        window_size: (rows, columns) of the windows.
+        stride: the stride of the windows; by default windows are adjacent.
+        allow_auto_unpadding: True if the windows were cut with allow_auto_padding.
+        unpadding: the padding with which the windows were cut.
+        eps: added to the number of windows of a pixel, 0 by default. A pixel without windows is 0.
 
     Returns:
         (B, C, H, W).
@@ -142,7 +140,7 @@ def _four(
 def _windows(
     size: int, window: int, stride: int, before: int, after: int, is_fitted: bool
 ) -> Tuple[int, int]:
-    """The zeros before an axis, and how many windows there are along it."""
+    """The number of zeros before an axis, and the number of windows along it."""
     room = before + size + after - window
     if not is_fitted:
         return before, room // stride + 1

@@ -47,8 +47,10 @@ from .whitening import zca_whiten as zca_whiten
 from .zca import ZCAWhitening as ZCAWhitening
 
 class AddWeighted(nn.Module):
-    """`add_weighted` as a module: alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted``
-    (without saturation)."""
+    """`add_weighted` as a module: Weighted sum alpha * src1 + beta * src2 + gamma, like OpenCV's
+    ``addWeighted`` (without saturation). For uint8, the sum is computed in float32, with each of its
+    four steps rounded; the result is rounded (halves to even) and saturated. It is within one level of
+    OpenCV's, which fuses some steps."""
 
     alpha: Union[float, Tensor]
     beta: Union[float, Tensor]
@@ -69,7 +71,7 @@ class AdjustBrightness(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class AdjustBrightnessAccumulative(nn.Module):
-    """`adjust_brightness_accumulative` as a module: Multiply every value by ``factor``, as Pillow's
+    """`adjust_brightness_accumulative` as a module: Multiply every value by ``factor``, like Pillow's
     ``ImageEnhance.Brightness`` does."""
 
     factor: Union[float, Tensor]
@@ -89,7 +91,7 @@ class AdjustContrast(nn.Module):
 
 class AdjustContrastWithMeanSubtraction(nn.Module):
     """`adjust_contrast_with_mean_subtraction` as a module: Stretch the values about the image's mean
-    grey, as Pillow's ``ImageEnhance.Contrast`` does (which rounds the mean)."""
+    grey, like Pillow's ``ImageEnhance.Contrast`` does (which rounds the mean)."""
 
     factor: Union[float, Tensor]
     def __init__(self, contrast_factor: Union[float, Tensor]) -> None: ...
@@ -97,7 +99,8 @@ class AdjustContrastWithMeanSubtraction(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class AdjustGamma(nn.Module):
-    """`adjust_gamma` as a module: Power law: gain * input ** gamma, limited to [0, 1]."""
+    """`adjust_gamma` as a module: Power law: gain * input ** gamma, limited to [0, 1]. The gradient is
+    zero where the input is zero, although it is infinite there for a gamma below 1."""
 
     gamma: Union[float, Tensor]
     gain: Union[float, Tensor]
@@ -106,7 +109,7 @@ class AdjustGamma(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class AdjustHue(nn.Module):
-    """`adjust_hue` as a module: Turn the hue of every colour."""
+    """`adjust_hue` as a module: Rotate the hue of every colour."""
 
     factor: Union[float, Tensor]
     def __init__(self, hue_factor: Union[float, Tensor]) -> None: ...
@@ -114,8 +117,8 @@ class AdjustHue(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class AdjustHueRaw(nn.Module):
-    """`adjust_hue_raw` as a module: Turn the hue of an HSV image; the result is in [0, 2 pi), where
-    Kornia's keeps the sign of the sum."""
+    """`adjust_hue_raw` as a module: Rotate the hue of an HSV image; the new hue is in [0, 2 pi) (Kornia
+    keeps the sign of the sum)."""
 
     factor: Union[float, Tensor]
     def __init__(self, factor: Union[float, Tensor]) -> None: ...
@@ -123,8 +126,8 @@ class AdjustHueRaw(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class AdjustLog(nn.Module):
-    """`adjust_log` as a module: Logarithmic curve gain * log2(1 + image), or its inverse form gain * (2
-    ** image - 1), as scikit-image's ``adjust_log``."""
+    """`adjust_log` as a module: Logarithmic curve gain * log2(1 + image), or its inverse gain * (2 **
+    image - 1), like scikit-image's ``adjust_log``."""
 
     gain: float
     inv: bool
@@ -152,8 +155,8 @@ class AdjustSaturationRaw(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class AdjustSaturationWithGraySubtraction(nn.Module):
-    """`adjust_saturation_with_gray_subtraction` as a module: Move the colours away from their grey, or
-    towards it, as Pillow's ``ImageEnhance.Color`` does."""
+    """`adjust_saturation_with_gray_subtraction` as a module: Blend each colour with its grey, like
+    Pillow's ``ImageEnhance.Color`` does."""
 
     factor: Union[float, Tensor]
     def __init__(self, saturation_factor: Union[float, Tensor]) -> None: ...
@@ -162,7 +165,7 @@ class AdjustSaturationWithGraySubtraction(nn.Module):
 
 class AdjustSigmoid(nn.Module):
     """`adjust_sigmoid` as a module: Sigmoid curve 1 / (1 + exp(gain * (cutoff - image))), or one minus
-    that, as scikit-image's ``adjust_sigmoid``."""
+    this, like scikit-image's ``adjust_sigmoid``."""
 
     cutoff: float
     gain: float
@@ -172,8 +175,10 @@ class AdjustSigmoid(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class Autocontrast(nn.Module):
-    """`autocontrast` as a module: Stretch the levels of each channel to the whole range, as Pillow's
-    ``ImageOps.autocontrast``."""
+    """`autocontrast` as a module: Stretch the levels of each channel to the whole range, like Pillow's
+    ``ImageOps.autocontrast``. The image is rounded to the nearest of 256 levels. The exact result is
+    rounded down to a level (Pillow's float arithmetic gives one level less at some whole numbers). There
+    is no gradient."""
 
     cutoff: Union[float, Tuple[float, float]]
     def __init__(self, cutoff: Union[float, Tuple[float, float]] = 0.0) -> None: ...
@@ -181,8 +186,8 @@ class Autocontrast(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class Clahe(nn.Module):
-    """`clahe` as a module: OpenCV's ``createCLAHE(clipLimit, tileGridSize).apply`` on each channel of
-    bytes, equal to it."""
+    """`clahe` as a module: CLAHE of each uint8 channel, identical to OpenCV's ``createCLAHE(clipLimit,
+    tileGridSize).apply``."""
 
     clip_limit: float
     tile_grid_size: Tuple[int, int]
@@ -191,8 +196,8 @@ class Clahe(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class CountHistogram(nn.Module):
-    """`count_histogram` as a module: How many pixels of each channel fall into each of n_bins equal bins
-    of [min, max), as OpenCV's ``calcHist``."""
+    """`count_histogram` as a module: Count the pixels of each channel in n_bins equal bins of [min,
+    max), like OpenCV's ``calcHist``."""
 
     n_bins: int
     min: float
@@ -202,7 +207,7 @@ class CountHistogram(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class Denormalize(nn.Module):
-    """`denormalize` as a module: data * std + mean, per channel: what undoes ``normalize``."""
+    """`denormalize` as a module: The inverse of ``normalize``, for each channel: data * std + mean."""
 
     mean: Union[float, Tensor]
     std: Union[float, Tensor]
@@ -211,22 +216,23 @@ class Denormalize(nn.Module):
     def __call__(self, data: Tensor) -> Tensor: ...
 
 class Equalize(nn.Module):
-    """`equalize` as a module: Spread the levels of each channel evenly, as Pillow's
+    """`equalize` as a module: Equalize the histogram of each channel, like Pillow's
     ``ImageOps.equalize``."""
     def __init__(self) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Equalize3d(nn.Module):
-    """`equalize3d` as a module: ``equalize`` of volumes, one histogram for each channel's whole
-    volume."""
+    """`equalize3d` as a module: ``equalize`` for volumes, with one histogram for each channel."""
     def __init__(self) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class EqualizeClahe(nn.Module):
-    """`equalize_clahe` as a module: Equalise the histogram of each tile, no level counting more than the
-    limit, and blend the tiles' curves."""
+    """`equalize_clahe` as a module: Equalize the clipped histogram of each tile, and blend the curves of
+    neighbouring tiles (CLAHE). For 256 levels, and for uint8, the result equals OpenCV's
+    ``createCLAHE``; Kornia's differs in borders and rounding. Other values are rounded to the nearest
+    level, and there is no gradient."""
 
     clip_limit: Union[float, Tensor]
     grid_size: Tuple[int, int]
@@ -259,8 +265,8 @@ class Histogram2d(nn.Module):
     def __call__(self, x1: Tensor, x2: Tensor, bins: Tensor, bandwidth: Tensor) -> Tensor: ...
 
 class ImageHistogram2d(nn.Module):
-    """`image_histogram2d` as a module: Histogram of each plane, every pixel shared between the bins near
-    it by a kernel of u = \|value - centre\| / bandwidth."""
+    """`image_histogram2d` as a module: Histogram of each plane; a kernel of u = \|value - centre\| /
+    bandwidth splits each pixel between bins."""
 
     min: float
     max: float
@@ -286,7 +292,7 @@ class ImageHistogram2d(nn.Module):
 
 class IntegralImage(nn.Module):
     """`integral_image` as a module: Summed-area table: each pixel becomes the sum of all values above
-    and to the left of it, and its own."""
+    and to the left, including its own."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -300,7 +306,7 @@ class IntegralTensor(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Invert(nn.Module):
-    """`invert` as a module: max_val - image."""
+    """`invert` as a module: Invert: max_val - image."""
 
     max_val: Optional[Tensor]
     def __init__(self, max_val: Optional[Tensor] = None) -> None: ...
@@ -308,8 +314,8 @@ class Invert(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class JpegCodecDifferentiable(nn.Module):
-    """`jpeg_codec_differentiable` as a module: What is left of an image after JPEG: YCbCr with halved
-    chroma (4:2:0), 8x8 DCT, quantisation, and back."""
+    """`jpeg_codec_differentiable` as a module: Encode and decode an image as JPEG does: YCbCr with
+    halved chroma (4:2:0), 8x8 DCT, quantization, and back."""
 
     quantization_table_y: Optional[Tensor]
     quantization_table_c: Optional[Tensor]
@@ -322,8 +328,8 @@ class JpegCodecDifferentiable(nn.Module):
 JPEGCodecDifferentiable = JpegCodecDifferentiable
 
 class LinearTransform(nn.Module):
-    """`linear_transform` as a module: (inp - mean_vector) @ transform_matrix, each sample flattened to a
-    row of features and brought back into shape."""
+    """`linear_transform` as a module: Flatten each sample to a row of features and compute (inp -
+    mean_vector) @ transform_matrix."""
 
     dim: int
     def __init__(self, dim: int = 0) -> None: ...
@@ -331,21 +337,22 @@ class LinearTransform(nn.Module):
     def __call__(self, inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor) -> Tensor: ...
 
 class MeanStdDev(nn.Module):
-    """`mean_std_dev` as a module: Mean and standard deviation of each channel, as OpenCV's
-    ``meanStdDev``: the deviation is that of the pixels there are (divided by H * W, not by one less)."""
+    """`mean_std_dev` as a module: Mean and standard deviation of each channel, like OpenCV's
+    ``meanStdDev``."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class MinMaxLoc(nn.Module):
-    """`min_max_loc` as a module: The least and the greatest value of each channel and where they are, as
-    OpenCV's ``minMaxLoc``."""
+    """`min_max_loc` as a module: The least and the greatest value of each channel and their positions,
+    like OpenCV's ``minMaxLoc``. If a value occurs several times, its first position counts, row by row.
+    NaN is ignored; for a channel with only NaN, the result is its first pixel."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
     def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class Normalize(nn.Module):
-    """`normalize` as a module: (data - mean) / std, per channel."""
+    """`normalize` as a module: Normalize each channel: (data - mean) / std."""
 
     mean: Union[float, Tensor]
     std: Union[float, Tensor]
@@ -365,7 +372,7 @@ class NormalizeMinMax(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Posterize(nn.Module):
-    """`posterize` as a module: Keep the upper bits of the 8-bit levels, as Pillow's
+    """`posterize` as a module: Keep only the upper bits of 8-bit levels, like Pillow's
     ``ImageOps.posterize``."""
 
     bits: Union[int, Tensor]
@@ -374,8 +381,8 @@ class Posterize(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Sharpness(nn.Module):
-    """`sharpness` as a module: Move the image away from a smoothed one, or towards it, as Pillow's
-    ``ImageEnhance.Sharpness`` does."""
+    """`sharpness` as a module: Sharpen or smooth: blend with a smoothed image, like Pillow's
+    ``ImageEnhance.Sharpness``."""
 
     factor: Union[float, Tensor]
     def __init__(self, factor: Union[float, Tensor]) -> None: ...
@@ -389,7 +396,7 @@ class ShiftRgb(nn.Module):
     def __call__(self, image: Tensor, r_shift: Tensor, g_shift: Tensor, b_shift: Tensor) -> Tensor: ...
 
 class Solarize(nn.Module):
-    """`solarize` as a module: Turn what is at or above the threshold into its negative, as Pillow's
+    """`solarize` as a module: Invert the values at or above a threshold, like Pillow's
     ``ImageOps.solarize``."""
 
     thresholds: Union[float, Tensor]
@@ -401,7 +408,7 @@ class Solarize(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Threshold(nn.Module):
-    """`threshold` as a module: Compare with a threshold, as OpenCV's ``threshold``."""
+    """`threshold` as a module: Compare with a threshold, like OpenCV's ``threshold``."""
 
     thresh: Union[float, Tensor]
     maxval: Union[float, Tensor]
@@ -413,8 +420,8 @@ class Threshold(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class ZcaMean(nn.Module):
-    """`zca_mean` as a module: The matrix and the mean that whiten: (covariance + eps I)^(-1/2), the
-    least change that decorrelates."""
+    """`zca_mean` as a module: The matrix (covariance + eps I)^(-1/2) and the mean of ZCA whitening, the
+    smallest change that decorrelates."""
 
     dim: int
     unbiased: bool
@@ -427,8 +434,8 @@ class ZcaMean(nn.Module):
     def __call__(self, inp: Tensor) -> Tuple[Tensor, Tensor, Optional[Tensor]]: ...
 
 class ZcaWhiten(nn.Module):
-    """`zca_whiten` as a module: Apply ``zca_mean``'s transform: the features of the result are
-    decorrelated and of variance 1."""
+    """`zca_whiten` as a module: Apply the transform of ``zca_mean``: the features of the result are
+    uncorrelated and have variance 1."""
 
     dim: int
     unbiased: bool

@@ -21,9 +21,9 @@ def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: 
 
     Args:
         image: (B, *), floating point in [0, 1], or uint8.
-        factor: what to add, usually in [-1, 1], of bytes levels in [-255, 255]; 0 changes nothing. A number,
-            a scalar tensor or (B,), one a sample.
-        clip_output: limit the result to [0, 1]; bytes saturate in any case.
+        factor: the number to add, usually in [-1, 1]; for uint8 in levels, [-255, 255]; 0 changes nothing. A
+            number, a scalar tensor or (B,), one for each sample.
+        clip_output: limit the result to [0, 1]; uint8 always saturates.
 
     Returns:
         Tensor of the image's shape and dtype.
@@ -46,13 +46,13 @@ def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: 
 def adjust_brightness_accumulative(
     image: Tensor, factor: Union[float, Tensor], clip_output: bool = True
 ) -> Tensor:
-    """Multiply every value by ``factor``, as Pillow's ``ImageEnhance.Brightness`` does.
+    """Multiply every value by ``factor``, like Pillow's ``ImageEnhance.Brightness`` does.
 
     Args:
         image: (B, *), floating point in [0, 1], or uint8.
-        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a
-            sample, whose values are not looked at.
-        clip_output: limit the result to [0, 1]; bytes saturate in any case.
+        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one for
+            each sample, whose values are not checked.
+        clip_output: limit the result to [0, 1]; uint8 always saturates.
 
     Returns:
         Tensor of the image's shape and dtype.
@@ -80,9 +80,9 @@ def adjust_contrast(image: Tensor, factor: Union[float, Tensor], clip_output: bo
 
     Args:
         image: (B, *), floating point in [0, 1], or uint8.
-        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a
-            sample, whose values are not looked at.
-        clip_output: limit the result to [0, 1]; bytes saturate in any case.
+        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one for
+            each sample, whose values are not checked.
+        clip_output: limit the result to [0, 1]; uint8 always saturates.
 
     Returns:
         Tensor of the image's shape and dtype.
@@ -100,14 +100,14 @@ def adjust_contrast(image: Tensor, factor: Union[float, Tensor], clip_output: bo
 
 
 def adjust_contrast_with_mean_subtraction(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
-    """Stretch the values about the image's mean grey, as Pillow's ``ImageEnhance.Contrast`` does (which
+    """Stretch the values about the image's mean grey, like Pillow's ``ImageEnhance.Contrast`` does (which
     rounds the mean).
 
     Args:
-        image: (*, C, H, W) in [0, 1], floating point. The grey of three channels is their BT.601 luma, of any
-            other number their mean.
+        image: (*, C, H, W) in [0, 1], floating point. The grey of three channels is their BT.601 luma; for
+            another number of channels it is their mean.
         factor: not negative; 0 gives the mean grey, 1 changes nothing. A number, a scalar tensor or (B,), one
-            a sample.
+            for each sample.
 
     Returns:
         Tensor of the image's shape and dtype, in [0, 1].
@@ -131,12 +131,12 @@ def adjust_contrast_with_mean_subtraction(image: Tensor, factor: Union[float, Te
 
 
 def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
-    """Move the colours away from their grey, or towards it, as Pillow's ``ImageEnhance.Color`` does.
+    """Blend each colour with its grey, like Pillow's ``ImageEnhance.Color`` does.
 
     Args:
         image: RGB (*, 3, H, W) in [0, 1], floating point.
         factor: not negative; 0 gives the grey image, 1 changes nothing. A number, a scalar tensor or (B,),
-            one a sample.
+            one for each sample.
 
     Returns:
         Tensor of the image's shape and dtype, in [0, 1].
@@ -154,18 +154,17 @@ def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, 
     check_rgb(image, "image")
     check_floating(image, "image")
     grey = rgb_to_grayscale(image)
-    # split, for else every channel computes the grey, and what the image was made of, anew
+    # split: otherwise every channel would compute the grey, and the image itself, again
     return join_channels([_between(grey, plane, factor) for plane in split_channels(image)])
 
 
 def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, Tensor] = 1.0) -> Tensor:
-    """Power law: gain * input ** gamma, limited to [0, 1].
-
-    Where the input is zero its gradient is zero, not the infinite one of a gamma below 1.
+    """Power law: gain * input ** gamma, limited to [0, 1]. The gradient is zero where the input is zero,
+    although it is infinite there for a gamma below 1.
 
     Args:
-        input: (B, *), floating point in [0, 1], or uint8; what is below zero counts as zero.
-        gamma: exponent, not negative. A number, a scalar tensor or (B,), one a sample.
+        input: (B, *), floating point in [0, 1], or uint8; negative values count as zero.
+        gamma: exponent, not negative. A number, a scalar tensor or (B,), one for each sample.
         gain: factor, like gamma.
 
     Returns:
@@ -184,7 +183,7 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
     _check_not_negative(gain, "gain")
     if input.dtype == torch.uint8:
         x = levels(input, 1.0)
-        # From 1e4 on every level but white is black; engines differ in powers of NaN and infinity.
+        # From 1e4 on every level except white is black; engines differ in powers of NaN and infinity.
         exponent = known_or(per_sample(gamma, x, "gamma"), 0.0).clamp(0.0, 1e4)
         return looked_up(input, power_each(x, exponent) * per_sample(gain, x, "gain"), 1.0)
     return (power_each(input, per_sample(gamma, input, "gamma")) * per_sample(gain, input, "gain")).clamp(
@@ -193,13 +192,13 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
 
 
 def adjust_log(image: Tensor, gain: float = 1.0, inv: bool = False, clip_output: bool = True) -> Tensor:
-    """Logarithmic curve gain * log2(1 + image), or its inverse form gain * (2 ** image - 1), as
-    scikit-image's ``adjust_log``.
+    """Logarithmic curve gain * log2(1 + image), or its inverse gain * (2 ** image - 1), like scikit-image's
+    ``adjust_log``.
 
     Args:
         image: (*) in [0, 1], floating point.
         gain: factor.
-        inv: take the exponential curve.
+        inv: use the inverse (exponential) curve.
         clip_output: limit the result to [0, 1].
 
     Returns:
@@ -219,7 +218,7 @@ def adjust_log(image: Tensor, gain: float = 1.0, inv: bool = False, clip_output:
 
 
 def adjust_sigmoid(image: Tensor, cutoff: float = 0.5, gain: float = 10.0, inv: bool = False) -> Tensor:
-    """Sigmoid curve 1 / (1 + exp(gain * (cutoff - image))), or one minus that, as scikit-image's
+    """Sigmoid curve 1 / (1 + exp(gain * (cutoff - image))), or one minus this, like scikit-image's
     ``adjust_sigmoid``.
 
     G. J. Braun, Image lightness rescaling using sigmoidal contrast enhancement functions, J. Electronic
@@ -227,9 +226,9 @@ def adjust_sigmoid(image: Tensor, cutoff: float = 0.5, gain: float = 10.0, inv: 
 
     Args:
         image: (*) in [0, 1], floating point.
-        cutoff: the value that becomes one half.
+        cutoff: the input value that becomes 0.5.
         gain: steepness.
-        inv: take the falling curve.
+        inv: use one minus the curve.
 
     Returns:
         Tensor of the image's shape and dtype, in [0, 1].
@@ -258,5 +257,5 @@ def _clipped(image: Tensor, clip_output: bool) -> Tensor:
 
 
 def _between(degenerate: Tensor, image: Tensor, factor: Union[float, Tensor]) -> Tensor:
-    """Pillow's blend: 0 gives the degenerate image, 1 the image, more goes beyond it."""
+    """Pillow's blend: 0 gives the degenerate image, 1 the image, a factor above 1 extrapolates."""
     return (degenerate + (image - degenerate) * per_sample(factor, image, "factor")).clamp(0.0, 1.0)

@@ -18,24 +18,24 @@ def add_weighted(
     beta: Union[float, Tensor],
     gamma: Union[float, Tensor],
 ) -> Tensor:
-    """alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted`` (without saturation).
-
-    Of bytes the sum is computed in float32, each of its four steps rounded, and the result is rounded halves
-    to even and saturated: within a level of OpenCV's, which fuses some steps.
+    """Weighted sum alpha * src1 + beta * src2 + gamma, like OpenCV's ``addWeighted`` (without saturation).
+    For uint8, the sum is computed in float32, with each of its four steps rounded; the result is rounded
+    (halves to even) and saturated. It is within one level of OpenCV's, which fuses some steps.
 
     Args:
         src1: (B, *), floating point or uint8.
-        alpha: weight of src1: a number, a scalar tensor, (B,), one a sample, or a tensor that broadcasts
-            against src1.
+        alpha: weight of src1: a number, a scalar tensor, (B,), one for each sample, or a tensor that
+            broadcasts against src1.
         src2: like src1.
         beta: weight of src2, like alpha.
-        gamma: what to add, like alpha.
+        gamma: the number to add, like alpha.
 
     Returns:
         Tensor of src1's shape and dtype.
 
     Raises:
-        TypeError: if src1 or src2 is neither floating point nor uint8, or one is of bytes alone.
+        TypeError: if src1 or src2 is neither floating point nor uint8, or one is uint8 and the other one is
+            not.
         ValueError: if the shapes of src1 and src2 differ, or that of alpha, beta or gamma is not as above.
 
     Example:
@@ -62,18 +62,18 @@ def add_weighted(
 
 
 def invert(image: Tensor, max_val: Optional[Tensor] = None) -> Tensor:
-    """max_val - image.
+    """Invert: max_val - image.
 
     Args:
         image: (B, *), floating point or uint8.
-        max_val: the value of white, 1 by default, of bytes always 255: a scalar tensor, (B,), one a sample,
-            or a tensor that broadcasts against image.
+        max_val: the value of white, 1 by default, for uint8 always 255: a scalar tensor, (B,), one for each
+            sample, or a tensor that broadcasts against image.
 
     Returns:
         Tensor of the image's shape and dtype.
 
     Raises:
-        TypeError: if image is neither floating point nor uint8, or max_val is given for bytes.
+        TypeError: if image is neither floating point nor uint8, or max_val is given for uint8.
         ValueError: if max_val's shape is not as above.
 
     Example:
@@ -95,7 +95,7 @@ def shift_rgb(image: Tensor, r_shift: Tensor, g_shift: Tensor, b_shift: Tensor) 
 
     Args:
         image: RGB (B, 3, H, W) in [0, 1], floating point.
-        r_shift: (B,), one a sample, or a scalar tensor, for red.
+        r_shift: (B,), one for each sample, or a scalar tensor, for red.
         g_shift: the same for green.
         b_shift: the same for blue.
 

@@ -1,7 +1,7 @@
 """Contrast-limited adaptive histogram equalisation.
 
-K. Zuiderveld, Contrast limited adaptive histogram equalization, Graphics Gems IV, 1994, as OpenCV's
-``createCLAHE`` computes it.
+K. Zuiderveld, Contrast limited adaptive histogram equalization, Graphics Gems IV, 1994, in the form of
+OpenCV's ``createCLAHE``.
 """
 
 from typing import List, Tuple, Union
@@ -26,12 +26,12 @@ from ..primitives.resampling.taps import smaller
 
 
 def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, int] = (8, 8)) -> Tensor:
-    """OpenCV's ``createCLAHE(clipLimit, tileGridSize).apply`` on each channel of bytes, equal to it.
+    """CLAHE of each uint8 channel, identical to OpenCV's ``createCLAHE(clipLimit, tileGridSize).apply``.
 
     Args:
         image: (B, C, H, W), uint8, H and W greater than the number of tiles.
-        clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not
-            limit.
+        clip_limit: the limit of a level's count in a tile, as a multiple of the mean count; 0 or less means
+            no limit.
         tile_grid_size: number of tiles (across, down), in OpenCV's order.
 
     Returns:
@@ -64,23 +64,23 @@ def equalize_clahe(
     grid_size: Tuple[int, int] = (8, 8),
     slow_and_differentiable: bool = False,
 ) -> Tensor:
-    """Equalise the histogram of each tile, no level counting more than the limit, and blend the tiles'
-    curves.
-
-    On 256 levels, and of bytes, it equals OpenCV's ``createCLAHE``, where Kornia's differs in borders and
-    rounding; other values are rounded to the nearest level, and there is no gradient.
+    """Equalize the clipped histogram of each tile, and blend the curves of neighbouring tiles (CLAHE). For
+    256 levels, and for uint8, the result equals OpenCV's ``createCLAHE``; Kornia's differs in borders and
+    rounding. Other values are rounded to the nearest level, and there is no gradient.
 
     Args:
-        input: (*, H, W), floating point in [0, 1], or uint8, H and W greater than the number of tiles; each
-            plane by itself.
-        clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not
-            limit. A number, or a tensor (B,) of positive ones, one for each entry of the first dimension.
+        input: (*, H, W), floating point in [0, 1], or uint8, H and W greater than the number of tiles; planes
+            are independent.
+        clip_limit: the limit of a level's count in a tile, as a multiple of the mean count; 0 or less means
+            no limit. A number, or a tensor (B,) of positive numbers, one for each entry of the first
+            dimension.
         grid_size: number of tiles (down, across).
-        slow_and_differentiable: share each pixel between its two nearest levels and round nothing, for a
-            curve that has gradients; not of bytes.
+        slow_and_differentiable: True splits each pixel between its two nearest levels and rounds nothing, so
+            that there are gradients; not for uint8.
 
     Returns:
-        Tensor of the input's shape and dtype: multiples of 1 / 255 unless slow_and_differentiable, or bytes.
+        Tensor of the input's shape and dtype: multiples of 1 / 255 (unless slow_and_differentiable), or
+        uint8.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or is uint8 and slow_and_differentiable.
@@ -126,12 +126,13 @@ def _check_grid(image: Tensor, tiles_y: int, tiles_x: int, image_name: str, grid
 
 
 def _padded_size(size: int, other: int, tiles: int, other_tiles: int) -> int:
-    """OpenCV pads both axes if either is not a multiple of its tiles, one that is by a whole pixel a tile."""
+    """OpenCV pads both axes if one is not a multiple of its tiles; an axis that is a multiple gets a whole
+    pixel for each tile."""
     return size + (tiles - size % tiles) * smaller(size % tiles + other % other_tiles, 1)
 
 
 def _limit(clip_limit: Union[float, Tensor], pixels: int, device: torch.device) -> Tensor:
-    """The most that a level may count in a tile, a whole number, (1,) or (P, 1, 1)."""
+    """The largest count of a level in a tile, a whole number, (1,) or (P, 1, 1)."""
     if isinstance(clip_limit, Tensor):
         limit = clip_limit.to(torch.float64)[:, None, None]
     else:
@@ -144,8 +145,8 @@ def _limits(clip_limit: Union[float, Tensor]) -> bool:
 
 
 def _blend(size: int, tile: int, tiles: int, device: torch.device) -> Tuple[Tensor, Tensor, Tensor]:
-    """For each position of an axis the two tiles whose curves it takes and the weight of the second, in
-    OpenCV's float32."""
+    """For each position along an axis: the two tiles whose curves are blended, and the weight of the second
+    one, in float32 as in OpenCV."""
     # 2 / (2 tile), because ONNX Runtime turns a product with 1 / tile into a quotient, which rounds
     # differently
     two = torch.full([1], 2.0, device=device)
@@ -167,7 +168,7 @@ def _equalized(levels: Tensor, clip_limit: Union[float, Tensor], tiles_y: int, t
     counts = clahe_histograms(levels, tile_y, tile_x, tiles_y, tiles_x)
     if _limits(clip_limit):
         counts = _clipped(counts, _limit(clip_limit, pixels, device).to(torch.int32))
-    # float32 products, rounded to even, as OpenCV has them whatever the image's dtype
+    # float32 products, rounded to even, as in OpenCV, for every dtype of the image
     scale = torch.div(torch.full([1], 255.0, device=device), torch.ones([1], device=device) * pixels)
     table = torch.round(running_sum(counts).to(torch.float32) * scale).clamp(0.0, 255.0).flatten(1)
     y0, y1, wy = _blend(height, tile_y, tiles_y, device)
@@ -176,8 +177,8 @@ def _equalized(levels: Tensor, clip_limit: Union[float, Tensor], tiles_y: int, t
 
 
 def _clipped(counts: Tensor, limit: Tensor) -> Tensor:
-    """Cut counts (P, T, 256) at the limit and hand what was cut to all levels, the remainder to levels at
-    even distances."""
+    """Clip counts (P, T, 256) at the limit and distribute the excess to all levels; the remainder goes to
+    evenly spaced levels."""
     excess = (counts - limit).clamp(min=0).sum(-1, keepdim=True, dtype=torch.int32)
     levels = torch.full_like(excess, 256)
     share = whole_quotient(excess, levels).to(torch.int32)

@@ -1,4 +1,4 @@
-"""Histograms that count."""
+"""Histograms that count pixels."""
 
 import torch
 from torch import Tensor
@@ -8,17 +8,16 @@ from ..primitives.images.histograms import bincount, level_rows
 
 
 def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: float = 1.0) -> Tensor:
-    """How many pixels of each channel fall into each of n_bins equal bins of [min, max), as OpenCV's
-    ``calcHist``.
+    """Count the pixels of each channel in n_bins equal bins of [min, max), like OpenCV's ``calcHist``.
 
-    Values outside, and NaN, are not counted. There is no gradient; ``image_histogram2d`` has one. All bytes
-    are in the bins from 0 to 256.
+    Values outside, and NaN, are not counted. There is no gradient; ``image_histogram2d`` has one. For uint8,
+    use min 0 and max 256 to count all levels.
 
     Args:
         image: (B, C, H, W), floating point or uint8.
         n_bins: number of bins.
         min: lower end of the first bin.
-        max: upper end of the last bin, itself outside.
+        max: upper end of the last bin, not included.
 
     Returns:
         (B, C, n_bins), int64.
@@ -36,10 +35,10 @@ def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: flo
         raise ValueError(f"n_bins: expected a positive number, got {n_bins}")
     if max <= min:
         raise ValueError(f"max: expected a number above min = {min}, got {max}")
-    # In double precision, as OpenCV has it: float32 would put values near the bins' edges on either side.
+    # In double precision, as in OpenCV: float32 would put values near an edge into the wrong bin.
     scale = n_bins / (max - min)
     if image.dtype == torch.uint8:
-        # Where each level is counted, and how often it occurs.
+        # The bin of each level, and how often the level occurs.
         of_levels = bincount(level_rows(image), 256)
         index = _bins(torch.arange(256, device=image.device).to(torch.float64), scale, min, n_bins)
         zeros = torch.zeros([of_levels.size(0), n_bins + 1], dtype=torch.int32, device=image.device)
@@ -51,7 +50,7 @@ def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: flo
 
 
 def _bins(values: Tensor, scale: float, min: float, n_bins: int) -> Tensor:
-    """The bin of each value, n_bins for those that are in none."""
+    """The bin of each value; n_bins for values outside all bins."""
     position = torch.floor(values * scale - min * scale)
     inside = (position >= 0.0) & (position < n_bins)
     return torch.where(inside, position, torch.full_like(position, n_bins)).to(torch.int64)

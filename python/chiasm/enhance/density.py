@@ -1,4 +1,4 @@
-"""Histograms by kernels, which have gradients."""
+"""Histograms by kernel density estimation, which have gradients."""
 
 from typing import Optional, Tuple
 
@@ -19,7 +19,7 @@ def histogram(x: Tensor, bins: Tensor, bandwidth: Tensor, epsilon: float = 1e-10
         x: (B, N) values, floating point.
         bins: (K,) centres.
         bandwidth: standard deviation of the kernel, a scalar tensor or (1,).
-        epsilon: added to the sum that divides.
+        epsilon: added to the denominator.
 
     Returns:
         (B, K).
@@ -41,10 +41,10 @@ def histogram2d(x1: Tensor, x2: Tensor, bins: Tensor, bandwidth: Tensor, epsilon
 
     Args:
         x1: (B, N) values, floating point.
-        x2: (B, N), the values that they are paired with.
+        x2: (B, N), the values paired with x1.
         bins: (K,) centres, for both.
         bandwidth: standard deviation of the kernel, a scalar tensor or (1,).
-        epsilon: added to the sum that divides.
+        epsilon: added to the denominator.
 
     Returns:
         (B, K, K): rows are the bins of x1, columns those of x2.
@@ -83,11 +83,11 @@ def image_histogram2d(
     kernel: str = "triangular",
     eps: float = 1e-10,
 ) -> Tuple[Tensor, Tensor]:
-    """Histogram of each plane, every pixel shared between the bins near it by a kernel of u = \\|value -
-    centre\\| / bandwidth.
+    """Histogram of each plane; a kernel of u = \\|value - centre\\| / bandwidth splits each pixel between
+    bins.
 
     "triangular" is 1 - u, "uniform" 1 and "epanechnikov" 1 - u^2 where u <= 1, "gaussian" exp(-u^2 / 2).
-    Memory and time go with pixels times bins; ``count_histogram`` is the fast one.
+    Memory and time grow with pixels times bins; ``count_histogram`` is faster.
 
     Args:
         image: (*, H, W), floating point.
@@ -99,7 +99,7 @@ def image_histogram2d(
             wide.
         return_pdf: also return the histogram divided by its sum.
         kernel: "triangular", "gaussian", "uniform" or "epanechnikov".
-        eps: added to the sum that divides.
+        eps: added to the denominator.
 
     Returns:
         (*, n_bins) the histogram, and (*, n_bins) the density, zeros unless return_pdf.

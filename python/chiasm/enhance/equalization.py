@@ -12,16 +12,16 @@ from ..primitives.images.tables import table_entries
 
 
 def equalize(input: Tensor) -> Tensor:
-    """Spread the levels of each channel evenly, as Pillow's ``ImageOps.equalize``.
+    """Equalize the histogram of each channel, like Pillow's ``ImageOps.equalize``.
 
-    The input is rounded to the nearest of 256 levels. There is no gradient. Of bytes the result is Pillow's
-    to the bit.
+    The input is rounded to the nearest of 256 levels. There is no gradient. For uint8, the result is
+    identical to Pillow's.
 
     Args:
         input: (B, C, H, W), (C, H, W) or (H, W), floating point in [0, 1], or uint8.
 
     Returns:
-        (B, C, H, W): multiples of 1 / 255, or bytes.
+        (B, C, H, W): multiples of 1 / 255, or uint8.
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
@@ -41,7 +41,7 @@ def _equalize_of_batch(input: Tensor) -> Tensor:
 
 
 def equalize3d(input: Tensor) -> Tensor:
-    """``equalize`` of volumes, one histogram for each channel's whole volume.
+    """``equalize`` for volumes, with one histogram for each channel.
 
     Args:
         input: (B, C, D, H, W) in [0, 1], floating point.
@@ -63,18 +63,16 @@ def equalize3d(input: Tensor) -> Tensor:
 
 
 def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0) -> Tensor:
-    """Stretch the levels of each channel to the whole range, as Pillow's ``ImageOps.autocontrast``.
-
-    The image is rounded to the nearest of 256 levels, and so is the result, downwards and exactly (Pillow's
-    float arithmetic gives one level less at some whole numbers). There is no gradient.
+    """Stretch the levels of each channel to the whole range, like Pillow's ``ImageOps.autocontrast``. The
+    image is rounded to the nearest of 256 levels. The exact result is rounded down to a level (Pillow's float
+    arithmetic gives one level less at some whole numbers). There is no gradient.
 
     Args:
         image: (B, C, H, W), floating point in [0, 1], or uint8.
-        cutoff: percentage of the pixels to disregard at either end of the histogram, or (dark end, bright
-            end).
+        cutoff: percentage of the pixels to ignore at each end of the histogram, or (dark end, bright end).
 
     Returns:
-        (B, C, H, W): multiples of 1 / 255, or bytes. A channel of one level stays as it is.
+        (B, C, H, W): multiples of 1 / 255, or uint8. A constant channel stays as it is.
 
     Raises:
         TypeError: if image is neither floating point nor uint8.

@@ -1,4 +1,4 @@
-"""Hue and saturation, by way of HSV."""
+"""Changes of hue and saturation in HSV."""
 
 from typing import Union
 
@@ -12,11 +12,12 @@ from ..primitives.images.color_planes import rgb_planes
 
 
 def adjust_hue(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
-    """Turn the hue of every colour.
+    """Rotate the hue of every colour.
 
     Args:
         image: RGB (*, 3, H, W) in [0, 1], floating point.
-        factor: angle in radians, usually in [-pi, pi]: a number, a scalar tensor or (B,), one a sample.
+        factor: angle in radians, usually in [-pi, pi]: a number, a scalar tensor or (B,), one for each
+            sample.
 
     Returns:
         Tensor of the image's shape and dtype.
@@ -34,11 +35,11 @@ def adjust_hue(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
 
 
 def adjust_hue_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
-    """Turn the hue of an HSV image; the result is in [0, 2 pi), where Kornia's keeps the sign of the sum.
+    """Rotate the hue of an HSV image; the new hue is in [0, 2 pi) (Kornia keeps the sign of the sum).
 
     Args:
         image: HSV (*, 3, H, W), floating point, hue in radians.
-        factor: angle in radians: a number, a scalar tensor or (B,), one a sample.
+        factor: angle in radians: a number, a scalar tensor or (B,), one for each sample.
 
     Returns:
         Tensor of the image's shape and dtype: HSV.
@@ -62,7 +63,7 @@ def adjust_saturation(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
 
     Args:
         image: RGB (*, 3, H, W) in [0, 1], floating point.
-        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one a
+        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one for each
             sample.
 
     Returns:
@@ -86,7 +87,7 @@ def adjust_saturation_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor
 
     Args:
         image: HSV (*, 3, H, W), floating point.
-        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one a
+        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one for each
             sample.
 
     Returns:
@@ -105,7 +106,7 @@ def adjust_saturation_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor
 
 
 def _plane_factor(factor: Union[float, Tensor], image: Tensor) -> Tensor:
-    """The factor, to broadcast against one plane."""
+    """The factor with a shape that broadcasts against one plane."""
     every = per_sample(factor, image, "factor")
     if every.dim() != image.dim():
         return every

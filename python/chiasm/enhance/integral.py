@@ -1,4 +1,4 @@
-"""Sums over rectangles from the corner."""
+"""Cumulative sums and summed-area tables."""
 
 from typing import List, Optional
 
@@ -12,15 +12,15 @@ from ..primitives.filters.integral import integral, integral_of_bytes, whole_sum
 def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
     """Cumulative sum along one or more dimensions.
 
-    Unlike Kornia's, dim is a list (a tuple will do in Python), since TorchScript has no tuples of any length.
-    Sums of bytes are exact.
+    Unlike in Kornia, dim is a list (in Python, a tuple works too), since TorchScript has no tuples of
+    variable length. For uint8, sums are exact.
 
     Args:
         input: (*), floating point or uint8.
         dim: dimensions to sum along, the last by default.
 
     Returns:
-        Tensor of the input's shape and dtype; of bytes int32, saturated (from 8421505 bytes of 255 on).
+        Tensor of the input's shape and dtype; for uint8 int32, saturated (from 8421505 values of 255 on).
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
@@ -44,16 +44,16 @@ def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
 
 
 def integral_image(image: Tensor) -> Tensor:
-    """Summed-area table: each pixel becomes the sum of all values above and to the left of it, and its own.
+    """Summed-area table: each pixel becomes the sum of all values above and to the left, including its own.
 
-    F. C. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984. OpenCV's ``integral`` has a row and a
-    column of zeros before. Of bytes the sums are exact, as OpenCV's of CV_32S.
+    F. C. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984. OpenCV's ``integral`` puts a row and a
+    column of zeros before this. For uint8, the sums are exact, like OpenCV's CV_32S sums.
 
     Args:
         image: (*, H, W), floating point or uint8.
 
     Returns:
-        Tensor of the image's shape and dtype; of bytes int32, saturated (from 8421505 pixels of 255 on).
+        Tensor of the image's shape and dtype; for uint8 int32, saturated (from 8421505 pixels of 255 on).
 
     Raises:
         TypeError: if image is neither floating point nor uint8.

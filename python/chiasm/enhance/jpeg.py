@@ -1,4 +1,4 @@
-"""A JPEG codec without the entropy coding, which is lossless."""
+"""A JPEG codec without its entropy coding; entropy coding is lossless and would not change the image."""
 
 import math
 from typing import Optional
@@ -19,17 +19,18 @@ def jpeg_codec_differentiable(
     quantization_table_y: Optional[Tensor] = None,
     quantization_table_c: Optional[Tensor] = None,
 ) -> Tensor:
-    """What is left of an image after JPEG: YCbCr with halved chroma (4:2:0), 8x8 DCT, quantisation, and back.
+    """Encode and decode an image as JPEG does: YCbCr with halved chroma (4:2:0), 8x8 DCT, quantization, and
+    back.
 
-    ITU-T T.81 with JFIF's colours and libjpeg's scale of quality. For gradients, rounding is round(x) + (x -
-    round(x))^3 (R. Shin, D. Song, JPEG-resistant adversarial images, 2017), of coefficients and of table
-    entries alike.
+    ITU-T T.81 with JFIF's colours and libjpeg's scale of quality. For gradients, both coefficients and table
+    entries are rounded by round(x) + (x - round(x))^3 (R. Shin, D. Song, JPEG-resistant adversarial images,
+    2017).
 
     Args:
         input: RGB (B, 3, H, W) in [0, 1], floating point; the edge is repeated up to whole blocks of 16.
-        jpeg_quality: 1 to 100, floating point: a scalar tensor, (1,) or (B,), one a sample.
-        quantization_table_y: (8, 8) or (B, 8, 8), luma's steps at quality 50, by default those of T.81's
-            annex K.
+        jpeg_quality: 1 to 100, floating point: a scalar tensor, (1,) or (B,), one for each sample.
+        quantization_table_y: (8, 8) or (B, 8, 8), the quantization steps of luma at quality 50, by default
+            those of annex K of T.81.
         quantization_table_c: the same for chroma.
 
     Returns:
@@ -73,7 +74,7 @@ def _jpeg_codec_differentiable_of_batch(
     luma = _steps(_table(quantization_table_y, _luma(), input, "quantization_table_y"), quality)
     chroma = _steps(_table(quantization_table_c, _chroma(), input, "quantization_table_c"), quality)
 
-    # whole blocks of 16, so that chroma has whole ones of 8
+    # whole blocks of 16, so that chroma has whole blocks of 8
     down, across = (height + 15) // 16, (width + 15) // 16
     rows = torch.arange(down * 16, device=input.device).clamp(max=height - 1)
     columns = torch.arange(across * 16, device=input.device).clamp(max=width - 1)
@@ -88,7 +89,7 @@ def _jpeg_codec_differentiable_of_batch(
     colour = _doubled(colour, down * 16, across * 16)
     cb, cr = colour[:, 0], colour[:, 1]
     decoded = torch.stack([y + 1.402 * cr, y - 0.344136286 * cb - 0.714136286 * cr, y + 1.772 * cb], 1)
-    # By index: that a slice's end lies within whole blocks is more than symbolic sizes can prove.
+    # By index, because symbolic sizes cannot prove that the end of a slice lies within the whole blocks.
     rows, columns = torch.arange(height, device=input.device), torch.arange(width, device=input.device)
     return (decoded.index_select(2, rows).index_select(3, columns) / 255.0).clamp(0.0, 1.0)
 
@@ -134,7 +135,7 @@ def _table(table: Optional[Tensor], default: Tensor, like: Tensor, name: str) ->
 
 
 def _steps(table: Tensor, quality: Tensor) -> Tensor:
-    """The table scaled as by libjpeg: at quality 50 as it is, at 100 ones."""
+    """The table, scaled like in libjpeg: unchanged at quality 50, all ones at quality 100."""
     scale = torch.where(quality < 50.0, 5000.0 / quality.clamp(min=1.0), 200.0 - 2.0 * quality)
     # floor(x + 1/2), T.81's rounding
     return _rounded(table * scale / 100.0).clamp(1.0, 255.0)

@@ -1,10 +1,10 @@
-"""Names of choices by Kornia's enumerations: members are the strings that the functions take."""
+"""Kornia's enumerations; their members are equal to the strings that the functions take."""
 
 from enum import Enum
 
 
 class ThresholdType(str, Enum):
-    """What ``threshold`` does.
+    """The types of ``threshold``.
 
     >>> ThresholdType.THRESH_TRUNC == "trunc"
     True

@@ -1,4 +1,4 @@
-"""Standardise channels, and back."""
+"""Normalization of channels, and its inverse."""
 
 from typing import Union
 
@@ -11,15 +11,15 @@ from ..primitives.numbers.reductions import greatest, least
 
 
 def normalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor]) -> Tensor:
-    """(data - mean) / std, per channel.
+    """Normalize each channel: (data - mean) / std.
 
     Args:
-        data: (B, C, *), floating point, or uint8, of which mean and std are in levels.
+        data: (B, C, *), floating point, or uint8, for which mean and std are in levels (0 to 255).
         mean: a number, or a scalar tensor, (1,), (C,) or (B, C).
         std: like mean; not zero.
 
     Returns:
-        Tensor of data's shape and dtype, of bytes of float32.
+        Tensor of data's shape and dtype; float32 for uint8.
 
     Raises:
         TypeError: if data is neither floating point nor uint8.
@@ -39,7 +39,7 @@ def normalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor
 
 
 def denormalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor]) -> Tensor:
-    """data * std + mean, per channel: what undoes ``normalize``.
+    """The inverse of ``normalize``, for each channel: data * std + mean.
 
     Args:
         data: (B, C, *), floating point.

@@ -12,19 +12,19 @@ from ..primitives.numbers.rounding import known_or
 
 
 def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
-    """Move the image away from a smoothed one, or towards it, as Pillow's ``ImageEnhance.Sharpness`` does.
+    """Sharpen or smooth: blend with a smoothed image, like Pillow's ``ImageEnhance.Sharpness``.
 
-    The smoothing is [[1, 1, 1], [1, 5, 1], [1, 1, 1]] / 13 and leaves the outermost pixels as they are. Of
-    bytes, the smoothed image is rounded, and what is added to it is rounded down, as Pillow does: within a
-    level of it, where the product with the factor is nearly whole.
+    The smoothing kernel is [[1, 1, 1], [1, 5, 1], [1, 1, 1]] / 13; border pixels are not smoothed. For uint8,
+    the smoothed image is rounded and the difference times the factor is rounded down, as in Pillow; where
+    this product is nearly a whole number, the result can differ from Pillow's by one level.
 
     Args:
         input: (B, C, H, W), (C, H, W) or (H, W), floating point in [0, 1] or uint8, H and W at least 3.
         factor: not negative; 0 gives the smoothed image, 1 changes nothing. A number, a scalar tensor or
-            (B,), one a sample.
+            (B,), one for each sample.
 
     Returns:
-        (B, C, H, W), in [0, 1]; of bytes uint8.
+        (B, C, H, W), in [0, 1]; uint8 for uint8.
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
@@ -46,11 +46,12 @@ def _sharpness_of_batch(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
     height, width = input.size(2) - 2, input.size(3) - 2
     if input.dtype == torch.uint8:
         window = torch.tensor([[[1.0, 1.0, 1.0], [1.0, 5.0, 1.0], [1.0, 1.0, 1.0]]], dtype=torch.float64)
-        # A thirteenth of a sum is no half, and further from one than rounding the taps moves it.
+        # A sum divided by 13 is never a half, and its distance from a half is greater than the rounding
+        # error.
         taps, scale = whole_taps(window.to(input.device) / 13.0)
         smooth = correlated_bytes(input, taps, scale, "replicate").to(torch.float32)
         centre = input.to(torch.float32)
-        # The product alone, for together with a sum engines round it differently.
+        # Only the product: engines round a product and a sum together differently.
         added = torch.floor(known_or((centre - smooth) * per_sample(factor, centre, "factor"), 0.0))
         inner = (smooth + added).clamp(0.0, 255.0).to(torch.uint8)[:, :, 1 : height + 1, 1 : width + 1]
         middle = input[:, :, 1 : height + 1]

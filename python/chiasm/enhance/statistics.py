@@ -1,4 +1,4 @@
-"""Numbers that describe an image's channels."""
+"""Statistics of an image's channels."""
 
 from typing import Tuple
 
@@ -11,17 +11,16 @@ from ..primitives.images.histograms import bincount, level_rows
 
 
 def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
-    """Mean and standard deviation of each channel, as OpenCV's ``meanStdDev``: the deviation is that of the
-    pixels there are (divided by H * W, not by one less).
+    """Mean and standard deviation of each channel, like OpenCV's ``meanStdDev``.
 
-    Of bytes the sums are exact. Floating-point images are summed in float64, the deviation by the squares of
-    the distances from the mean.
+    The variance divides by H * W, not by H * W - 1. For uint8, the sums are exact. Floating-point images are
+    summed in float64; the variance is the mean of the squared distances from the mean.
 
     Args:
         image: (B, C, H, W), floating point or uint8.
 
     Returns:
-        Mean (B, C) and standard deviation (B, C), of the image's dtype; of bytes float64, in levels.
+        Mean (B, C) and standard deviation (B, C), of the image's dtype; for uint8 float64, in levels.
 
     Raises:
         TypeError: if image is neither floating point nor uint8.
@@ -35,7 +34,7 @@ def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
     if image.dtype != torch.uint8:
         values = image.to(torch.float64)
         mean = values.mean([2, 3], keepdim=True)
-        # NaN and infinity reach both results by themselves
+        # NaN and infinity propagate to both results without extra code
         std = (values - mean).square().mean([2, 3]).sqrt()
         return mean.flatten(1).to(image.dtype), std.to(image.dtype)
     of_levels = bincount(level_rows(image), 256).to(torch.int64)
@@ -48,17 +47,16 @@ def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def min_max_loc(image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """The least and the greatest value of each channel and where they are, as OpenCV's ``minMaxLoc``.
-
-    Of several places it is the first, row by row. NaN is passed over; a channel of nothing else has its first
-    pixel.
+    """The least and the greatest value of each channel and their positions, like OpenCV's ``minMaxLoc``. If a
+    value occurs several times, its first position counts, row by row. NaN is ignored; for a channel with only
+    NaN, the result is its first pixel.
 
     Args:
         image: (B, C, H, W), floating point or uint8.
 
     Returns:
-        Least and greatest value (B, C), of the image's dtype, and their places (B, C, 2), (x, y) in pixels,
-        int64.
+        Least and greatest value (B, C), of the image's dtype, and their positions (B, C, 2), (x, y) in
+        pixels, int64.
 
     Raises:
         TypeError: if image is neither floating point nor uint8.
@@ -85,8 +83,8 @@ def min_max_loc(image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
 
 
 def _first(values: Tensor, wanted: Tensor) -> Tensor:
-    """The index of the first that is `wanted`, 0 where none is."""
-    # No argmax: compiled loops take it a value at a time
+    """The index of the first element that is `wanted`, 0 if there is none."""
+    # No argmax: compiled loops process it one value at a time
     count = values.size(2)
     index = torch.arange(count, dtype=torch.int32, device=values.device)
     at = torch.where(values == wanted, index, torch.full_like(index, count)).amin(2, keepdim=True)

@@ -12,17 +12,17 @@ from ..primitives.images.tables import levels, looked_up
 
 
 def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
-    """Keep the upper bits of the 8-bit levels, as Pillow's ``ImageOps.posterize``.
+    """Keep only the upper bits of 8-bit levels, like Pillow's ``ImageOps.posterize``.
 
     The input is rounded to the nearest of the 256 levels. There is no gradient.
 
     Args:
         input: (B, *), floating point in [0, 1], or uint8.
-        bits: how many bits to keep, 0 to 8: a number, or an integer tensor that is a scalar or (B,), one a
-            sample.
+        bits: how many bits to keep, 0 to 8: a number, or an integer tensor that is a scalar or (B,), one for
+            each sample.
 
     Returns:
-        Tensor of the input's shape and dtype: multiples of 1 / 255, or of bytes the upper bits.
+        Tensor of the input's shape and dtype: multiples of 1 / 255, or for uint8 the upper bits.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or bits not of an integer dtype.
@@ -33,7 +33,7 @@ def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
         tensor([[ 32., 224.]])
     """
     check_values(input, "input")
-    # a table: powers of two by a general pow need not be exact everywhere
+    # a table, since a general pow does not compute exact powers of two on every engine
     steps = torch.tensor([256.0, 128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0], device=input.device)
     if isinstance(bits, Tensor):
         if bits.is_floating_point():
@@ -58,12 +58,12 @@ def _upper_bits(whole: Tensor, step: Tensor) -> Tensor:
 def solarize(
     input: Tensor, thresholds: Union[float, Tensor] = 0.5, additions: Optional[Union[float, Tensor]] = None
 ) -> Tensor:
-    """Turn what is at or above the threshold into its negative, as Pillow's ``ImageOps.solarize``.
+    """Invert the values at or above a threshold, like Pillow's ``ImageOps.solarize``.
 
     Args:
         input: (B, *), floating point in [0, 1], or uint8.
-        thresholds: a number, a scalar tensor or (B,), one a sample; of bytes, a level of 0 to 255.
-        additions: added first, and the sum limited to the range; like thresholds.
+        thresholds: a number, a scalar tensor or (B,), one for each sample; for uint8, a level of 0 to 255.
+        additions: the number to add before; the sum is limited to the range; like thresholds.
 
     Returns:
         Tensor of the input's shape and dtype.
@@ -93,14 +93,14 @@ def _solarized(
 def threshold(
     input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor] = 255.0, type: str = "binary"
 ) -> Tensor:
-    """Compare with a threshold, as OpenCV's ``threshold``.
+    """Compare with a threshold, like OpenCV's ``threshold``.
 
-    Unlike Kornia's, the type is named by a string. Where x > thresh: "binary" gives maxval (else 0),
-    "binary_inv" 0 (else maxval), "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x).
+    Unlike in Kornia, the type is a string. Where x > thresh: "binary" gives maxval (else 0), "binary_inv" 0
+    (else maxval), "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x).
 
     Args:
         input: (B, *), floating point or uint8.
-        thresh: a number, a scalar tensor or (B,), one a sample.
+        thresh: a number, a scalar tensor or (B,), one for each sample.
         maxval: like thresh; read by the binary types only.
         type: "binary", "binary_inv", "trunc", "tozero" or "tozero_inv".
 

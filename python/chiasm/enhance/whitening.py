@@ -1,4 +1,4 @@
-"""Linear transforms of features, and the one that decorrelates them."""
+"""Linear transforms of features, and the whitening transform."""
 
 from typing import List, Optional, Tuple
 
@@ -11,14 +11,13 @@ from ..primitives.linalg.matrix_roots import spd_square_roots
 
 
 def linear_transform(inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor, dim: int = 0) -> Tensor:
-    """(inp - mean_vector) @ transform_matrix, each sample flattened to a row of features and brought back
-    into shape.
+    """Flatten each sample to a row of features and compute (inp - mean_vector) @ transform_matrix.
 
     Args:
         inp: samples along dim, floating point; the product D of its other sizes is the number of features.
         transform_matrix: (D, D).
         mean_vector: (1, D) or (D,).
-        dim: the dimension that counts samples.
+        dim: the dimension of the samples.
 
     Returns:
         Tensor of inp's shape and dtype.
@@ -52,17 +51,19 @@ def linear_transform(inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor,
 def zca_mean(
     inp: Tensor, dim: int = 0, unbiased: bool = True, eps: float = 1e-6, return_inverse: bool = False
 ) -> Tuple[Tensor, Tensor, Optional[Tensor]]:
-    """The matrix and the mean that whiten: (covariance + eps I)^(-1/2), the least change that decorrelates.
+    """The matrix (covariance + eps I)^(-1/2) and the mean of ZCA whitening, the smallest change that
+    decorrelates.
 
     A. J. Bell, T. J. Sejnowski, The independent components of natural scenes are edge filters, Vision
-    Research 37, 1997. The root is found in float64 by matrix products (Newton-Schulz), not by an eigen
-    decomposition, and its gradient through them. Eigenvalues below 1e-10 times their sum come out inexact.
+    Research 37, 1997. The root is computed in float64 by matrix products (Newton-Schulz), not by an
+    eigendecomposition; its gradient goes through these products. The result is inexact for eigenvalues below
+    1e-10 times their sum.
 
     Args:
         inp: samples along dim, floating point; the product D of its other sizes is the number of features.
-        dim: the dimension that counts samples.
+        dim: the dimension of the samples.
         unbiased: divide the covariance by the number of samples minus one.
-        eps: added to its eigenvalues.
+        eps: added to the eigenvalues of the covariance.
         return_inverse: also return the inverse matrix, (covariance + eps I)^(1/2).
 
     Returns:
@@ -94,13 +95,13 @@ def zca_mean(
 
 
 def zca_whiten(inp: Tensor, dim: int = 0, unbiased: bool = True, eps: float = 1e-6) -> Tensor:
-    """Apply ``zca_mean``'s transform: the features of the result are decorrelated and of variance 1.
+    """Apply the transform of ``zca_mean``: the features of the result are uncorrelated and have variance 1.
 
     Args:
         inp: samples along dim, floating point; the product of its other sizes is the number of features.
-        dim: the dimension that counts samples.
+        dim: the dimension of the samples.
         unbiased: divide the covariance by the number of samples minus one.
-        eps: added to its eigenvalues.
+        eps: added to the eigenvalues of the covariance.
 
     Returns:
         Tensor of inp's shape and dtype.

@@ -6,14 +6,14 @@ from .whitening import linear_transform, zca_mean
 
 
 class ZCAWhitening(nn.Module):
-    """``zca_mean`` of some samples, applied to others; in eager Python.
+    """Fit ``zca_mean`` to some samples and apply it to other ones; in eager Python only.
 
     Args:
-        dim: the dimension that counts samples.
+        dim: the dimension of the samples.
         eps: added to the covariance's eigenvalues.
         unbiased: divide the covariance by the number of samples minus one.
-        detach_transforms: let no gradient into what was fitted.
-        compute_inv: fit the inverse too, for ``inverse_transform``.
+        detach_transforms: True stops the gradient at the fitted matrices.
+        compute_inv: also fit the inverse, for ``inverse_transform``.
 
     >>> x = torch.tensor([[0.0, 1.0], [1.0, 0.0], [-1.0, 0.0], [0.0, -1.0]])
     >>> ZCAWhitening().fit(x)(x).std(0)
@@ -47,7 +47,7 @@ class ZCAWhitening(nn.Module):
         return self
 
     def forward(self, x: Tensor, include_fit: bool = False) -> Tensor:
-        """Samples whitened; with ``include_fit`` by what is fitted to them."""
+        """The whitened samples; with ``include_fit``, the transform is first fitted to them."""
         if include_fit:
             self.fit(x)
         if not self.fitted:
@@ -55,7 +55,7 @@ class ZCAWhitening(nn.Module):
         return linear_transform(x, self.transform_matrix, self.mean_vector, self.dim)
 
     def inverse_transform(self, x: Tensor) -> Tensor:
-        """Whitened samples as they were."""
+        """The original samples from whitened ones."""
         if not self.fitted or not self.compute_inv:
             raise RuntimeError(
                 "ZCAWhitening: no inverse is fitted: ZCAWhitening(compute_inv=True), then fit()"

@@ -73,8 +73,9 @@ from .sift import mean_patch as mean_patch
 from .sift import sift_describe as sift_describe
 
 class AdaptLafShape(nn.Module):
-    """`adapt_laf_shape` as a module: Adapt the shape of frames to the image, so that the gradients in
-    their patches are as strong in every direction."""
+    """`adapt_laf_shape` as a module: Adapt the shape of frames to the image, so that gradients in their
+    patches are equally strong in all directions. A becomes A times the upright frame of the ellipse of
+    its patch (``affine_shape``), divided by the root of its determinant: the area does not change."""
 
     PS: int
     iterations: int
@@ -83,15 +84,15 @@ class AdaptLafShape(nn.Module):
     def __call__(self, laf: Tensor, img: Tensor) -> Tensor: ...
 
 class AffineShape(nn.Module):
-    """`affine_shape` as a module: The ellipses that patches' gradients make: their second moments,
-    weighed by a Gaussian of a sixth of the patch's side."""
+    """`affine_shape` as a module: The ellipses of patches: the second moments of the gradients, weighted
+    by a Gaussian."""
     def __init__(self) -> None: ...
     def forward(self, patches: Tensor) -> Tensor: ...
     def __call__(self, patches: Tensor) -> Tensor: ...
 
 class ConvertSiftDescriptorLayout(nn.Module):
-    """`convert_sift_descriptor_layout` as a module: Reorder the entries of SIFT descriptors that another
-    library made."""
+    """`convert_sift_descriptor_layout` as a module: Reorder the entries of SIFT descriptors from another
+    library."""
 
     source: str
     target: str
@@ -110,8 +111,8 @@ class DenormalizeLaf(nn.Module):
     def __call__(self, LAF: Tensor, images: Tensor) -> Tensor: ...
 
 class DenseSift(nn.Module):
-    """`dense_sift` as a module: SIFT descriptors of upright windows everywhere in an image, without a
-    Gaussian; gradients outside a window count in its outer places."""
+    """`dense_sift` as a module: Dense SIFT: descriptors of upright windows on a grid over the image.
+    There is no Gaussian weight, and gradients outside a window contribute to its outer spatial bins."""
 
     num_ang_bins: int
     num_spatial_bins: int
@@ -132,8 +133,8 @@ class DenseSift(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class DetectKeypoints(nn.Module):
-    """`detect_keypoints` as a module: The strongest corners or blobs of all scales, in a fixed number of
-    slots."""
+    """`detect_keypoints` as a module: Detect the strongest corners or blobs of all scales, in a fixed
+    number of slots."""
 
     max_keypoints: int
     response: str
@@ -175,8 +176,11 @@ class DogResponseSingle(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class DominantOrientation(nn.Module):
-    """`dominant_orientation` as a module: By which angle the frames of patches are to be turned so that
-    the patches' dominant gradient points along x."""
+    """`dominant_orientation` as a module: The angle by which to rotate the frame of a patch so that its
+    dominant gradient points along x. It is the peak of a histogram of directions. Gradients are weighted
+    by a Gaussian with sigma of a sixth of the patch's side and split linearly between two neighbouring
+    bins. The histogram is smoothed by (1, 4, 6, 4, 1) / 16. The parabola through the highest bin (of
+    equal ones the first) and its neighbours gives the peak."""
 
     num_angular_bins: int
     def __init__(self, num_angular_bins: int = 36) -> None: ...
@@ -191,8 +195,8 @@ class EllipseToLaf(nn.Module):
     def __call__(self, ells: Tensor) -> Tensor: ...
 
 class ExtractPatchesFromPyramid(nn.Module):
-    """`extract_patches_from_pyramid` as a module: Patches of frames, each read from the level of a
-    Gaussian pyramid whose pixels are as large as the patch's, or up to half as large."""
+    """`extract_patches_from_pyramid` as a module: Patches of frames, read from a Gaussian pyramid. The
+    level of each patch has pixels of the size of the patch's pixels, or down to half of it."""
 
     PS: int
     normalize_lafs_before_extraction: bool
@@ -201,8 +205,8 @@ class ExtractPatchesFromPyramid(nn.Module):
     def __call__(self, img: Tensor, laf: Tensor) -> Tensor: ...
 
 class ExtractPatchesSimple(nn.Module):
-    """`extract_patches_simple` as a module: Patches of frames, read from the image itself: aliased where
-    a frame is much larger than its patch."""
+    """`extract_patches_simple` as a module: Patches of frames, read from the image itself; there is
+    aliasing if a frame is much larger than its patch."""
 
     PS: int
     normalize_lafs_before_extraction: bool
@@ -211,8 +215,8 @@ class ExtractPatchesSimple(nn.Module):
     def __call__(self, img: Tensor, laf: Tensor) -> Tensor: ...
 
 class FastResponse(nn.Module):
-    """`fast_response` as a module: FAST-9: the largest threshold by which nine neighbouring pixels of
-    the circle of 16 around a pixel are all brighter, or all darker, than it."""
+    """`fast_response` as a module: FAST-9 response: the largest threshold for which nine contiguous
+    pixels of the circle of 16 are brighter or darker."""
     def __init__(self) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
@@ -240,8 +244,8 @@ class GetLafDescriptors(nn.Module):
     def __call__(self, img: Tensor, lafs: Tensor) -> Tensor: ...
 
 class GetLafOrientation(nn.Module):
-    """`get_laf_orientation` as a module: Orientations of local affine frames: the angle by which
-    ``make_upright`` turns them back."""
+    """`get_laf_orientation` as a module: Orientations of local affine frames: the angle of the rotation
+    that ``make_upright`` undoes."""
     def __init__(self) -> None: ...
     def forward(self, LAF: Tensor) -> Tensor: ...
     def __call__(self, LAF: Tensor) -> Tensor: ...
@@ -254,8 +258,8 @@ class GetLafScale(nn.Module):
     def __call__(self, LAF: Tensor) -> Tensor: ...
 
 class GfttResponse(nn.Module):
-    """`gftt_response` as a module: The smaller eigenvalue of the structure tensor, smoothed by a 7x7
-    Gaussian of sigma 1: "good features to track"."""
+    """`gftt_response` as a module: The smaller eigenvalue of the structure tensor (Shi-Tomasi, "good
+    features to track")."""
 
     grads_mode: str
     sigmas: Optional[Tensor]
@@ -264,7 +268,8 @@ class GfttResponse(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class HarrisKeypoints(nn.Module):
-    """`harris_keypoints` as a module: The strongest Harris corners, in a fixed number of slots."""
+    """`harris_keypoints` as a module: Detect the strongest Harris corners, in a fixed number of
+    slots."""
 
     max_keypoints: int
     k: float
@@ -294,8 +299,8 @@ class HarrisResponse(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class HessianResponse(nn.Module):
-    """`hessian_response` as a module: Determinant of the Hessian, of second derivatives as
-    ``spatial_gradient`` gives them."""
+    """`hessian_response` as a module: Determinant of the Hessian, with the second derivatives of
+    ``spatial_gradient``."""
 
     grads_mode: str
     sigmas: Optional[Tensor]
@@ -304,8 +309,8 @@ class HessianResponse(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class IndexProposal(nn.Module):
-    """`index_proposal` as a module: Where the maximum of each window is, softly: the mean position of
-    its pixels under the weights base^r / sum of base^r."""
+    """`index_proposal` as a module: Soft position of the maximum of each window: the mean pixel position
+    with weights base^r / sum of base^r."""
 
     window: int
     base: float
@@ -330,15 +335,16 @@ class LafFromThreePoints(nn.Module):
     def __call__(self, threepts: Tensor) -> Tensor: ...
 
 class LafIsFilled(nn.Module):
-    """`laf_is_filled` as a module: Which slots hold a frame: detections of a fixed capacity fill the
-    rest with zeros."""
+    """`laf_is_filled` as a module: A mask of the slots that hold a frame; detectors with a fixed
+    capacity fill the other slots with zeros."""
     def __init__(self) -> None: ...
     def forward(self, laf: Tensor) -> Tensor: ...
     def __call__(self, laf: Tensor) -> Tensor: ...
 
 class LafIsInsideImage(nn.Module):
-    """`laf_is_inside_image` as a module: Which frames lie in their images: twelve points, the centre and
-    eleven around the ellipse, are from border to W - border and H - border."""
+    """`laf_is_inside_image` as a module: A mask of the frames that lie inside their images. Twelve
+    points, the centre and eleven around the ellipse, must be between border and W - border or H -
+    border."""
 
     border: int
     def __init__(self, border: int = 0) -> None: ...
@@ -346,8 +352,8 @@ class LafIsInsideImage(nn.Module):
     def __call__(self, laf: Tensor, images: Tensor) -> Tensor: ...
 
 class LafIsValid(nn.Module):
-    """`laf_is_valid` as a module: Which frames are finite and have a finite determinant that is not
-    0."""
+    """`laf_is_valid` as a module: A mask of the frames that are finite and have a finite, nonzero
+    determinant."""
     def __init__(self) -> None: ...
     def forward(self, laf: Tensor) -> Tensor: ...
     def __call__(self, laf: Tensor) -> Tensor: ...
@@ -368,8 +374,9 @@ class LafToThreePoints(nn.Module):
     def __call__(self, laf: Tensor) -> Tensor: ...
 
 class MakeUpright(nn.Module):
-    """`make_upright` as a module: Turn local affine frames so that their second axis points straight
-    down: A12 becomes 0, and A11 the length of A's first row."""
+    """`make_upright` as a module: Rotate local affine frames so that their second axis points straight
+    down. A12 becomes 0, and A11 becomes the length of A's first row. Mirrored frames (det A < 0) stay
+    mirrored (Kornia loses the sign); ellipses do not change."""
 
     eps: float
     def __init__(self, eps: float = 1e-09) -> None: ...
@@ -377,8 +384,8 @@ class MakeUpright(nn.Module):
     def __call__(self, laf: Tensor) -> Tensor: ...
 
 class MatchAdalam(nn.Module):
-    """`match_adalam` as a module: Nearest neighbours that a local affine map explains: many more than
-    pass a ratio test, and fewer wrong ones."""
+    """`match_adalam` as a module: Nearest neighbours that are consistent with a local affine map
+    (AdaLAM); this gives many more and fewer wrong matches than a ratio test."""
 
     area_ratio: float
     search_expansion: float
@@ -423,8 +430,8 @@ class MatchAdalam(nn.Module):
     ) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class MatchFginn(nn.Module):
-    """`match_fginn` as a module: The ratio test against the first geometrically inconsistent neighbour:
-    the second nearest is looked for in other places."""
+    """`match_fginn` as a module: Ratio test against the first geometrically inconsistent neighbour
+    (FGINN): the second nearest must be elsewhere."""
 
     th: float
     spatial_th: float
@@ -449,8 +456,8 @@ class MatchFginn(nn.Module):
     ) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class MatchMnn(nn.Module):
-    """`match_mnn` as a module: Mutual nearest neighbours: pairs of which each is nearest to the
-    other."""
+    """`match_mnn` as a module: Mutual nearest neighbours: pairs whose descriptors are each nearest to
+    the other one."""
 
     dm: Optional[Tensor]
     mask1: Optional[Tensor]
@@ -462,7 +469,8 @@ class MatchMnn(nn.Module):
     def __call__(self, desc1: Tensor, desc2: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class MatchNn(nn.Module):
-    """`match_nn` as a module: For each descriptor of the first set the nearest of the second."""
+    """`match_nn` as a module: Find the nearest descriptor of the second set for each descriptor of the
+    first set."""
 
     dm: Optional[Tensor]
     mask1: Optional[Tensor]
@@ -532,8 +540,13 @@ class MeanPatch(nn.Module):
     def __call__(self, patches: Tensor) -> Tensor: ...
 
 class MkdDescribe(nn.Module):
-    """`mkd_describe` as a module: Kernel descriptors of patches: every pixel's gradient and place,
-    encoded without bins."""
+    """`mkd_describe` as a module: Kernel descriptors of patches: they encode the gradient and the
+    position of every pixel without bins. The inner product of two descriptors, before normalization to
+    unit vectors, is the sum over all pairs of pixels, one of each patch, of w(p) w(q) k(direction)
+    k(place) k(place), where w is the root of the gradient's length times exp(-r^2), where r is the
+    distance from the patch's centre (1 in its corners), and k is the von Mises kernel (exp(kappa cos d)
+    - exp(-kappa)) / (2 sinh kappa) of the difference d of two angles, truncated after some terms of its
+    Fourier series:"""
 
     kernel_type: str
     whitening: Optional[Tensor]
@@ -550,8 +563,8 @@ class MkdDescribe(nn.Module):
     def __call__(self, patches: Tensor) -> Tensor: ...
 
 class MultiScaleIndexProposal(nn.Module):
-    """`multi_scale_index_proposal` as a module: ``index_proposal`` for windows of several sizes, all
-    proposals in one row."""
+    """`multi_scale_index_proposal` as a module: ``index_proposal`` for windows of several sizes, with
+    all proposals concatenated."""
 
     windows: Optional[List[int]]
     base: float
@@ -560,22 +573,23 @@ class MultiScaleIndexProposal(nn.Module):
     def __call__(self, response: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class NormalizeLaf(nn.Module):
-    """`normalize_laf` as a module: Frames in pixels as frames that do not depend on the image's size: x
-    / (W - 1), y / (H - 1) and A / min(W - 1, H - 1)."""
+    """`normalize_laf` as a module: Normalize frames in pixels by the image size: x / (W - 1), y / (H -
+    1) and A / min(W - 1, H - 1)."""
     def __init__(self) -> None: ...
     def forward(self, LAF: Tensor, images: Tensor) -> Tensor: ...
     def __call__(self, LAF: Tensor, images: Tensor) -> Tensor: ...
 
 class OnlyMatches(nn.Module):
-    """`only_matches` as a module: What Kornia's functions return of two sets of descriptors: the rows
-    that hold a match."""
+    """`only_matches` as a module: Select the rows that hold a match, which is what Kornia's functions
+    return. For eager code: the number of rows depends on the data (it can be scripted, but not
+    exported)."""
     def __init__(self) -> None: ...
     def forward(self, distances: Tensor, indices: Tensor, valid: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, distances: Tensor, indices: Tensor, valid: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class OrientLaf(nn.Module):
-    """`orient_laf` as a module: Turn frames so that the dominant gradient of their patches points along
-    x."""
+    """`orient_laf` as a module: Rotate frames so that the dominant gradient of their patches points
+    along x."""
 
     PS: int
     def __init__(self, PS: int = 32) -> None: ...
@@ -583,15 +597,15 @@ class OrientLaf(nn.Module):
     def __call__(self, laf: Tensor, img: Tensor) -> Tensor: ...
 
 class PerspectiveTransformLafs(nn.Module):
-    """`perspective_transform_lafs` as a module: Frames as homographies take them: the centre is mapped,
+    """`perspective_transform_lafs` as a module: Transform frames by homographies: the centre is mapped,
     and A is multiplied by the homography's derivative there."""
     def __init__(self) -> None: ...
     def forward(self, trans_01: Tensor, lafs_1: Tensor) -> Tensor: ...
     def __call__(self, trans_01: Tensor, lafs_1: Tensor) -> Tensor: ...
 
 class RotateLaf(nn.Module):
-    """`rotate_laf` as a module: Turn local affine frames about their centres: A times the rotation
-    matrix. The ellipses stay where they are."""
+    """`rotate_laf` as a module: Rotate local affine frames about their centres: A times the rotation
+    matrix. The ellipses do not change."""
     def __init__(self) -> None: ...
     def forward(self, LAF: Tensor, angles_degrees: Tensor) -> Tensor: ...
     def __call__(self, LAF: Tensor, angles_degrees: Tensor) -> Tensor: ...
@@ -605,7 +619,7 @@ class ScaleLaf(nn.Module):
     def __call__(self, laf: Tensor) -> Tensor: ...
 
 class SetLafOrientation(nn.Module):
-    """`set_laf_orientation` as a module: Turn local affine frames to given orientations."""
+    """`set_laf_orientation` as a module: Rotate local affine frames to given orientations."""
     def __init__(self) -> None: ...
     def forward(self, LAF: Tensor, angles_degrees: Tensor) -> Tensor: ...
     def __call__(self, LAF: Tensor, angles_degrees: Tensor) -> Tensor: ...

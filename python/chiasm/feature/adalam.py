@@ -1,9 +1,9 @@
-"""Matches that agree with their surroundings on a local affine map.
+"""AdaLAM: matches that agree with the matches around them on a local affine map.
 
 L. Cavalli, V. Larsson, M. Oswald, T. Sattler, M. Pollefeys, AdaLAM: Revisiting Handcrafted Outlier Detection,
-arXiv 2006.04250, 2020. Nothing is random: the samples of two are those pairs of a seed's neighbours that are
-first by their confidence, as PROSAC would come to draw them (O. Chum, J. Matas, Matching with PROSAC, CVPR
-2005). All is decided in float64 and without a gradient.
+arXiv 2006.04250, 2020. Nothing is random: the samples are the pairs of a seed's neighbours with the highest
+confidence, in the order of PROSAC (O. Chum, J. Matas, Matching with PROSAC, CVPR 2005). All decisions are
+made in float64 and without a gradient.
 """
 
 import math
@@ -41,46 +41,47 @@ def match_adalam(
     mask1: Optional[Tensor] = None,
     mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """Nearest neighbours that a local affine map explains: many more than pass a ratio test, and fewer wrong
-    ones.
+    """Nearest neighbours that are consistent with a local affine map (AdaLAM); this gives many more and fewer
+    wrong matches than a ratio test.
 
-    1. Each descriptor of the first set and its nearest of the second are a putative match. How sure it is is
-      1 minus its ratio (``match_snn``).
-    2. Seeds are mutual nearest neighbours surer than all other such within R1 = sqrt(H W / (pi area_ratio))
-      of them in the first image.
-    3. Around a seed are the matches within search_expansion R1 of it in the first image and search_expansion
-       R2 in the second, whose frames turn and grow from the first image to the second about as much as the
-       seed's.
-    4. Two of them and the seed define an affine map. Residuals of wrong matches would be spread evenly over
-       the disk of radius search_expansion R2; inliers are those up to the largest residual within which there
-       are min_confidence times as many matches as would lie there then. Of all samples' maps that with the
-       most inliers is fitted to them again by least squares. Where at least min_inliers agree with it, they
-       and the seed, and all around the seed that fit as well, are matches.
+    1. Each descriptor of the first set and its nearest one of the second set are a putative match. Its
+    confidence is 1 minus its ratio (``match_snn``). 2. Seeds are mutual nearest neighbours with a higher
+    confidence than all other mutual nearest neighbours within R1 = sqrt(H W / (pi area_ratio)) in the first
+    image. 3. The neighbours of a seed are the matches within search_expansion R1 in the first image and
+    search_expansion R2 in the second image, whose rotation and scale change between the images are similar to
+    those of the seed's frames. 4. Two neighbours and the seed define an affine map. Residuals of wrong
+    matches would be uniform over the disk of radius search_expansion R2. The inliers are the matches up to
+    the largest residual within which there are min_confidence times as many matches as for such a uniform
+    distribution. The map with the most inliers of all samples is fitted to its inliers by least squares. If
+    at least min_inliers agree with this map, then the inliers, the seed, and all neighbours that fit as well
+    are matches.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``; N1 at least 1. Where there is no second descriptor
-            in the second set, nothing is sure.
-        lafs1, lafs2: (B, N1, 2, 3) and (B, N2, 2, 3), floating point, their frames in pixels (B = 1 where
-            descriptors have no batch), oriented.
-        area_ratio: how many disks of radius R1 the image's area makes.
-        search_expansion: radius of a seed's surroundings over R1 (R2 in the second image).
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``; N1 at least 1. If the second set has only one
+            descriptor, all confidences are 0.
+        lafs1, lafs2: (B, N1, 2, 3) and (B, N2, 2, 3), floating point, the oriented frames of the descriptors
+            in pixels (B = 1 if descriptors have no batch).
+        area_ratio: the image area divided by the area of a disk of radius R1.
+        search_expansion: the radius of a seed's neighbourhood divided by R1 (by R2 in the second image).
         ransac_iters: samples for each seed, at most num_neighbors (num_neighbors - 1) / 2.
-        min_inliers: how many must agree with a seed, itself not counted; at least 3, for two make the map.
+        min_inliers: how many matches must agree with a seed, without the seed itself; at least 3, since two
+            define the map.
         min_confidence: see above; positive.
-        orientation_difference_threshold: degrees; 180 or more where frames have no orientation.
-        scale_rate_threshold: by which factor scales may have changed more or less; at least 1.
-        detected_scale_rate_threshold: by which factor a map's scale may differ from what the seed's frames
-            say; at least 1.
-        num_seeds: at most so many seeds, the surest.
-        num_neighbors: at most so many matches around a seed, the surest, are what a map is found with; at
-            least 2.
-        mutual: whether all matches must be mutual nearest neighbours, not seeds alone.
-        hw1, hw2: heights and widths of the images, (2,) or (B, 2) or two numbers; where None, those of the
-            rectangle that frames' centres fill.
+        orientation_difference_threshold: in degrees; use 180 or more if frames have no orientation.
+        scale_rate_threshold: the largest factor between the scale changes of a match and of the seed; at
+            least 1.
+        detected_scale_rate_threshold: the largest factor between the scale of a map and the scale change of
+            the seed's frames; at least 1.
+        num_seeds: the maximum number of seeds; those with the highest confidence are used.
+        num_neighbors: the maximum number of neighbours of a seed for the samples, those with the highest
+            confidence; at least 2.
+        mutual: True requires that all matches, not only seeds, are mutual nearest neighbours.
+        hw1, hw2: heights and widths of the images, (2,) or (B, 2) or two numbers; None uses the bounding
+            rectangle of the frames' centres.
 
     Returns:
         distances ([B,] N1, 1); indices ([B,] N1, 2), int64; valid ([B,] N1), bool. Distances are
-        differentiable, as those of ``match_nn``.
+        differentiable, as in ``match_nn``.
 
     Raises:
         TypeError: if descriptors, frames or dm are not floating point, or a mask not bool.
@@ -184,7 +185,7 @@ def _check_factors(orientation: float, scale: float, detected_scale: float) -> N
 
 
 def _present_frames(lafs: Tensor, desc: Tensor, mask: Optional[Tensor], name: str) -> Tensor:
-    """In float64; zeros where a mask says that there is none."""
+    """The frames in float64; zeros where the mask is False."""
     check_laf(lafs, name)
     if lafs.size(0) != desc.size(0) or lafs.size(1) != desc.size(1):
         raise ValueError(
@@ -198,7 +199,7 @@ def _present_frames(lafs: Tensor, desc: Tensor, mask: Optional[Tensor], name: st
 def _area(
     hw: Optional[Union[Tensor, Tuple[int, int]]], frames: Tensor, mask: Optional[Tensor], name: str
 ) -> Tensor:
-    """(B, 1), float64: the image's, as given or of the rectangle around all centres."""
+    """The image area (B, 1), float64: as given, or of the bounding rectangle of all centres."""
     centre = frames[..., 2]
     if hw is None:
         nowhere = torch.full_like(centre, float("inf"))
@@ -217,8 +218,8 @@ def _area(
 
 
 def _moves(frames1: Tensor, frames2: Tensor) -> Tensor:
-    """What each pair of frames (B, N, 2, 3) says, (B, 8, N): x and y in both images; cosine and sine of the
-    turn; the logarithm of the scale; -1 where one is mirrored, else 1."""
+    """The motion of each pair of frames (B, N, 2, 3), as (B, 8, N): x and y in both images; cosine and sine
+    of the rotation; the logarithm of the scale change; -1 if one frame is mirrored, otherwise 1."""
     a, b, c, d = frames1[..., 0, 0], frames1[..., 0, 1], frames2[..., 0, 0], frames2[..., 0, 1]
     cosine, sine = a * c + b * d, a * d - b * c
     length = torch.sqrt(cosine * cosine + sine * sine)
@@ -246,8 +247,8 @@ def _moves(frames1: Tensor, frames2: Tensor) -> Tensor:
 
 
 def _peaks(sure: Tensor, mutual: Tensor, moves: Tensor, radius: Tensor) -> Tensor:
-    """``sure`` (B, N) of mutual matches surer than all other mutual ones near them, of equals the first; -1
-    for the others."""
+    """The confidence (B, N) of mutual matches that exceed all other mutual matches near them (of equal ones
+    the first); -1 for other matches."""
     value = torch.where(mutual, sure, torch.full_like(sure, -1.0))
     across, down = moves[:, 0, :, None] - moves[:, 0, None], moves[:, 1, :, None] - moves[:, 1, None]
     near = across * across + down * down <= radius[..., None]
@@ -259,22 +260,22 @@ def _peaks(sure: Tensor, mutual: Tensor, moves: Tensor, radius: Tensor) -> Tenso
 
 
 def _surest(value: Tensor, count: int) -> Tuple[Tensor, Tensor]:
-    """Where the largest along the last axis are, and which of them are 0 or more; first where they are
-    not."""
+    """The indices of the largest values along the last axis, and which of these values are 0 or more; the
+    index is the first one otherwise."""
     best, index = stable_topk(F.pad(value, [0, count], "constant", -1.0), count)
     there = best >= 0
     return torch.where(there, index, torch.zeros_like(index)), there
 
 
 def _alike(moves: Tensor, seeds: Tensor, degrees: float, factor: float) -> Tensor:
-    """(B, S, N): which matches turn and grow about as seeds do."""
+    """(B, S, N): which matches have a rotation and a scale change similar to those of the seeds."""
     turned = seeds[:, 4, :, None] * moves[:, 4, None] + seeds[:, 5, :, None] * moves[:, 5, None]
     grown = (seeds[:, 6, :, None] - moves[:, 6, None]).abs() <= math.log(factor) + 1e-9
     return grown & (turned >= math.cos(math.radians(min(degrees, 180.0))) - 1e-9)
 
 
 def _within(places: Tensor, reach1: Tensor, reach2: Tensor) -> Tensor:
-    """(B, S, N): which are near the seed in both images."""
+    """(B, S, N): which matches are near the seed in both images."""
     squared = places * places
     return (squared[:, 0] + squared[:, 1] <= reach1[..., None]) & (
         squared[:, 2] + squared[:, 3] <= reach2[..., None]
@@ -284,8 +285,8 @@ def _within(places: Tensor, reach1: Tensor, reach2: Tensor) -> Tensor:
 def _affinities(
     places: Tensor, there: Tensor, seeds: Tensor, bound: Tensor, samples: int, factor: float
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """Maps (B, S, 4) that most neighbours (B, 4, S, K) obey, the largest squared residual of an inlier and
-    how many these are (B, S)."""
+    """The maps (B, S, 4) with the most inliers among neighbours (B, 4, S, K), the largest squared residual of
+    an inlier, and the number of inliers (B, S)."""
     first, second = _pairs(places.size(3), samples)
     first, second = first.to(places.device), second.to(places.device)
     both = there.index_select(2, first) & there.index_select(2, second)
@@ -295,7 +296,7 @@ def _affinities(
     )
     usable = both & proper & _plausible(maps, seeds, factor)
     limit, count = _inliers(_residuals(maps, places), there, bound)
-    # Of maps with as many inliers the one that they are nearer to.
+    # Among maps with equal numbers of inliers, the one with the smaller residuals.
     score = count - 0.5 * limit / torch.where(bound > 0, bound, torch.ones_like(bound))[..., None]
     best = torch.argmax(torch.where(usable, score, torch.full_like(score, -1.0)), 2, keepdim=True)
     found, usable = maps.gather(2, best[..., None].expand(-1, -1, -1, 4)), usable.gather(2, best)
@@ -307,7 +308,7 @@ def _affinities(
 
 
 def _pairs(count: int, samples: int) -> Tuple[Tensor, Tensor]:
-    """The first pairs of ``count`` things, by the sum of their ranks."""
+    """The first pairs of ``count`` elements, in the order of the sum of their ranks."""
     first: List[int] = []
     second: List[int] = []
     total = 0
@@ -320,8 +321,8 @@ def _pairs(count: int, samples: int) -> Tuple[Tensor, Tensor]:
 
 
 def _fitted(places: Tensor, within: Tensor) -> Tuple[Tensor, Tensor]:
-    """Linear maps (B, ..., 4), by rows, that take the first image's x and y of places (B, 4, ..., K) to the
-    second's, by least squares of those within, and which of them are determined."""
+    """Linear maps (B, ..., 4), row by row, from the first image's x and y in places (B, 4, ..., K) to the
+    second image's, by least squares over the places in ``within``; and which of the maps are determined."""
     weight = within.to(places.dtype)
     x, y, u, v = places.unbind(1)
     xx, xy, yy = (weight * x * x).sum(-1), (weight * x * y).sum(-1), (weight * y * y).sum(-1)
@@ -339,16 +340,16 @@ def _fitted(places: Tensor, within: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _plausible(maps: Tensor, seeds: Tensor, factor: float) -> Tensor:
-    """(B, S, T): which maps grow about as much as seeds' frames do, and mirror only if these do. Many matches
-    to one place would obey a map to a point."""
+    """(B, S, T): which maps have a scale similar to that of the seeds' frames, and mirror only if these do.
+    Without this test, many matches to one place would fit a map to a single point."""
     area = (maps[..., 0] * maps[..., 3] - maps[..., 1] * maps[..., 2]) * seeds[:, 7, :, None]
     wanted = torch.exp(2.0 * seeds[:, 6])[..., None]
     return (area <= wanted * (factor * factor)) & (area * (factor * factor) >= wanted)
 
 
 def _residuals(maps: Tensor, places: Tensor) -> Tensor:
-    """(B, S, T, K): squared distances in the second image of places (B, 4, S, K) from where maps (B, S, T, 4)
-    take them."""
+    """(B, S, T, K): squared distances in the second image between places (B, 4, S, K) and the results of maps
+    (B, S, T, 4)."""
     x, y, u, v = places[:, :, :, None].unbind(1)
     across = maps[..., 0:1] * x + maps[..., 1:2] * y - u
     down = maps[..., 2:3] * x + maps[..., 3:4] * y - v
@@ -356,11 +357,10 @@ def _residuals(maps: Tensor, places: Tensor) -> Tensor:
 
 
 def _inliers(residual: Tensor, there: Tensor, bound: Tensor) -> Tuple[Tensor, Tensor]:
-    """The largest squared residual (B, S, T) within which there are as many neighbours as inliers are, and
-    how many; -1 and 0 where there is none.
+    """The largest squared residual (B, S, T) of the inliers, and their number; -1 and 0 if there are none.
 
-    ``bound`` (B, 1) is the disk's squared radius over the confidence that inliers must have: of n neighbours
-    n r^2 / radius^2 would lie within r.
+    ``bound`` (B, 1) is the disk's squared radius divided by min_confidence: of n uniformly distributed
+    neighbours, n r^2 / radius^2 would lie within r.
     """
     count = torch.clamp(there.sum(-1, keepdim=True), min=1).to(residual.dtype)[:, :, None]
     far = torch.where(there[:, :, None], residual, torch.full_like(residual, float("inf")))

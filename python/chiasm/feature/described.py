@@ -1,4 +1,4 @@
-"""Frames and descriptors in one call, as an artifact can be called: a module cannot be an input."""
+"""Descriptors of frames as one exportable function: an exported function cannot take a module as an input."""
 
 from torch import Tensor
 
@@ -7,10 +7,10 @@ from .sift import sift_describe
 
 
 def sift_laf_descriptors(img: Tensor, lafs: Tensor, patch_size: int = 32, rootsift: bool = True) -> Tensor:
-    """``get_laf_descriptors`` by ``sift_describe``.
+    """``get_laf_descriptors`` with ``sift_describe``.
 
     Args:
-        img: (B, 1 or 3, H, W), floating point; colours are made grey.
+        img: (B, 1 or 3, H, W), floating point; colours are converted to grey.
         lafs: (B, N, 2, 3), floating point, in pixels.
         patch_size: side of the patches.
         rootsift: see ``sift_describe``.

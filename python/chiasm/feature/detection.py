@@ -1,8 +1,8 @@
-"""Key points in scale space.
+"""Keypoints in scale space.
 
 T. Lindeberg, Feature detection with automatic scale selection, IJCV 30(2), 1998; D. Lowe, Distinctive Image
-Features from Scale-Invariant Keypoints, IJCV 60(2), 2004. The voxels of all octaves are numbered in one row,
-so that the strongest are found, and refined, by one piece of code however many octaves there are.
+Features from Scale-Invariant Keypoints, IJCV 60(2), 2004. The voxels of all octaves are numbered
+consecutively, so that the same code finds and refines the strongest ones for any number of octaves.
 """
 
 import math
@@ -32,30 +32,31 @@ def detect_keypoints(
     threshold: float = 0.0,
     double_image: bool = False,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """The strongest corners or blobs of all scales, in a fixed number of slots.
+    """Detect the strongest corners or blobs of all scales, in a fixed number of slots.
 
-    A key point is a strict maximum of the response among its 3x3x3 neighbours in place and scale; of "dog"
-    also a minimum, by its magnitude. It is refined by quadratics through its neighbours, moving on twice at
-    most, and stays where it was found if that leads nowhere. Key points whose frame, before refinement, does
-    not lie in the image are left out. The max_keypoints strongest before refinement are refined.
+    A keypoint is a strict maximum of the response among its 3x3x3 neighbours in position and scale; for "dog"
+    also a strict minimum, whose strength is its magnitude. It is refined by a quadratic through its
+    neighbours, with at most two moves to a neighbouring voxel; if this does not converge, it keeps its
+    position. Keypoints whose frame, before refinement, does not lie inside the image are dropped. The
+    max_keypoints strongest before refinement are refined.
 
     Args:
-        img: grey image (B, 1, H, W), floating point, taken to be blurred by 0.5 pixels.
+        img: grey image (B, 1, H, W), floating point, assumed to have a blur of 0.5 pixels.
         max_keypoints: number K of slots.
         response: "harris", "gftt" or "hessian", multiplied by the fourth power of the scale, or "dog".
-        num_octaves: how often the image is halved, and one more; each octave has every second pixel of the
-            one before it. Octaves of less than 8 pixels are left out.
+        num_octaves: the number of octaves; each octave has every second pixel of the one before. Octaves of
+            fewer than 8 pixels are left out.
         n_levels: scales in an octave; neighbouring ones differ by the factor 2^(1 / n_levels).
-        init_sigma: the scale before the first at which key points are looked for, in pixels of the first
-            octave, more than 0.5 (1 with double_image).
-        mr_size: a frame's radius in scales.
-        threshold: a key point's score must exceed it; not negative.
-        double_image: begin with the image at twice its size, as Lowe does: four times as many key points, for
-            those of half the scales are found.
+        init_sigma: the scale one level below the first scale of keypoints, in pixels of the first octave,
+            more than 0.5 (1 with double_image).
+        mr_size: the radius of a frame divided by its scale.
+        threshold: a keypoint's score must exceed it; not negative.
+        double_image: begin with the image enlarged to twice its size, as Lowe does. This finds keypoints of
+            half the scales too, about four times as many.
 
     Returns:
-        lafs (B, K, 2, 3), upright disks in pixels, zeros in slots without a key point; scores (B, K),
-        descending, equal ones by octave, scale and position, 0 in slots without a key point; valid (B, K),
+        lafs (B, K, 2, 3), upright disks in pixels, zeros in slots without a keypoint; scores (B, K),
+        descending, equal ones by octave, scale and position, 0 in slots without a keypoint; valid (B, K),
         bool. Positions, scales and scores are differentiable in img.
 
     Raises:
@@ -122,7 +123,7 @@ def _check(
 def _responses(
     img: Tensor, response: str, num_octaves: int, n_levels: int, init_sigma: float, blur: float
 ) -> List[Tensor]:
-    """(B, n_levels + 2, H, W) of each octave, of an image that is blurred so much already."""
+    """The responses (B, n_levels + 2, H, W) of each octave, of an image that already has the given blur."""
     count = n_levels + 3 if response == "dog" else n_levels + 2
     sigmas = [init_sigma * 2.0 ** (k / n_levels) for k in range(count)]
     levels = [_blurred(img, math.sqrt(init_sigma * init_sigma - blur * blur))]
@@ -164,8 +165,8 @@ def _every_second(x: Tensor, dim: int) -> Tensor:
 
 
 def _strongest(volumes: List[Tensor], signed: bool, radii: List[float], count: int) -> Tuple[Tensor, Tensor]:
-    """Where in the row of all octaves' voxels the strongest extrema are, (B, count), and whether there are so
-    many."""
+    """The indices (B, count) of the strongest extrema among the voxels of all octaves, and which of them
+    exist."""
     strengths: List[Tensor] = []
     places: List[Tensor] = []
     offset = 0
@@ -182,8 +183,8 @@ def _strongest(volumes: List[Tensor], signed: bool, radii: List[float], count: i
 
 
 def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Of places in the row of all voxels: scale, row and column (B, K, 3), at least 1; which octave they are
-    in (B, K), its sizes (B, K, 3) and how large its pixels are (B, K)."""
+    """For indices among all voxels: scale, row and column (B, K, 3), at least 1; the octave (B, K), its sizes
+    (B, K, 3) and its pixel size (B, K)."""
     zero = torch.zeros_like(index)
     depth = volumes[0].size(1)
     octave, start, height, width = zero, zero, zero + volumes[0].size(2), zero + volumes[0].size(3)

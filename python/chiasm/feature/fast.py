@@ -1,4 +1,4 @@
-"""Corners by comparison with a circle of pixels."""
+"""FAST corners: comparison of a pixel with a circle of pixels."""
 
 from typing import List
 
@@ -12,12 +12,12 @@ from ..primitives.filters.padding import padded
 
 
 def fast_response(input: Tensor) -> Tensor:
-    """FAST-9: the largest threshold by which nine neighbouring pixels of the circle of 16 around a pixel are
-    all brighter, or all darker, than it.
+    """FAST-9 response: the largest threshold for which nine contiguous pixels of the circle of 16 are
+    brighter or darker.
 
-    E. Rosten, T. Drummond, Machine learning for high-speed corner detection, ECCV 2006. OpenCV's response to
-    bytes is 1 less, and its border of three pixels is empty; here pixels beyond the border are the nearest of
-    the image.
+    All nine must be brighter, or all darker, than the centre pixel by this threshold. E. Rosten, T. Drummond,
+    Machine learning for high-speed corner detection, ECCV 2006. OpenCV's response for uint8 is 1 less, and
+    zero in a border of three pixels; here the border is replicated.
 
     Args:
         input: (B, C, H, W), floating point, without NaN, or uint8.
@@ -44,7 +44,7 @@ def fast_response(input: Tensor) -> Tensor:
 
 def _score(p: Tensor) -> Tensor:
     height, width = p.size(2) - 6, p.size(3) - 6
-    # The circle, from the top on; by symmetry rows are the columns of a quarter before.
+    # The circle, from the top; by symmetry, the rows are the columns of the quarter before.
     across = [0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1]
     centre = p[:, :, 3 : 3 + height, 3 : 3 + width]
     brighter: List[Tensor] = []
@@ -55,7 +55,8 @@ def _score(p: Tensor) -> Tensor:
 
 
 def _arcs(values: List[Tensor]) -> Tensor:
-    """The largest of the least values of each nine neighbours on the circle of 16, their minima shared."""
+    """The maximum over all arcs of nine pixels of the circle of 16 of the arc's minimum; arcs share partial
+    minima."""
     least = values
     for step in [1, 2, 4]:
         least = [torch.minimum(least[k], least[(k + step) % 16]) for k in range(16)]

@@ -1,4 +1,4 @@
-"""What descriptors of patches share."""
+"""Helpers of patch descriptors."""
 
 import torch
 from torch import Tensor
@@ -21,8 +21,8 @@ def gaussian_window(size: int, sigma: float, like: Tensor) -> Tensor:
 
 
 def unit(vectors: Tensor, squares: bool) -> Tensor:
-    """(N, D, ...) divided by the length along D, the root of the sum of squares or the sum of absolute
-    values; zeros stay."""
+    """(N, D, ...) divided by its length along D: with ``squares`` the root of the sum of squares, otherwise
+    the sum of absolute values. Zeros stay zeros."""
     size = (vectors * vectors).sum(1, keepdim=True) if squares else vectors.abs().sum(1, keepdim=True)
     empty = size == 0
     safe = torch.where(empty, torch.ones_like(size), size)

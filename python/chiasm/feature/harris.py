@@ -49,14 +49,14 @@ def harris_keypoints(
     nms_size: Union[int, Tuple[int, int]] = 5,
     threshold: float = 0.0,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """The strongest Harris corners, in a fixed number of slots.
+    """Detect the strongest Harris corners, in a fixed number of slots.
 
     Args:
         input: grey image (B, 1, H, W), floating point.
         max_keypoints: number K of slots.
         k: see ``harris_response``.
-        nms_size: window within which only a strict maximum is kept, and which lies inside the image: see
-            ``nms2d``.
+        nms_size: size of the window of ``nms2d``: only a strict maximum of its window is kept, and the window
+            must lie inside the image.
         threshold: a corner's response must exceed it; not negative.
 
     Returns:

@@ -1,8 +1,8 @@
 """Local affine frames: regions of an image as affine maps of the unit disk.
 
 A frame (2, 3) has a matrix A and a centre c, the last column: a point v of the unit disk is at A v + c in
-pixels, the centre of the upper left pixel being (0, 0). Frames come as (B, N, 2, 3). Angles are in degrees,
-counter-clockwise as seen on the screen (y points down), as `angle_to_rotation_matrix` has them. A slot that
+pixels, where (0, 0) is the centre of the upper left pixel. Frames are tensors (B, N, 2, 3). Angles are in
+degrees, counterclockwise as seen on the screen (y points down), as in `angle_to_rotation_matrix`. A slot that
 holds no frame is all zeros.
 """
 
@@ -70,7 +70,7 @@ def get_laf_scale(LAF: Tensor) -> Tensor:
 
 
 def get_laf_orientation(LAF: Tensor) -> Tensor:
-    """Orientations of local affine frames: the angle by which ``make_upright`` turns them back.
+    """Orientations of local affine frames: the angle of the rotation that ``make_upright`` undoes.
 
     Args:
         LAF: (B, N, 2, 3), floating point.
@@ -94,11 +94,11 @@ def get_laf_orientation(LAF: Tensor) -> Tensor:
 
 
 def set_laf_orientation(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
-    """Turn local affine frames to given orientations.
+    """Rotate local affine frames to given orientations.
 
     Args:
         LAF: (B, N, 2, 3), floating point.
-        angles_degrees: (B, N, 1), what ``get_laf_orientation`` will say; (N, 1) or a scalar for all.
+        angles_degrees: (B, N, 1), the new results of ``get_laf_orientation``; (N, 1) or a scalar for all.
 
     Returns:
         (B, N, 2, 3), of the same shapes and centres.
@@ -117,12 +117,12 @@ def set_laf_orientation(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
 
 
 def rotate_laf(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
-    """Turn local affine frames about their centres: A times the rotation matrix. The ellipses stay where they
-    are.
+    """Rotate local affine frames about their centres: A times the rotation matrix. The ellipses do not
+    change.
 
     Args:
         LAF: (B, N, 2, 3), floating point.
-        angles_degrees: (B, N, 1), counter-clockwise as seen on the screen where A is a multiple of the
+        angles_degrees: (B, N, 1), counterclockwise as seen on the screen where A is a multiple of the
             identity; (N, 1) or a scalar for all.
 
     Returns:
@@ -174,14 +174,13 @@ def scale_laf(laf: Tensor, scale_coef: Union[float, Tensor]) -> Tensor:
 
 
 def make_upright(laf: Tensor, eps: float = 1e-9) -> Tensor:
-    """Turn local affine frames so that their second axis points straight down: A12 becomes 0, and A11 the
-    length of A's first row.
-
-    Mirrored frames (det A < 0) stay mirrored, where Kornia's loses the sign; ellipses are the same.
+    """Rotate local affine frames so that their second axis points straight down. A12 becomes 0, and A11
+    becomes the length of A's first row. Mirrored frames (det A < 0) stay mirrored (Kornia loses the sign);
+    ellipses do not change.
 
     Args:
         laf: (B, N, 2, 3), floating point.
-        eps: a first row that is shorter than this is not turned to full length.
+        eps: the least length of a first row for which A11 becomes the full length.
 
     Returns:
         (B, N, 2, 3), of the same shapes and centres.
@@ -216,8 +215,8 @@ def laf_from_center_scale_ori(
 
     Args:
         xy: (B, N, 2), floating point, centres in pixels.
-        scale: (B, N, 1, 1), radii in pixels; 1 where None.
-        ori: (B, N, 1), orientations in degrees; 0 where None.
+        scale: (B, N, 1, 1), radii in pixels; 1 if None.
+        ori: (B, N, 1), orientations in degrees; 0 if None.
 
     Returns:
         (B, N, 2, 3).
@@ -251,12 +250,11 @@ def laf_from_center_scale_ori(
 
 
 def normalize_laf(LAF: Tensor, images: Tensor) -> Tensor:
-    """Frames in pixels as frames that do not depend on the image's size: x / (W - 1), y / (H - 1) and A /
-    min(W - 1, H - 1).
+    """Normalize frames in pixels by the image size: x / (W - 1), y / (H - 1) and A / min(W - 1, H - 1).
 
     Args:
         LAF: (B, N, 2, 3), floating point, in pixels.
-        images: (B, C, H, W), floating point, of which the size counts.
+        images: (B, C, H, W), floating point; only their size is used.
 
     Returns:
         (B, N, 2, 3). An axis of one pixel is not divided.
@@ -278,7 +276,7 @@ def denormalize_laf(LAF: Tensor, images: Tensor) -> Tensor:
 
     Args:
         LAF: (B, N, 2, 3), floating point, normalised.
-        images: (B, C, H, W), floating point, of which the size counts.
+        images: (B, C, H, W), floating point; only their size is used.
 
     Returns:
         (B, N, 2, 3) in pixels.
@@ -303,7 +301,7 @@ def check_laf(value: Tensor, name: str) -> None:
 
 
 def determinants(laf: Tensor) -> Tensor:
-    """(B, N) in float64: of long, thin frames the two products nearly cancel."""
+    """The determinants (B, N) in float64, since the two products nearly cancel for long, thin frames."""
     a = laf.to(torch.float64)
     return a[..., 0, 0] * a[..., 1, 1] - a[..., 0, 1] * a[..., 1, 0]
 
@@ -323,7 +321,7 @@ def _angles(laf: Tensor, angles: Tensor) -> Tensor:
 
 
 def _extent(laf: Tensor, images: Tensor) -> Tensor:
-    """(2, 3): what each entry of a normalised frame is in units of."""
+    """(2, 3): the unit, in pixels, of each entry of a normalized frame."""
     check_laf(laf, "LAF")
     check_image(images, "images")
     one = torch.ones([2], dtype=laf.dtype, device=laf.device)

@@ -1,4 +1,5 @@
-"""Local affine frames as points and ellipses, where they lie, and where a homography takes them."""
+"""Conversions of local affine frames to points and ellipses, tests of their position, and their transforms by
+homographies."""
 
 import math
 
@@ -38,7 +39,7 @@ def laf_from_three_points(threepts: Tensor) -> Tensor:
     """The inverse of ``laf_to_three_points``.
 
     Args:
-        threepts: (B, N, 2, 3), floating point, in the columns the ends of both axes, and the centre.
+        threepts: (B, N, 2, 3), floating point, whose columns are the ends of both axes and the centre.
 
     Returns:
         (B, N, 2, 3).
@@ -92,8 +93,8 @@ def laf_to_boundary_points(LAF: Tensor, n_pts: int = 50) -> Tensor:
 def ellipse_to_laf(ells: Tensor) -> Tensor:
     """Upright frames of ellipses a dx^2 + 2 b dx dy + c dy^2 = 1 (the form of the Oxford affine regions).
 
-    A is lower triangular with A^T M A = 1 for M = ((a, b), (b, c)). Kornia's is the inverse of a square root
-    of ((a, 0), (b, c)), which is the same where b = 0 and of another ellipse elsewhere.
+    A is lower triangular with A^T M A = 1 for M = ((a, b), (b, c)). Kornia uses the inverse of a square root
+    of ((a, 0), (b, c)), which is the same for b = 0 and otherwise a different ellipse.
 
     Args:
         ells: (B, N, 5), floating point: x, y, a, b, c.
@@ -129,13 +130,13 @@ def ellipse_to_laf(ells: Tensor) -> Tensor:
 
 
 def laf_is_filled(laf: Tensor) -> Tensor:
-    """Which slots hold a frame: detections of a fixed capacity fill the rest with zeros.
+    """A mask of the slots that hold a frame; detectors with a fixed capacity fill the other slots with zeros.
 
     Args:
         laf: (B, N, 2, 3), floating point.
 
     Returns:
-        (B, N), bool: whether an entry is not 0.
+        (B, N), bool: whether any entry is not 0.
 
     Raises:
         TypeError: if laf is not floating point.
@@ -150,7 +151,7 @@ def laf_is_filled(laf: Tensor) -> Tensor:
 
 
 def laf_is_valid(laf: Tensor) -> Tensor:
-    """Which frames are finite and have a finite determinant that is not 0.
+    """A mask of the frames that are finite and have a finite, nonzero determinant.
 
     Args:
         laf: (B, N, 2, 3), floating point.
@@ -173,13 +174,13 @@ def laf_is_valid(laf: Tensor) -> Tensor:
 
 
 def laf_is_inside_image(laf: Tensor, images: Tensor, border: int = 0) -> Tensor:
-    """Which frames lie in their images: twelve points, the centre and eleven around the ellipse, are from
-    border to W - border and H - border.
+    """A mask of the frames that lie inside their images. Twelve points, the centre and eleven around the
+    ellipse, must be between border and W - border or H - border.
 
     Args:
         laf: (B, N, 2, 3), floating point, in pixels.
-        images: (B, C, H, W), floating point, of which the size counts.
-        border: pixels to keep away from the border.
+        images: (B, C, H, W), floating point; only their size is used.
+        border: the least distance from the image border, in pixels.
 
     Returns:
         (B, N), bool.
@@ -202,11 +203,11 @@ def laf_is_inside_image(laf: Tensor, images: Tensor, border: int = 0) -> Tensor:
 
 
 def perspective_transform_lafs(trans_01: Tensor, lafs_1: Tensor) -> Tensor:
-    """Frames as homographies take them: the centre is mapped, and A is multiplied by the homography's
+    """Transform frames by homographies: the centre is mapped, and A is multiplied by the homography's
     derivative there.
 
     K. Koeser, R. Koch, Differential Spatial Resection, ECCV 2008. Kornia maps the centre and the ends of both
-    axes instead, which is the same where the homography is affine; elsewhere it differs in the order of the
+    axes instead. This is the same for an affine homography; otherwise the difference is of the order of the
     frame's size times the perspective.
 
     Args:

@@ -1,11 +1,11 @@
-"""Local features made of exchangeable modules, which script and export as a whole.
+"""Local features built from exchangeable modules, which can be scripted and exported as a whole.
 
 A *detector* takes an image (B, C, H, W) and returns frames (B, K, 2, 3) in pixels, scores (B, K) and valid
 (B, K), bool: K is fixed, and slots without a feature hold zeros. A *descriptor* takes the image and the
-frames and returns (B, K, D): ``LAFDescriptor`` makes one of a network of patches. A *matcher* takes both
-images' descriptors, frames and masks, and returns what ``match_nn`` does. Any nn.Module that torch.jit.script
-takes may stand for each of them; its ``forward`` must be annotated, for TorchScript takes what is not for one
-Tensor.
+frames and returns (B, K, D): ``LAFDescriptor`` builds one from a network for patches. A *matcher* takes the
+descriptors, frames and masks of both images, and returns the same as ``match_nn``. Each of them can be any
+nn.Module that torch.jit.script accepts; its ``forward`` must be annotated, since TorchScript takes an
+argument without annotation for a Tensor.
 """
 
 from typing import Optional, Tuple, Union
@@ -24,7 +24,7 @@ _MODES = ["nn", "mnn", "snn", "smnn", "fginn", "adalam"]
 
 
 class PassLAF(nn.Module):
-    """Frames as they are: what stands for no orientation and no affine shape.
+    """Return frames unchanged: a placeholder for no orientation and no affine shape.
 
     >>> PassLAF()(torch.ones(1, 1, 2, 3), torch.rand(1, 1, 8, 8)).shape
     torch.Size([1, 1, 2, 3])
@@ -40,12 +40,13 @@ class ScaleSpaceDetector(nn.Module):
     Args:
         max_keypoints, response, num_octaves, n_levels, init_sigma, mr_size, threshold, double_image: see
             ``detect_keypoints``.
-        aff_module: takes frames and the image, returns frames: ``AdaptLafShape()``, a network around patches.
-            None leaves them disks.
-        ori_module: the same, after it: ``OrientLaf()``. None leaves them upright.
+        aff_module: takes frames and the image, returns frames: for example ``AdaptLafShape()`` or a network
+            for patches. None keeps disks.
+        ori_module: the same, applied after aff_module: for example ``OrientLaf()``. None keeps upright
+            frames.
 
-    ``forward`` takes (B, 1 or 3, H, W), whose colours are made grey; aff_module and ori_module see the image
-    as it came.
+    ``forward`` takes (B, 1 or 3, H, W) and converts colours to grey; aff_module and ori_module get the
+    original image.
 
     >>> detect = ScaleSpaceDetector(5, "dog", num_octaves=2, mr_size=3)
     >>> lafs, scores, valid = detect(torch.rand(1, 3, 64, 80))
@@ -103,9 +104,9 @@ class LocalFeature(nn.Module):
     """Frames of an image and their descriptors.
 
     Args:
-        detector: ``ScaleSpaceDetector``, or any other (see above).
-        descriptor: ``LAFDescriptor(SiftDescribe())``, ``LAFDescriptor`` of a network, or any other (see
-            above).
+        detector: ``ScaleSpaceDetector``, or any other module (see above).
+        descriptor: ``LAFDescriptor(SiftDescribe())``, ``LAFDescriptor`` of a network, or any other module
+            (see above).
 
     ``forward`` takes an image and returns frames (B, K, 2, 3), scores (B, K), valid (B, K) and descriptors
     (B, K, D), zeros where not valid.
@@ -133,11 +134,11 @@ class GeometryAwareDescriptorMatcher(nn.Module):
 
     Args:
         match_mode: "nn", "mnn", "snn", "smnn", "fginn" or "adalam".
-        th: what the ratio may be, where one is tested.
+        th: the largest ratio that passes the ratio test, in modes with such a test.
 
     ``forward`` takes descriptors, frames and masks of both images (the masks may be left out), and returns
-    what ``match_nn`` does. Images' sizes, which "adalam" takes its radii from, are those of the rectangles
-    that frames fill.
+    the same as ``match_nn``. "adalam" computes its radii from the image sizes; here these are the sizes of
+    the bounding rectangles of the frames.
 
     >>> frames = torch.eye(2, 3).expand(1, 2, 2, 3)
     >>> match = GeometryAwareDescriptorMatcher("mnn")
@@ -178,13 +179,13 @@ class LocalFeatureMatcher(nn.Module):
     """Matches between two images.
 
     Args:
-        local_feature: ``LocalFeature``, or any module that takes an image and returns what it does.
+        local_feature: ``LocalFeature``, or any module that takes an image and returns the same.
         matcher: a mode of ``GeometryAwareDescriptorMatcher``, or any matcher (see above).
 
     ``forward`` takes two images of the same batch and any two sizes. It returns, for each of the K slots of
-    the first image: points1 and points2 (B, K, 2), x and y in pixels; distances (B, K), the matcher's; valid
-    (B, K), bool, which slots hold a match; lafs1 and lafs2 (B, K, 2, 3), frames of both images. All but valid
-    are zeros in slots without a match.
+    the first image: points1 and points2 (B, K, 2), x and y in pixels; distances (B, K) from the matcher;
+    valid (B, K), bool, a mask of the slots that hold a match; lafs1 and lafs2 (B, K, 2, 3), frames of both
+    images. All except valid are zeros in slots without a match.
 
     >>> from chiasm.feature import LAFDescriptor
     >>> feature = LocalFeature(

@@ -1,14 +1,13 @@
 """Matching of descriptors by their Euclidean distances.
 
-Every function returns one row for each descriptor of the first set, and a mask, where Kornia returns the
-matches alone, whose number depends on the data: ``only_matches(*match_nn(desc1, desc2))`` is what Kornia
-returns, and ``DescriptorMatcher`` calls it.
-Rows without a match have distance 0 and indices -1. What Kornia calls a distance is kept: with a ratio test
-it is the ratio. Of descriptors at the same distance the first one is the nearest, so that every backend finds
-the same.
+Every function returns one row for each descriptor of the first set, and a mask. Kornia returns only the
+matches, whose number depends on the data: this is ``only_matches(*match_nn(desc1, desc2))``, which
+``DescriptorMatcher`` calls. Rows without a match have distance 0 and indices -1. As in Kornia, the returned
+distance is the ratio for functions with a ratio test. Of descriptors at the same distance the first one
+counts as the nearest, so that every backend finds the same.
 
-Descriptors are (N1, D) and (N2, D), or (B, N1, D) and (B, N2, D); results have the batch that the inputs
-have. Detections of fixed capacity say by ``mask1`` and ``mask2`` which of them are there.
+Descriptors are (N1, D) and (N2, D), or (B, N1, D) and (B, N2, D); results have a batch dimension if the
+inputs have one. ``mask1`` and ``mask2`` say which slots of a fixed capacity hold a descriptor.
 """
 
 from typing import Optional, Tuple
@@ -23,9 +22,8 @@ from .pairing import batched, dissimilarities, distances_to, is_mutual, points_b
 
 
 def only_matches(distances: Tensor, indices: Tensor, valid: Tensor) -> Tuple[Tensor, Tensor]:
-    """What Kornia's functions return of two sets of descriptors: the rows that hold a match.
-
-    For eager code: how many rows are left depends on the data (it scripts).
+    """Select the rows that hold a match, which is what Kornia's functions return. For eager code: the number
+    of rows depends on the data (it can be scripted, but not exported).
 
     Args:
         distances: (N1, 1).
@@ -55,17 +53,17 @@ def match_nn(
     mask1: Optional[Tensor] = None,
     mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """For each descriptor of the first set the nearest of the second.
+    """Find the nearest descriptor of the second set for each descriptor of the first set.
 
     Args:
         desc1: ([B,] N1, D), floating point.
         desc2: ([B,] N2, D), N2 at least 1.
-        dm: ([B,] N1, N2), distances to go by instead of the descriptors' own.
-        mask1, mask2: ([B,] N1) and ([B,] N2), bool, which descriptors are there; all where None.
+        dm: ([B,] N1, N2), distances to use instead of those of the descriptors.
+        mask1, mask2: ([B,] N1) and ([B,] N2), bool, masks of the descriptors to use; None means all.
 
     Returns:
         distances ([B,] N1, 1); indices ([B,] N1, 2), int64, into the first and the second set; valid ([B,]
-        N1), bool. Differentiable in the descriptors and in dm, with derivative 0 where a distance is.
+        N1), bool. Differentiable in the descriptors and in dm; the derivative is 0 where a distance is 0.
 
     Raises:
         TypeError: if descriptors or dm are not floating point, or a mask not bool.
@@ -91,7 +89,7 @@ def match_mnn(
     mask1: Optional[Tensor] = None,
     mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """Mutual nearest neighbours: pairs of which each is nearest to the other.
+    """Mutual nearest neighbours: pairs whose descriptors are each nearest to the other one.
 
     Args:
         desc1, desc2, dm, mask1, mask2: see ``match_nn``; N1 at least 1.
@@ -129,9 +127,9 @@ def match_snn(
     D. Lowe, Distinctive Image Features from Scale-Invariant Keypoints, IJCV 60(2), 2004.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where there is no second descriptor in the second
-            set, nothing matches.
-        th: the most that the distance of the nearest may be of that of the second nearest. (0 / 0 counts as
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``. If the second set has only one descriptor, there are
+            no matches.
+        th: the largest ratio of the distance of the nearest to that of the second nearest. (0 / 0 counts as
             1.)
 
     Returns:
@@ -164,7 +162,7 @@ def match_smnn(
     """Mutual nearest neighbours that pass the ratio test both ways.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where either set has no second descriptor, nothing
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``. If either set has only one descriptor, there are no
             matches.
         th: see ``match_snn``.
 
@@ -242,21 +240,22 @@ def match_fginn(
     mask1: Optional[Tensor] = None,
     mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """The ratio test against the first geometrically inconsistent neighbour: the second nearest is looked for
-    in other places.
+    """Ratio test against the first geometrically inconsistent neighbour (FGINN): the second nearest must be
+    elsewhere.
 
     D. Mishkin, J. Matas, M. Perdoch, MODS: Fast and robust method for two-view matching, CVIU 141, 2015. All
-    descriptors are looked at, where Kornia looks at the ten nearest.
+    descriptors are searched; Kornia searches the ten nearest.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where no descriptor is far enough from the nearest,
-            nothing matches.
-        lafs1: (B, N1, 2, 3), floating point, the frames of the first set (B = 1 where descriptors have no
-            batch), which do not matter.
-        lafs2: (B, N2, 2, 3), those of the second set.
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``. If no descriptor is far enough from the nearest one,
+            there is no match.
+        lafs1: (B, N1, 2, 3), floating point, the frames of the first set (B = 1 if descriptors have no
+            batch); they are not used.
+        lafs2: (B, N2, 2, 3), the frames of the second set.
         th: see ``match_snn``.
-        spatial_th: how many pixels more than which the centre of the second must be from that of the nearest.
-        mutual: whether matches must be mutual nearest neighbours, too.
+        spatial_th: the centre of the second nearest must be more than this many pixels from that of the
+            nearest.
+        mutual: True requires mutual nearest neighbours, too.
 
     Returns:
         ratios ([B,] N1, 1); indices ([B,] N1, 2), int64; valid ([B,] N1), bool.

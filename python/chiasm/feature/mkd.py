@@ -28,23 +28,23 @@ def mkd_describe(
     mean: Optional[Tensor] = None,
     power: float = 1.0,
 ) -> Tensor:
-    """Kernel descriptors of patches: every pixel's gradient and place, encoded without bins.
-
-    The inner product of two descriptors, before they are made unit vectors, is the sum over all pairs of
+    """Kernel descriptors of patches: they encode the gradient and the position of every pixel without bins.
+    The inner product of two descriptors, before normalization to unit vectors, is the sum over all pairs of
     pixels, one of each patch, of w(p) w(q) k(direction) k(place) k(place), where w is the root of the
-    gradient's length times exp(-r^2), r being the distance from the patch's centre, 1 in its corners, and k
-    is the von Mises kernel (exp(kappa cos d) - exp(-kappa)) / (2 sinh kappa) of the difference d of two
-    angles, cut off after some terms of its Fourier series:
+    gradient's length times exp(-r^2), where r is the distance from the patch's centre (1 in its corners), and
+    k is the von Mises kernel (exp(kappa cos d) - exp(-kappa)) / (2 sinh kappa) of the difference d of two
+    angles, truncated after some terms of its Fourier series:
 
     * "cart": the gradient's direction (kappa 8, 3 frequencies), x and y (kappa 1, 1 frequency), which go from
-      0 in the first to pi in the last pixel. It forgives a patch that is a little beside.
-    * "polar": the gradient's direction from that of the pixel as the centre sees it (kappa 8, 3 frequencies),
-      the latter, and the distance r, which goes from 0 to pi (kappa 8, 2 frequencies each). It forgives a
-      patch that is turned a little. A pixel in the very centre counts as lying in the direction of x.
-    * "concat": both, each a unit vector, one after the other.
+      0 in the first to pi in the last pixel. It tolerates a small shift of a patch.
+    * "polar": the gradient's direction relative to the pixel's direction from the centre (kappa 8, 3
+      frequencies), the pixel's direction, and the distance r, which goes from 0 to pi (kappa 8, 2 frequencies
+      each). It tolerates a small rotation of a patch. A pixel exactly at the centre counts as lying in the
+      direction of x.
+    * "concat": both unit vectors, concatenated.
 
-    The papers whiten descriptors by what was learned from many patches. No such matrix is part of this
-    package: without ``whitening`` these are the raw descriptors. Patches are not blurred first.
+    The papers whiten descriptors by a matrix learned from many patches. This package has no such matrix:
+    without ``whitening`` the result is the raw descriptors. Patches are not blurred first.
 
     Args:
         patches: (N, 1, PS, PS), floating point, oriented, PS at least 2. Half precision is computed in
@@ -102,15 +102,13 @@ def mkd_describe(
 
 
 class MKDDescriptor(nn.Module):
-    """``mkd_describe`` of patches of one size, to be given to ``LAFDescriptor``.
-
-    Kornia's takes the name of a whitening that it downloads, and 128 of its dimensions; this one takes a
-    projection of your own, or none.
+    """``mkd_describe`` for patches of one size, as a module for ``LAFDescriptor``. Kornia takes the name of a
+    whitening that it downloads, and 128 of its dimensions; this class takes your own projection, or none.
 
     Args:
         patch_size: side PS of the patches.
-        kernel_type, whitening, mean, power: see ``mkd_describe``. Tensors are held: a Parameter is learned
-            with the module.
+        kernel_type, whitening, mean, power: see ``mkd_describe``. Tensors become members: a Parameter is
+            learned with the module.
 
     >>> describe = MKDDescriptor(16, "polar")
     >>> describe(torch.rand(3, 1, 16, 16)).shape, describe.output_dims
@@ -220,14 +218,14 @@ def _polar(weight: Tensor, cosine: Tensor, sine: Tensor) -> Tensor:
 
 
 def _feature_map(cosine: Tensor, sine: Tensor, kappa: float, frequencies: int) -> List[Tensor]:
-    """Of an angle: vectors whose inner product is the kernel of two angles' difference."""
+    """Feature vectors of an angle; the inner product of two is the kernel of the angles' difference."""
     coefficients = von_mises_coefficients(kappa, frequencies)
     c, s = cosine, sine
     features = [torch.full_like(cosine, math.sqrt(coefficients[0]))]
     for k in range(1, frequencies + 1):
         features.append(c * math.sqrt(coefficients[k]))
         features.append(s * math.sqrt(coefficients[k]))
-        # The next multiple of the angle, by what is added to it.
+        # The next multiple of the angle, by the addition theorems.
         c, s = c * cosine - s * sine, s * cosine + c * sine
     return features
 

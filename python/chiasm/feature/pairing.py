@@ -1,7 +1,6 @@
-"""What matching functions share: how far descriptors are from each other, and how results are laid out.
-
-Which descriptor is nearest is decided by ``nearest.cdist_squared``. The distances of the pairs that were
-chosen are computed anew from their differences; they alone carry gradients.
+"""Helpers of the matching functions: distances between descriptors, and the layout of results.
+``nearest.cdist_squared`` decides which descriptor is nearest. The distances of the chosen pairs are computed
+again from their differences; only these have gradients.
 """
 
 from typing import Optional, Tuple
@@ -45,7 +44,7 @@ def batched(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor]) -> Tuple[Tensor,
 def dissimilarities(
     desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], mask1: Optional[Tensor], mask2: Optional[Tensor]
 ) -> Tensor:
-    """(B, N1, N2) to compare by: squared distances or what is given; infinite where a mask says so. Without a
+    """(B, N1, N2) for the comparison: squared distances or ``dm``; infinite where a mask is False. Without a
     gradient."""
     far = cdist_squared(desc1, desc2) if dm is None else dm.detach()
     nowhere = torch.full_like(far, float("inf"))
@@ -69,7 +68,7 @@ def _checked(mask: Tensor, desc: Tensor, name: str) -> Tensor:
 
 
 def distances_to(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor) -> Tensor:
-    """(B, N1): how far the descriptors of the first set are from those of index (B, N1), where that is not
+    """(B, N1): distances of the descriptors of the first set from those at index (B, N1), where this is not
     negative."""
     index = index.clamp(min=0)
     if dm is not None:
@@ -85,7 +84,7 @@ def distances_to(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tens
 def ratios_to(
     desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor, second_index: Tensor
 ) -> Tuple[Tensor, Tensor]:
-    """Distance at index over that at second_index, and whether there are both: (B, N1) each."""
+    """The distance at index divided by that at second_index, and whether both exist: (B, N1) each."""
     nearest, second = distances_to(desc1, desc2, dm, index), distances_to(desc1, desc2, dm, second_index)
     tested = (index >= 0) & (second_index >= 0)
     usable = tested & (second > 0)
@@ -99,8 +98,8 @@ def is_mutual(far: Tensor, index: Tensor) -> Tensor:
 
 
 def points_back(back: Tensor, index: Tensor) -> Tensor:
-    """Whether each entry of the first set has a partner, at index (B, N1), whose own partner in ``back`` (B,
-    N2) it is."""
+    """Whether each entry of the first set has a partner, at index (B, N1), whose partner in ``back`` (B, N2)
+    is this entry."""
     return (index >= 0) & (
         back.gather(-1, index.clamp(min=0)) == torch.arange(index.size(-1), device=index.device)
     )

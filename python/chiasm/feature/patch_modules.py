@@ -1,7 +1,5 @@
-"""Modules of patches and frames by Kornia's names, into which networks may be put.
-
-Where there is no network they are ``sift_describe``, ``dominant_orientation``, ``affine_shape``,
-``orient_laf`` and ``adapt_laf_shape``.
+"""Modules for patches and frames with Kornia's names, which accept networks. Without a network they are
+``sift_describe``, ``dominant_orientation``, ``affine_shape``, ``orient_laf`` and ``adapt_laf_shape``.
 """
 
 from typing import Optional, Tuple
@@ -21,7 +19,7 @@ class SIFTDescriptor(nn.Module):
     """``sift_describe`` of patches (N, 1, PS, PS) of any size; ``patch_size`` is what ``LAFDescriptor`` cuts.
 
     Args:
-        patch_size: side PS that the patches are meant to have.
+        patch_size: side PS of the patches for which the module is intended.
         num_ang_bins, num_spatial_bins, rootsift, clipval: see ``sift_describe``.
 
     >>> SIFTDescriptor(32)(torch.rand(3, 1, 32, 32)).shape
@@ -48,7 +46,7 @@ class PatchDominantGradientOrientation(nn.Module):
     """``dominant_orientation`` of patches (N, 1, PS, PS): (N,), radians.
 
     Args:
-        patch_size: side PS that the patches are meant to have; any is taken.
+        patch_size: side PS of the patches for which the module is intended; any is taken.
         num_angular_bins: see ``dominant_orientation``.
 
     >>> PatchDominantGradientOrientation()(torch.rand(3, 1, 32, 32)).shape
@@ -67,7 +65,7 @@ class PatchAffineShapeEstimator(nn.Module):
     """``affine_shape`` of patches (N, 1, PS, PS), as (N, 1, 3).
 
     Args:
-        patch_size: side PS that the patches are meant to have; any is taken.
+        patch_size: side PS of the patches for which the module is intended; any is taken.
 
     >>> PatchAffineShapeEstimator()(torch.rand(3, 1, 19, 19)).shape
     torch.Size([3, 1, 3])
@@ -82,11 +80,11 @@ class PatchAffineShapeEstimator(nn.Module):
 
 
 class LAFOrienter(nn.Module):
-    """Turns frames by the angles that a module finds in their patches, as ``orient_laf`` does.
+    """Rotate frames by the angles that a module computes from their patches, like ``orient_laf``.
 
     Args:
         patch_size: side PS of the patches.
-        num_angular_bins: see ``dominant_orientation``, where there is no other module.
+        num_angular_bins: see ``dominant_orientation``; used only with the default angle_detector.
         angle_detector: takes (M, 1, PS, PS), returns (M,) angles in radians by which to turn;
             ``PatchDominantGradientOrientation`` by default.
 
@@ -113,14 +111,14 @@ class LAFOrienter(nn.Module):
 
 
 class LAFAffineShapeEstimator(nn.Module):
-    """Adapts the shape of frames by the ellipses that a module finds in their patches, as ``adapt_laf_shape``
-    does.
+    """Adapt the shape of frames by the ellipses that a module computes from their patches, like
+    ``adapt_laf_shape``.
 
     Args:
         patch_size: side PS of the patches.
         affine_shape_detector: takes (M, 1, PS, PS), returns (M, 1, 3) or (M, 3), ellipses as ``affine_shape``
             does; ``PatchAffineShapeEstimator`` by default.
-        preserve_orientation: turn the new frames as the old ones were.
+        preserve_orientation: True gives the new frames the orientation of the old ones.
 
     >>> laf = torch.tensor([[[[5.0, 0.0, 16.0], [0.0, 5.0, 16.0]]]])
     >>> LAFAffineShapeEstimator()(laf, torch.rand(1, 1, 32, 32)).shape
@@ -148,12 +146,12 @@ class LAFAffineShapeEstimator(nn.Module):
 
 
 class DescriptorMatcher(nn.Module):
-    """The matches of two sets of descriptors alone, as Kornia returns them: for eager code, because their
-    number depends on the data. ``GeometryAwareDescriptorMatcher`` has a row for each descriptor, and exports.
+    """Only the matches of two sets of descriptors, as in Kornia: for eager code, because their number depends
+    on the data. ``GeometryAwareDescriptorMatcher`` has a row for each descriptor, and exports.
 
     Args:
         match_mode: "nn", "mnn", "snn" or "smnn".
-        th: what the ratio may be, where one is tested.
+        th: the largest ratio that passes the ratio test, in modes with such a test.
 
     ``forward`` takes (N1, D) and (N2, D) and returns distances (M, 1) and indices (M, 2).
 

@@ -1,9 +1,9 @@
 """Patches of local affine frames: a frame's square [-1, 1]^2, resampled to PS x PS pixels.
 
 Pixel (i, j) of a patch is at ((2 j + 1) / PS - 1, (2 i + 1) / PS - 1) of the frame: -1 and 1 are the patch's
-outer edges. Images are read where the frame says, pixel centres at integers, bilinearly, beyond the border
-their last pixel. (Kornia reads up to half a pixel beside: it normalises positions by the corner pixels'
-centres and reads them by outer edges.)
+outer edges. Images are read by bilinear interpolation, with pixel centres at integers; the border is
+replicated. (Kornia's positions are wrong by up to half a pixel: it normalizes them by the corner pixels'
+centres and reads them by the outer edges.)
 """
 
 from typing import List
@@ -23,13 +23,14 @@ from .laf import check_laf, denormalize_laf, determinants
 def extract_patches_simple(
     img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True
 ) -> Tensor:
-    """Patches of frames, read from the image itself: aliased where a frame is much larger than its patch.
+    """Patches of frames, read from the image itself; there is aliasing if a frame is much larger than its
+    patch.
 
     Args:
         img: (B, C, H, W), floating point.
         laf: (B, N, 2, 3), floating point.
         PS: side of a patch in pixels.
-        normalize_lafs_before_extraction: True where frames are in pixels, False where they come from
+        normalize_lafs_before_extraction: True if frames are in pixels, False if they come from
             ``normalize_laf``.
 
     Returns:
@@ -54,19 +55,19 @@ def extract_patches_simple(
 def extract_patches_from_pyramid(
     img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True
 ) -> Tensor:
-    """Patches of frames, each read from the level of a Gaussian pyramid whose pixels are as large as the
-    patch's, or up to half as large.
+    """Patches of frames, read from a Gaussian pyramid. The level of each patch has pixels of the size of the
+    patch's pixels, or down to half of it.
 
-    There are six levels, whatever the image's size, so that frames whose square has a side of up to 64 PS
-    pixels are read without aliasing. Each is the one before it, blurred by (1, 4, 6, 4, 1) / 16, of which it
-    has every second pixel. All lie in one row of pixels, from which a frame gathers those of its level.
-    (Kornia's has levels down to the patch's size.)
+    There are six levels for every image size, so that frames whose square has a side of up to 64 PS pixels
+    are read without aliasing. Each level is the one before, blurred by (1, 4, 6, 4, 1) / 16 and reduced to
+    every second pixel. All levels are stored in one row of pixels, from which a frame gathers those of its
+    level. (Kornia has levels down to the patch's size.)
 
     Args:
         img: (B, C, H, W), floating point.
         laf: (B, N, 2, 3), floating point.
         PS: side of a patch in pixels.
-        normalize_lafs_before_extraction: True where frames are in pixels, False where they come from
+        normalize_lafs_before_extraction: True if frames are in pixels, False if they come from
             ``normalize_laf``.
 
     Returns:
@@ -106,12 +107,12 @@ def extract_patches_from_pyramid(
 
 
 class LAFDescriptor(nn.Module):
-    """Descriptors of frames: patches, and what a module makes of patches (M, C, PS, PS).
+    """Descriptors of frames: patches, and the output of a module for patches (M, C, PS, PS).
 
     Args:
         patch_descriptor_module: takes (M, C, PS, PS), returns (M, D): ``SiftDescribe``, a network.
         patch_size: side PS of the patches.
-        grayscale_descriptor: whether to make images of three channels grey first.
+        grayscale_descriptor: True converts images with three channels to grey first.
 
     >>> describe = LAFDescriptor(nn.Flatten(), 8)
     >>> describe(torch.rand(1, 3, 40, 40), torch.tensor([[[[9.0, 0.0, 20.0], [0.0, 9.0, 20.0]]]])).shape
@@ -140,14 +141,14 @@ def get_laf_descriptors(
 ) -> Tensor:
     """Descriptors of frames: patches from a pyramid, and what a module makes of them.
 
-    For eager code; ``LAFDescriptor`` is the same as a module that scripts and exports.
+    For eager code; ``LAFDescriptor`` is the same as a module, which can be scripted and exported.
 
     Args:
         img: (B, C, H, W), floating point.
         lafs: (B, N, 2, 3), floating point, in pixels.
         patch_descriptor: takes (M, C, PS, PS), returns (M, D); any callable.
         patch_size: side PS of the patches.
-        grayscale_descriptor: whether to make images of three channels grey first.
+        grayscale_descriptor: True converts images with three channels to grey first.
 
     Returns:
         (B, N, D).
@@ -165,7 +166,8 @@ def get_laf_descriptors(
 
 
 def patches_of(img: Tensor, lafs: Tensor, PS: int, grayscale: bool) -> Tensor:
-    """(B * N, C, PS, PS): patches from a pyramid, of an image that is made grey first if it is to be."""
+    """(B * N, C, PS, PS): patches from a pyramid; with ``grayscale``, the image is first converted to
+    grey."""
     check_image(img, "img")
     check_laf(lafs, "lafs")
     if grayscale and img.size(1) == 3:
@@ -197,8 +199,8 @@ def _pyramid(img: Tensor, count: int) -> List[Tensor]:
 
 
 def _halved(x: Tensor, dim: int) -> Tensor:
-    """Every second slice of what (1, 4, 6, 4, 1) / 16 makes of x, whose border repeats, to the last or one
-    beyond it."""
+    """Every second slice of x blurred by (1, 4, 6, 4, 1) / 16 with a replicated border, up to the last slice
+    or one beyond."""
     last = x.size(dim) - 1
     middle = 2 * torch.arange(x.size(dim) // 2 + 1, device=x.device)
     out = x.index_select(dim, middle.clamp(max=last)) * 0.375

@@ -1,4 +1,4 @@
-"""Soft non-maximum suppression: one key point of each window of a response, differentiable in the response.
+"""Soft non-maximum suppression: one keypoint for each window of a response, differentiable in the response.
 
 A. Barroso-Laguna, E. Riba, D. Ponsa, K. Mikolajczyk, Key.Net: Keypoint Detection by Handcrafted and Learned
 CNN Filters, ICCV 2019, sections 3.3 and 3.4. In scale space, and where windows overlap,
@@ -18,24 +18,25 @@ from ..primitives.resampling.warping import position_dtype
 
 
 def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple[Tensor, Tensor]:
-    """Where the maximum of each window is, softly: the mean position of its pixels under the weights base^r /
-    sum of base^r.
+    """Soft position of the maximum of each window: the mean pixel position with weights base^r / sum of
+    base^r.
 
-    Windows lie side by side from the first pixel on; the last of a row or column ends with the image. (The
-    authors' program, not their paper, divides the responses of a window by the largest and takes one from the
-    powers, so that the response's scale does not matter. Here it does: where a maximum exceeds the rest of
-    its window by d, it weighs base^d as much as another pixel.)
+    Windows are adjacent, beginning at the first pixel; the last window of a row or column ends with the
+    image. (The authors' program, but not their paper, divides the responses of a window by the largest one
+    and subtracts 1 from the powers, so that the scale of the response has no influence. Here it has: if the
+    maximum exceeds another pixel of its window by d, its weight is base^d times the weight of this pixel.)
 
     Args:
-        response: (B, 1, H, W), floating point. Half precision is computed in float32. A pixel of -inf weighs
-            nothing; a window of nothing else has its centre for coordinates.
+        response: (B, 1, H, W), floating point. Half precision is computed in float32. A pixel of -inf has
+            weight 0; the coordinates of a window with only such pixels are its centre.
         window: side of a window in pixels.
-        base: of the powers, more than 1; the larger, the closer to the maximum and the sharper the gradient.
+        base: base of the powers, more than 1; a larger base gives a position nearer to the maximum and a
+            sharper gradient.
 
     Returns:
-        Coordinates (B, h, w, 2), x and y in pixels, the first pixel's centre being 0, with h = ceil(H /
-        window) and w alike; scores (B, h, w), the largest response of each window. Differentiable in
-        response.
+        Coordinates (B, h, w, 2), x and y in pixels, where 0 is the centre of the first pixel, with h = ceil(H
+        / window) and w = ceil(W / window); scores (B, h, w), the largest response of each window.
+        Differentiable in response.
 
     Raises:
         TypeError: if response is not floating point.
@@ -57,14 +58,14 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
     if base <= 1.0:
         raise ValueError(f"base: expected more than 1, got {base}")
     rows, columns = _windows(response.size(2), window, response), _windows(response.size(3), window, response)
-    # (B, h, window, w, window): beyond the border is the last pixel again, which changes no maximum, and
-    # whose weight is taken away.
+    # (B, h, window, w, window): beyond the border the last pixel is repeated, which changes no maximum, and
+    # has weight 0.
     tall = response[:, 0].index_select(1, rows.flatten().clamp(max=response.size(2) - 1))
     tiles = tall.index_select(2, columns.flatten().clamp(max=response.size(3) - 1))
     tiles = reshaped(tiles, [response.size(0), rows.size(0), window, columns.size(0), window])
     score = greatest(tiles, [2, 4])[:, :, 0, :, 0]
     real = tiles.to(position_dtype(response.dtype)).clamp(min=-1e30)
-    # Whatever is subtracted falls out of the mean, so it needs no gradient.
+    # The subtracted number cancels in the mean, so it needs no gradient.
     below = real - real.detach().amax([2, 4], keepdim=True)
     inside = (rows < response.size(2))[:, :, None, None] & (columns < response.size(3))
     weight = torch.exp(below * math.log(base)) * inside.to(below.dtype)
@@ -79,7 +80,7 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
 def multi_scale_index_proposal(
     response: Tensor, windows: Optional[List[int]] = None, base: float = math.e
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """``index_proposal`` for windows of several sizes, all proposals in one row.
+    """``index_proposal`` for windows of several sizes, with all proposals concatenated.
 
     Args:
         response: (B, 1, H, W), floating point.
@@ -87,9 +88,9 @@ def multi_scale_index_proposal(
         base: see ``index_proposal``.
 
     Returns:
-        Coordinates (B, M, 2), x and y in pixels; scores (B, M); and (B, M), int64, which of ``windows`` a
-        proposal is of. M is the sum of ceil(H / window) ceil(W / window) over the sizes; proposals are in the
-        order of the sizes, then of rows, then of columns. Coordinates and scores are differentiable in
+        Coordinates (B, M, 2), x and y in pixels; scores (B, M); and (B, M), int64, the index in ``windows``
+        of each proposal. M is the sum of ceil(H / window) ceil(W / window) over the sizes; proposals are in
+        the order of the sizes, then of rows, then of columns. Coordinates and scores are differentiable in
         response.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Responses as modules that take the scales with the image, as Kornia's detectors call them."""
+"""Responses as modules that take an image and its scales, the interface of Kornia's detectors."""
 
 from typing import Optional, Union
 
@@ -10,7 +10,7 @@ from .responses import dog_response, dog_response_single, gftt_response, hessian
 
 
 class CornerHarris(nn.Module):
-    """``harris_response`` of an image (B, C, H, W) and, if there are any, scales (B,).
+    """``harris_response`` of an image (B, C, H, W) and optional scales (B,).
 
     Args:
         k, grads_mode: see ``harris_response``.
@@ -32,7 +32,7 @@ class CornerHarris(nn.Module):
 
 
 class CornerGFTT(nn.Module):
-    """``gftt_response`` of an image (B, C, H, W) and, if there are any, scales (B,).
+    """``gftt_response`` of an image (B, C, H, W) and optional scales (B,).
 
     >>> CornerGFTT()(torch.rand(2, 1, 8, 9)).shape
     torch.Size([2, 1, 8, 9])
@@ -47,7 +47,7 @@ class CornerGFTT(nn.Module):
 
 
 class BlobHessian(nn.Module):
-    """``hessian_response`` of an image (B, C, H, W) and, if there are any, scales (B,).
+    """``hessian_response`` of an image (B, C, H, W) and optional scales (B,).
 
     >>> BlobHessian()(torch.rand(2, 1, 8, 9)).shape
     torch.Size([2, 1, 8, 9])
@@ -62,7 +62,7 @@ class BlobHessian(nn.Module):
 
 
 class BlobDoG(nn.Module):
-    """``dog_response`` of a scale space (B, C, D, H, W); scales change nothing here.
+    """``dog_response`` of a scale space (B, C, D, H, W); scales have no effect here.
 
     >>> BlobDoG()(torch.rand(1, 1, 4, 8, 9)).shape
     torch.Size([1, 1, 3, 8, 9])
@@ -73,7 +73,7 @@ class BlobDoG(nn.Module):
 
 
 class BlobDoGSingle(nn.Module):
-    """``dog_response_single`` of an image (B, C, H, W); scales change nothing here.
+    """``dog_response_single`` of an image (B, C, H, W); scales have no effect here.
 
     Args:
         sigma1, sigma2: see ``dog_response_single``.

@@ -1,4 +1,4 @@
-"""How much of a corner or of a blob each pixel is: Shi and Tomasi, the Hessian, differences of Gaussians."""
+"""Responses to corners and blobs: Shi and Tomasi, the Hessian, differences of Gaussians."""
 
 from typing import Optional
 
@@ -13,10 +13,9 @@ from .structure import normalised_by_scale, structure_tensor
 
 
 def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
-    """The smaller eigenvalue of the structure tensor, smoothed by a 7x7 Gaussian of sigma 1: "good features
-    to track".
+    """The smaller eigenvalue of the structure tensor (Shi-Tomasi, "good features to track").
 
-    J. Shi, C. Tomasi, Good Features to Track, CVPR 1994.
+    The tensor is smoothed by a 7x7 Gaussian of sigma 1. J. Shi, C. Tomasi, Good Features to Track, CVPR 1994.
 
     Args:
         input: (B, C, H, W), floating point, H and W at least 4.
@@ -24,8 +23,8 @@ def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Ten
         sigmas: (B,) scales; the response is multiplied by their fourth power.
 
     Returns:
-        (B, C, H, W); large at corners, 0 on straight edges and where nothing changes. Where both eigenvalues
-        are equal the derivative is that of their mean.
+        (B, C, H, W); large at corners, 0 on straight edges and in constant regions. If both eigenvalues are
+        equal, the derivative is that of their mean.
 
     Raises:
         TypeError: if input is not floating point.
@@ -50,11 +49,11 @@ def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Ten
 
 
 def hessian_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
-    """Determinant of the Hessian, of second derivatives as ``spatial_gradient`` gives them.
+    """Determinant of the Hessian, with the second derivatives of ``spatial_gradient``.
 
     P. Beaudet, Rotationally invariant image operators, ICPR 1978. As in Kornia, the kernel of each derivative
-    is divided by the sum of its absolute values: by "sobel" the mixed derivative counts 16/9 of the pure
-    ones, by "diff" four times as much.
+    is divided by the sum of its absolute values: with "sobel", the mixed derivative is scaled by 16/9
+    relative to the pure ones, with "diff" by four.
 
     Args:
         input: (B, C, H, W), floating point.
@@ -108,7 +107,7 @@ def dog_response_single(input: Tensor, sigma1: float = 1.0, sigma2: float = 1.6)
     """Difference of an image blurred by two Gaussians, the second minus the first.
 
     Each kernel reaches over four standard deviations to either side, int(8 sigma + 1) taps or one more, an
-    odd number. Borders are mirrored, the edge pixel not repeated.
+    odd number. Borders are mirrored, the border pixel is not repeated.
 
     Args:
         input: (B, C, H, W), floating point, H and W more than four of either sigma.

@@ -16,12 +16,10 @@ from .patches import patches_of
 
 
 def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
-    """By which angle the frames of patches are to be turned so that the patches' dominant gradient points
-    along x.
-
-    The peak of a histogram of directions: gradients weighed by a Gaussian of a sixth of the patch's side,
-    shared linearly by two neighbouring bins; smoothed by (1, 4, 6, 4, 1) / 16, refined by the parabola
-    through the highest bin, of equals the first, and its neighbours.
+    """The angle by which to rotate the frame of a patch so that its dominant gradient points along x. It is
+    the peak of a histogram of directions. Gradients are weighted by a Gaussian with sigma of a sixth of the
+    patch's side and split linearly between two neighbouring bins. The histogram is smoothed by (1, 4, 6, 4,
+    1) / 16. The parabola through the highest bin (of equal ones the first) and its neighbours gives the peak.
 
     D. Lowe, Distinctive Image Features from Scale-Invariant Keypoints, IJCV 60(2), 2004.
 
@@ -30,8 +28,8 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
         num_angular_bins: bins of the histogram, at least 5.
 
     Returns:
-        (N,) radians, from -pi to pi, counter-clockwise as ``rotate_laf``'s degrees are: minus the gradient's
-        direction from x towards y. 0 where a patch has no gradient.
+        (N,) radians, from -pi to pi, counterclockwise as in ``rotate_laf``: minus the gradient's direction
+        from x towards y. 0 if a patch has no gradient.
 
     Raises:
         TypeError: if patches is not floating point.
@@ -70,18 +68,17 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
 
 
 def affine_shape(patches: Tensor) -> Tensor:
-    """The ellipses that patches' gradients make: their second moments, weighed by a Gaussian of a sixth of
-    the patch's side.
+    """The ellipses of patches: the second moments of the gradients, weighted by a Gaussian.
 
     A. Baumberg, Reliable Feature Matching Across Widely Separated Views, CVPR 2000; T. Lindeberg, J. Garding,
-    Shape-adapted smoothing in estimation of 3-D shape cues, IVC 15(6), 1997: one step of the iteration, which
-    `adapt_laf_shape` makes.
+    Shape-adapted smoothing in estimation of 3-D shape cues, IVC 15(6), 1997: one step of the iteration in
+    `adapt_laf_shape`. Sigma of the Gaussian is a sixth of the patch's side.
 
     Args:
         patches: (N, 1, PS, PS), floating point.
 
     Returns:
-        (N, 3): a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1, divided by the largest of a and c; 1, 0, 1 where a
+        (N, 3): a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1, divided by the largest of a and c; 1, 0, 1 if a
         patch has no gradient.
 
     Raises:
@@ -107,11 +104,11 @@ def affine_shape(patches: Tensor) -> Tensor:
 
 
 def orient_laf(laf: Tensor, img: Tensor, PS: int = 32) -> Tensor:
-    """Turn frames so that the dominant gradient of their patches points along x.
+    """Rotate frames so that the dominant gradient of their patches points along x.
 
     Args:
         laf: (B, N, 2, 3), floating point, in pixels.
-        img: (B, 1 or 3, H, W), floating point; colours are made grey.
+        img: (B, 1 or 3, H, W), floating point; colours are converted to grey.
         PS: side of the patches.
 
     Returns:
@@ -133,20 +130,18 @@ def orient_laf(laf: Tensor, img: Tensor, PS: int = 32) -> Tensor:
 
 
 def adapt_laf_shape(laf: Tensor, img: Tensor, PS: int = 32, iterations: int = 1) -> Tensor:
-    """Adapt the shape of frames to the image, so that the gradients in their patches are as strong in every
-    direction.
-
-    A becomes A times the upright frame of the ellipse that its patch has (``affine_shape``), divided by the
-    root of its determinant: the area stays.
+    """Adapt the shape of frames to the image, so that gradients in their patches are equally strong in all
+    directions. A becomes A times the upright frame of the ellipse of its patch (``affine_shape``), divided by
+    the root of its determinant: the area does not change.
 
     Args:
         laf: (B, N, 2, 3), floating point, in pixels.
-        img: (B, 1 or 3, H, W), floating point; colours are made grey.
+        img: (B, 1 or 3, H, W), floating point; colours are converted to grey.
         PS: side of the patches.
-        iterations: how often.
+        iterations: number of iterations.
 
     Returns:
-        (B, N, 2, 3), of the same centres and scales. A frame whose patch has no ellipse stays.
+        (B, N, 2, 3), of the same centres and scales. A frame whose patch has no ellipse is unchanged.
 
     Raises:
         TypeError: if an input is not floating point.

@@ -1,4 +1,4 @@
-"""Histograms of gradients: SIFT of patches and of every place of an image.
+"""Histograms of gradients: SIFT of patches and dense SIFT.
 
 D. Lowe, Distinctive Image Features from Scale-Invariant Keypoints, IJCV 60(2), 2004; RootSIFT: R.
 Arandjelovic, A. Zisserman, Three things everyone should know to improve object retrieval, CVPR 2012.
@@ -23,18 +23,18 @@ def sift_describe(
 ) -> Tensor:
     """SIFT descriptors of patches.
 
-    As in Lowe's paper: gradients are weighed by a Gaussian of half the patch's side and shared linearly by
-    the neighbouring directions and places; the histograms' vector is made a unit vector, cut at clipval and
-    made one again. (Kornia's places overlap less, their centres are a pixel off the patch's, and its Gaussian
-    is wider; descriptors are alike, but not to be mixed.)
+    As in Lowe's paper, gradients are weighted by a Gaussian with sigma of half the patch's side and split
+    linearly between neighbouring directions and spatial bins. The vector of histograms is normalized to
+    length 1, clipped at clipval and normalized again. (Kornia's spatial bins overlap less, their centres are
+    shifted by a pixel, and its Gaussian is wider; the descriptors are similar, but must not be mixed.)
 
     Args:
         patches: (N, 1, PS, PS), floating point, oriented, PS at least num_spatial_bins.
         num_ang_bins: directions, from x towards y (down).
-        num_spatial_bins: places along each side.
-        rootsift: take the square roots of the vector over its sum, whose Euclidean distance is Hellinger's of
-            the histograms.
-        clipval: the most that an entry of the unit vector may be.
+        num_spatial_bins: number of spatial bins along each side.
+        rootsift: return the square roots of the vector divided by its sum; their Euclidean distance is the
+            Hellinger distance of the histograms.
+        clipval: the largest value of an entry of the unit vector.
 
     Returns:
         (N, num_ang_bins * num_spatial_bins^2), unit vectors, the direction outermost, then rows, then
@@ -68,21 +68,21 @@ def dense_sift(
     clipval: float = 0.2,
     stride: int = 1,
 ) -> Tensor:
-    """SIFT descriptors of upright windows everywhere in an image, without a Gaussian; gradients outside a
-    window count in its outer places.
+    """Dense SIFT: descriptors of upright windows on a grid over the image. There is no Gaussian weight, and
+    gradients outside a window contribute to its outer spatial bins.
 
     A. Bosch, A. Zisserman, X. Munoz, Image Classification using Random Forests and Ferns, ICCV 2007.
 
     Args:
         input: (B, 1, H, W), floating point, at least as large as a window.
         num_ang_bins, num_spatial_bins, rootsift, clipval: see ``sift_describe``.
-        spatial_bin_size: pixels from one place to the next; a window is num_spatial_bins * spatial_bin_size
+        spatial_bin_size: size of a spatial bin in pixels; a window is num_spatial_bins * spatial_bin_size
             pixels wide and high.
         stride: pixels from one window to the next.
 
     Returns:
-        (B, num_ang_bins * num_spatial_bins^2, h, w), the order of ``sift_describe``; entry (i, j) is of the
-        window whose first pixel is (i stride, j stride), of all that lie in the image.
+        (B, num_ang_bins * num_spatial_bins^2, h, w), in the order of ``sift_describe``; entry (i, j) is that
+        of the window whose first pixel is (i stride, j stride), for all windows inside the image.
 
     Raises:
         TypeError: if input is not floating point.
@@ -133,7 +133,7 @@ def mean_patch(patches: Tensor) -> Tensor:
 def convert_sift_descriptor_layout(
     descriptors: Tensor, source: str, target: str, num_ang_bins: int = 8, num_spatial_bins: int = 4
 ) -> Tensor:
-    """Reorder the entries of SIFT descriptors that another library made.
+    """Reorder the entries of SIFT descriptors from another library.
 
     "kornia", as ``sift_describe``: directions outermost, then rows and columns; directions turn from x
     towards y, which points down. "vlfeat": rows, columns, directions, turning the same way. "opencv", which
@@ -171,7 +171,7 @@ def convert_sift_descriptor_layout(
 
 
 def _entries(layout: str, name: str, bins: int, cells: int) -> List[int]:
-    """Where in the layout the entries of Kornia's are, one after the other."""
+    """The positions of the entries of Kornia's layout in this layout, in order."""
     check_choice(layout, ["kornia", "opencv", "vlfeat"], name)
     entries: List[int] = []
     for angle in range(bins):
@@ -195,14 +195,15 @@ def _check_bins(num_ang_bins: int, num_spatial_bins: int, clipval: float) -> Non
 
 
 def _nearness(size: int, bins: int, like: Tensor) -> Tensor:
-    """(bins, size): 1 - the distance of each pixel from the centre of each place, in places, or 0."""
+    """(bins, size): 1 minus the distance of each pixel from the centre of each spatial bin, in units of bins,
+    at least 0."""
     pixel = (torch.arange(size, device=like.device).to(like.dtype) + 0.5) * bins / size
     centre = torch.arange(bins, device=like.device).to(like.dtype) + 0.5
     return (1.0 - (pixel - centre[:, None]).abs()).clamp(min=0)
 
 
 def _placed(x: Tensor, dim: int, bins: int, bin_size: int, stride: int) -> List[Tensor]:
-    """What each place of all windows along ``dim`` gathers from (B, C, H, W), which is zero outside."""
+    """The sum of each spatial bin of all windows along ``dim``, from (B, C, H, W) with zeros outside."""
     size, half = x.size(dim), bin_size // 2
     edge = torch.zeros_like(x.narrow(dim, 0, 1))
     padded = torch.cat([edge] * half + [x] + [edge] * half, dim)

@@ -1,4 +1,4 @@
-"""The structure tensor of an image, and responses at the scale they were computed at."""
+"""The structure tensor of an image, and the normalization of responses by scale."""
 
 from typing import Optional, Tuple
 
@@ -11,7 +11,7 @@ from ..primitives.filters.stencil import separable_each
 
 
 def structure_tensor(input: Tensor, grads_mode: str) -> Tuple[Tensor, Tensor, Tensor]:
-    """Mean products xx, yy and xy of the derivatives of (B, C, H, W), weighed by a 7x7 Gaussian of sigma
+    """Mean products xx, yy and xy of the derivatives of (B, C, H, W), weighted by a 7x7 Gaussian of sigma
     1."""
     gradient = spatial_gradient(input, grads_mode)
     dx, dy = gradient[:, :, 0], gradient[:, :, 1]
@@ -23,8 +23,8 @@ def structure_tensor(input: Tensor, grads_mode: str) -> Tuple[Tensor, Tensor, Te
 def normalised_by_scale(response: Tensor, sigmas: Optional[Tensor]) -> Tensor:
     """The response (B, C, H, W) times the fourth power of each image's scale (B,), if there is one.
 
-    T. Lindeberg, Feature detection with automatic scale selection, IJCV 30(2), 1998: two derivatives of two
-    orders in all.
+    T. Lindeberg, Feature detection with automatic scale selection, IJCV 30(2), 1998: here the derivatives
+    have order four in total.
     """
     if sigmas is None:
         return response

@@ -64,8 +64,8 @@ from .threshold import in_range as in_range
 from .threshold import otsu_threshold as otsu_threshold
 
 class AdaptiveThreshold(nn.Module):
-    """`adaptive_threshold` as a module: Compare each pixel with the mean of its neighbourhood, as
-    OpenCV's ``adaptiveThreshold``; the border is replicated."""
+    """`adaptive_threshold` as a module: Compare each pixel with the mean of its neighbourhood, like
+    OpenCV's ``adaptiveThreshold``. The border is replicated."""
 
     max_value: float
     adaptive_method: str
@@ -107,7 +107,7 @@ class BilateralBlur(nn.Module):
 
 class BlurPool2d(nn.Module):
     """`blur_pool2d` as a module: Smooth by a binomial kernel and keep every stride-th row and column;
-    beyond the border are zeros."""
+    the border is padded with zeros."""
 
     kernel_size: Union[int, Tuple[int, int]]
     stride: int
@@ -118,7 +118,9 @@ class BlurPool2d(nn.Module):
 BlurPool2D = BlurPool2d
 
 class BoxBlur(nn.Module):
-    """`box_blur` as a module: Mean of each pixel's window."""
+    """`box_blur` as a module: Mean of each pixel's window. For uint8, the sums are exact, and the mean
+    is rounded once (halves to even). If both sizes are odd, the result is identical to that of OpenCV's
+    8-bit ``blur``."""
 
     kernel_size: Union[int, Tuple[int, int]]
     border_type: str
@@ -130,8 +132,8 @@ class BoxBlur(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Canny(nn.Module):
-    """`canny` as a module: Thin edges: ridges of the gradient's magnitude above a low threshold that
-    touch one above a high threshold."""
+    """`canny` as a module: Detect thin edges: ridges of the gradient magnitude, with two thresholds and
+    hysteresis."""
 
     low_threshold: float
     high_threshold: float
@@ -154,7 +156,8 @@ class Canny(nn.Module):
     def __call__(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class Convolve2d(nn.Module):
-    """`convolve2d` as a module: ``filter2d`` with the kernel turned by half a turn."""
+    """`convolve2d` as a module: ``filter2d`` with behaviour "conv": the kernel is rotated by 180
+    degrees."""
 
     border_type: str
     normalized: bool
@@ -166,7 +169,8 @@ class Convolve2d(nn.Module):
     def __call__(self, input: Tensor, kernel: Tensor) -> Tensor: ...
 
 class Convolve3d(nn.Module):
-    """`convolve3d` as a module: ``filter3d`` with the kernel reversed along its three axes."""
+    """`convolve3d` as a module: ``filter3d`` with behaviour "conv": the kernel is reversed along its
+    three axes."""
 
     border_type: str
     normalized: bool
@@ -175,7 +179,7 @@ class Convolve3d(nn.Module):
     def __call__(self, input: Tensor, kernel: Tensor) -> Tensor: ...
 
 class Correlate2d(nn.Module):
-    """`correlate2d` as a module: ``filter2d`` as it is: the kernel is not turned."""
+    """`correlate2d` as a module: ``filter2d`` with behaviour "corr": the kernel is not rotated."""
 
     border_type: str
     normalized: bool
@@ -187,7 +191,7 @@ class Correlate2d(nn.Module):
     def __call__(self, input: Tensor, kernel: Tensor) -> Tensor: ...
 
 class Correlate3d(nn.Module):
-    """`correlate3d` as a module: ``filter3d`` as it is: the kernel is not reversed."""
+    """`correlate3d` as a module: ``filter3d`` with behaviour "corr": the kernel is not reversed."""
 
     border_type: str
     normalized: bool
@@ -196,8 +200,8 @@ class Correlate3d(nn.Module):
     def __call__(self, input: Tensor, kernel: Tensor) -> Tensor: ...
 
 class DifferenceOfGaussians(nn.Module):
-    """`difference_of_gaussians` as a module: Band-pass: the image smoothed a little minus the image
-    smoothed more."""
+    """`difference_of_gaussians` as a module: Band-pass filter: the image smoothed with low_sigma minus
+    the image smoothed with high_sigma."""
 
     low_sigma: float
     high_sigma: Optional[float]
@@ -214,8 +218,8 @@ class DifferenceOfGaussians(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class EdgeAwareBlurPool2d(nn.Module):
-    """`edge_aware_blur_pool2d` as a module: Smooth by a binomial kernel, but leave the surroundings of
-    edges as they are. The size stays."""
+    """`edge_aware_blur_pool2d` as a module: Smooth by a binomial kernel, but not near edges; the output
+    has the input's size."""
 
     kernel_size: Union[int, Tuple[int, int]]
     edge_threshold: float
@@ -234,7 +238,9 @@ class EdgeAwareBlurPool2d(nn.Module):
 EdgeAwareBlurPool2D = EdgeAwareBlurPool2d
 
 class FftConv(nn.Module):
-    """`fft_conv` as a module: ``filter2d`` under the name of Kornia's Fourier form."""
+    """`fft_conv` as a module: ``filter2d`` under the name of Kornia's convolution by Fourier transforms.
+    This op uses no Fourier transform: not every runtime has one, and the direct sum is exact. Its time
+    grows with the kernel's area."""
 
     border_type: str
     normalized: bool
@@ -251,8 +257,9 @@ class FftConv(nn.Module):
     def __call__(self, input: Tensor, kernel: Tensor) -> Tensor: ...
 
 class Filter2d(nn.Module):
-    """`filter2d` as a module: Correlate every channel with a kernel: out(y, x) = sum over i, j of
-    kernel(i, j) * input(y + i - ay, x + j - ax)."""
+    """`filter2d` as a module: Correlate every channel with a kernel. out(y, x) = sum over i, j of
+    kernel(i, j) * input(y + i - ay, x + j - ax). The anchor (ay, ax) is the kernel's centre; for an even
+    size it is (size - 1) // 2, in OpenCV and SciPy size // 2."""
 
     border_type: str
     normalized: bool
@@ -270,7 +277,7 @@ class Filter2d(nn.Module):
 
 class Filter2dSeparable(nn.Module):
     """`filter2d_separable` as a module: ``filter2d`` with the outer product of two one-dimensional
-    kernels, in two passes; of bytes in one."""
+    kernels, in two passes (for uint8 in one)."""
 
     border_type: str
     normalized: bool
@@ -282,7 +289,7 @@ class Filter2dSeparable(nn.Module):
     def __call__(self, input: Tensor, kernel_x: Tensor, kernel_y: Tensor) -> Tensor: ...
 
 class Filter3d(nn.Module):
-    """`filter3d` as a module: ``filter2d`` of volumes."""
+    """`filter3d` as a module: ``filter2d`` for volumes."""
 
     border_type: str
     normalized: bool
@@ -294,7 +301,7 @@ class Filter3d(nn.Module):
     def __call__(self, input: Tensor, kernel: Tensor) -> Tensor: ...
 
 class Gabor(nn.Module):
-    """`gabor` as a module: Correlate with ``get_gabor_kernel2d``, one kernel for each sample where its
+    """`gabor` as a module: Correlate with ``get_gabor_kernel2d``, with one kernel for each sample if its
     arguments are tensors."""
 
     kernel_size: Union[int, Tuple[int, int]]
@@ -318,7 +325,7 @@ class Gabor(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Gaussian(nn.Module):
-    """`gaussian` as a module: Sampled Gaussian that sums to 1, around any mean."""
+    """`gaussian` as a module: Sampled Gaussian that sums to 1, with any mean."""
 
     window_size: int
     sigma: Union[float, Tensor]
@@ -354,7 +361,7 @@ class GaussianBlur2d(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class GetBinaryKernel2d(nn.Module):
-    """`get_binary_kernel2d` as a module: One kernel for each pixel of a window, which picks that
+    """`get_binary_kernel2d` as a module: One kernel for each pixel of a window; each kernel selects its
     pixel."""
 
     window_size: Union[int, Tuple[int, int]]
@@ -370,7 +377,7 @@ class GetBinaryKernel2d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetBoxKernel1d(nn.Module):
-    """`get_box_kernel1d` as a module: Mean of kernel_size pixels."""
+    """`get_box_kernel1d` as a module: Box kernel, the mean of kernel_size pixels."""
 
     kernel_size: int
     device: Optional[torch.device]
@@ -382,7 +389,7 @@ class GetBoxKernel1d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetBoxKernel2d(nn.Module):
-    """`get_box_kernel2d` as a module: Mean of a rectangle."""
+    """`get_box_kernel2d` as a module: Box kernel, the mean of a rectangle of pixels."""
 
     kernel_size: Union[int, Tuple[int, int]]
     device: Optional[torch.device]
@@ -397,8 +404,8 @@ class GetBoxKernel2d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetDiffKernel2d(nn.Module):
-    """`get_diff_kernel2d` as a module: Differences of the two neighbours along x and along y, not
-    normalised."""
+    """`get_diff_kernel2d` as a module: The differences of the two neighbours along x and along y, not
+    normalized."""
 
     device: Optional[torch.device]
     dtype: torch.dtype
@@ -407,8 +414,9 @@ class GetDiffKernel2d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetGaborKernel2d(nn.Module):
-    """`get_gabor_kernel2d` as a module: A cosine wave under a Gaussian, exp(-(u^2 + gamma^2 v^2) / (2
-    sigma^2)) cos(2 pi u / lambd + psi), as OpenCV's ``getGaborKernel``."""
+    """`get_gabor_kernel2d` as a module: A cosine wave times a Gaussian, like OpenCV's
+    ``getGaborKernel``. The kernel is exp(-(u^2 + gamma^2 v^2) / (2 sigma^2)) cos(2 pi u / lambd +
+    psi)."""
 
     kernel_size: Union[int, Tuple[int, int]]
     sigma: Union[float, Tensor]
@@ -431,8 +439,8 @@ class GetGaborKernel2d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetGaussianDiscreteKernel1d(nn.Module):
-    """`get_gaussian_discrete_kernel1d` as a module: The Gaussian's discrete analog exp(-t) I_n(t), t =
-    sigma^2, with modified Bessel functions, normalised to sum 1."""
+    """`get_gaussian_discrete_kernel1d` as a module: The discrete analog of the Gaussian, exp(-t) I_n(t),
+    t = sigma^2, normalized to sum 1."""
 
     kernel_size: int
     sigma: Union[float, Tensor]
@@ -449,8 +457,9 @@ class GetGaussianDiscreteKernel1d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetGaussianErfKernel1d(nn.Module):
-    """`get_gaussian_erf_kernel1d` as a module: Gaussian integrated over each pixel, normalised to sum
-    1."""
+    """`get_gaussian_erf_kernel1d` as a module: Gaussian integrated over each pixel, normalized to sum 1.
+    Unlike in Kornia, an even kernel is symmetric, the device is that of ``sigma`` (CPU for a float), and
+    ``dtype`` is used only for a float sigma."""
 
     kernel_size: int
     sigma: Union[float, Tensor]
@@ -526,7 +535,7 @@ class GetGaussianKernel3d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetHanningKernel1d(nn.Module):
-    """`get_hanning_kernel1d` as a module: Hann window 0.5 - 0.5 cos(2 pi i / (kernel_size - 1)), as
+    """`get_hanning_kernel1d` as a module: Hann window 0.5 - 0.5 cos(2 pi i / (kernel_size - 1)), like
     ``numpy.hanning``."""
 
     kernel_size: int
@@ -554,7 +563,7 @@ class GetHanningKernel2d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetLaplacianKernel1d(nn.Module):
-    """`get_laplacian_kernel1d` as a module: ``laplacian_1d`` under its other name."""
+    """`get_laplacian_kernel1d` as a module: The same as ``laplacian_1d``."""
 
     kernel_size: int
     device: Optional[torch.device]
@@ -566,7 +575,8 @@ class GetLaplacianKernel1d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetLaplacianKernel2d(nn.Module):
-    """`get_laplacian_kernel2d` as a module: Ones around 1 - rows * columns."""
+    """`get_laplacian_kernel2d` as a module: Laplacian kernel: the centre is 1 - rows * columns, all
+    other taps are 1."""
 
     kernel_size: Union[int, Tuple[int, int]]
     device: Optional[torch.device]
@@ -581,7 +591,10 @@ class GetLaplacianKernel2d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetMotionKernel2d(nn.Module):
-    """`get_motion_kernel2d` as a module: A line through the middle of a square, which sums to 1."""
+    """`get_motion_kernel2d` as a module: Motion blur kernel: a line through the centre of a square,
+    which sums to 1. The horizontal line is rotated about the centre and resampled, like OpenCV's
+    ``warpAffine`` with ``getRotationMatrix2D``. If two pixels across the line are equally near, neither
+    is used."""
 
     kernel_size: int
     angle: Union[float, Tensor]
@@ -600,7 +613,9 @@ class GetMotionKernel2d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetMotionKernel3d(nn.Module):
-    """`get_motion_kernel3d` as a module: A line through the middle of a cube, which sums to 1."""
+    """`get_motion_kernel3d` as a module: Motion blur kernel: a line through the centre of a cube, which
+    sums to 1. The line along x is rotated about the centre by the rotation vector ``angle`` and
+    resampled. If two voxels across the line are equally near, neither is used."""
 
     kernel_size: int
     angle: Union[Tuple[float, float, float], Tensor]
@@ -619,7 +634,7 @@ class GetMotionKernel3d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GetSobelKernel2d(nn.Module):
-    """`get_sobel_kernel2d` as a module: Sobel's 3x3 operators for d/dx and d/dy, not normalised."""
+    """`get_sobel_kernel2d` as a module: The 3x3 Sobel operators for d/dx and d/dy, not normalized."""
 
     device: Optional[torch.device]
     dtype: torch.dtype
@@ -629,7 +644,7 @@ class GetSobelKernel2d(nn.Module):
 
 class GetSpatialGradientKernel2d(nn.Module):
     """`get_spatial_gradient_kernel2d` as a module: The kernels of ``spatial_gradient``, not
-    normalised."""
+    normalized."""
 
     mode: str
     order: int
@@ -655,8 +670,8 @@ class GetSpatialGradientKernel3d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class GuidedBlur(nn.Module):
-    """`guided_blur` as a module: Smooth by local linear models of another image: output = a . guidance +
-    b, fitted in each window and averaged."""
+    """`guided_blur` as a module: Smooth by local linear models of a guidance image: output = a .
+    guidance + b."""
 
     kernel_size: Union[int, Tuple[int, int]]
     eps: Union[float, Tensor]
@@ -675,8 +690,8 @@ class GuidedBlur(nn.Module):
     def __call__(self, guidance: Tensor, input: Tensor) -> Tensor: ...
 
 class InRange(nn.Module):
-    """`in_range` as a module: Keep the pixels whose channels are all between two bounds, as OpenCV's
-    ``inRange``; the others become 0."""
+    """`in_range` as a module: Keep the pixels whose channels are all between two bounds, like OpenCV's
+    ``inRange``. Other pixels become 0."""
 
     lower: Union[List[float], Tensor]
     upper: Union[List[float], Tensor]
@@ -708,7 +723,9 @@ class JointBilateralBlur(nn.Module):
     def __call__(self, input: Tensor, guidance: Tensor) -> Tensor: ...
 
 class Laplacian(nn.Module):
-    """`laplacian` as a module: Sum of the differences between a window's pixels and its middle one."""
+    """`laplacian` as a module: Sum of the differences between a window's pixels and its centre pixel.
+    This is the correlation with ``get_laplacian_kernel2d``. OpenCV's ``Laplacian`` uses other kernels.
+    For uint8, the sums (not normalized) are int16."""
 
     kernel_size: Union[int, Tuple[int, int]]
     border_type: str
@@ -720,7 +737,8 @@ class Laplacian(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Laplacian1d(nn.Module):
-    """`laplacian_1d` as a module: Ones around 1 - window_size."""
+    """`laplacian_1d` as a module: Laplacian kernel: the centre is 1 - window_size, all other taps are
+    1."""
 
     window_size: int
     device: Optional[torch.device]
@@ -732,7 +750,7 @@ class Laplacian1d(nn.Module):
     def __call__(self) -> Tensor: ...
 
 class MaxBlurPool2d(nn.Module):
-    """`max_blur_pool2d` as a module: Maxima over squares at every pixel, then ``blur_pool2d``."""
+    """`max_blur_pool2d` as a module: Max pooling with stride 1, then ``blur_pool2d``."""
 
     kernel_size: Union[int, Tuple[int, int]]
     stride: int
@@ -779,7 +797,7 @@ class MotionBlur(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class MotionBlur3d(nn.Module):
-    """`motion_blur3d` as a module: ``motion_blur`` of volumes."""
+    """`motion_blur3d` as a module: ``motion_blur`` for volumes."""
 
     kernel_size: int
     angle: Union[Tuple[float, float, float], Tensor]
@@ -800,8 +818,8 @@ class MotionBlur3d(nn.Module):
 MotionBlur3D = MotionBlur3d
 
 class NonLocalMeans(nn.Module):
-    """`non_local_means` as a module: Average over the pixels of a search window, weighted by how alike
-    the patches around them are."""
+    """`non_local_means` as a module: Average over the pixels of a search window, weighted by the
+    similarity of the patches around them."""
 
     patch_size: int
     patch_distance: int
@@ -820,8 +838,8 @@ class NonLocalMeans(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class OtsuThreshold(nn.Module):
-    """`otsu_threshold` as a module: Keep what is above the threshold that separates each plane's values
-    best into two classes; the rest becomes 0."""
+    """`otsu_threshold` as a module: Threshold each plane by Otsu's method; values that are not above the
+    threshold become 0."""
 
     nbins: int
     slow_and_differentiable: bool
@@ -833,8 +851,9 @@ class OtsuThreshold(nn.Module):
     def __call__(self, x: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class PercentileFilter(nn.Module):
-    """`percentile_filter` as a module: Replace each pixel by a percentile of its neighbourhood: the
-    value of rank floor(n * percentile / 100) of n."""
+    """`percentile_filter` as a module: Replace each pixel by a percentile of its neighbourhood, like
+    SciPy's ``percentile_filter``. For n pixels this is the value of rank floor(n * percentile / 100),
+    without interpolation between ranks. The gradient goes to the selected element."""
 
     percentile: float
     kernel_size: Union[int, Tuple[int, int]]
@@ -846,7 +865,7 @@ class PercentileFilter(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Prewitt(nn.Module):
-    """`prewitt` as a module: Magnitude of the gradient by Prewitt's kernels, smoothed by 1, 1, 1; the
+    """`prewitt` as a module: Gradient magnitude by Prewitt's kernels, with the smoothing 1, 1, 1; the
     border is replicated."""
 
     normalized: bool
@@ -857,7 +876,8 @@ class Prewitt(nn.Module):
 
 class RankFilter(nn.Module):
     """`rank_filter` as a module: Replace each pixel by the value of a given rank in its neighbourhood,
-    by a network of minima and maxima."""
+    like SciPy's ``rank_filter``. A sorting network of minima and maxima selects the value. The gradient
+    goes to the selected element; equal elements share it."""
 
     rank: int
     kernel_size: Union[int, Tuple[int, int]]
@@ -869,8 +889,8 @@ class RankFilter(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Roberts(nn.Module):
-    """`roberts` as a module: Magnitude of the gradient by Roberts' cross, the two diagonal differences
-    of each 2x2 square; the border is replicated."""
+    """`roberts` as a module: Gradient magnitude by Roberts' cross, the two diagonal differences of each
+    2x2 square."""
 
     normalized: bool
     eps: float
@@ -879,8 +899,9 @@ class Roberts(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Scharr(nn.Module):
-    """`scharr` as a module: Magnitude of the gradient by Scharr's kernels, smoothed by 3, 10, 3; the
-    border is replicated."""
+    """`scharr` as a module: Gradient magnitude by Scharr's kernels, with the smoothing 3, 10, 3; the
+    border is replicated. H. Scharr, Optimale Operatoren in der digitalen Bildverarbeitung, 2000. The
+    magnitude is nearly independent of the edge direction."""
 
     normalized: bool
     eps: float
@@ -919,7 +940,8 @@ class SpatialGradient3d(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class UnsharpMask(nn.Module):
-    """`unsharp_mask` as a module: Sharpen: add what Gaussian smoothing takes away."""
+    """`unsharp_mask` as a module: Sharpen: add the difference between the image and its Gaussian
+    blur."""
 
     kernel_size: Union[int, Tuple[int, int]]
     sigma: Union[Tuple[float, float], Tensor]

@@ -23,13 +23,13 @@ def bilateral_blur(
     C. Tomasi, R. Manduchi, Bilateral filtering for gray and color images, ICCV 1998. OpenCV's
     ``bilateralFilter`` uses the "l1" distance, and a disc where this uses the whole rectangle.
 
-    Of bytes, the factors of space and colour are rounded to 1/2^16 each, the sums are exact, and the mean is
-    rounded halves up: at most one level from the exact mean, and from OpenCV's where the corners of the
-    rectangle have no weight.
+    For uint8, the weights of space and colour are rounded to multiples of 1/2^16, the sums are exact, and the
+    mean is rounded (halves up). The result differs by at most one level from the exact mean, and from
+    OpenCV's if the corners of the rectangle have no weight.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        kernel_size: odd size, one for both axes or (rows, columns); of bytes at most 4096 pixels.
+        kernel_size: odd size, one for both axes or (rows, columns); for uint8 at most 4096 pixels.
         sigma_color: standard deviation of the colour distance in input's units; a float, or a tensor (B,) or
             scalar.
         sigma_space: standard deviations in pixels, (y, x) or a tensor (B, 2).
@@ -67,14 +67,14 @@ def joint_bilateral_blur(
 ) -> Tensor:
     """Average over neighbours, weighted by closeness in space and in the colour of another image.
 
-    G. Petschnigg et al., Digital photography with flash and no-flash image pairs, SIGGRAPH 2004. Bytes as by
-    ``bilateral_blur``.
+    G. Petschnigg et al., Digital photography with flash and no-flash image pairs, SIGGRAPH 2004. uint8 is
+    computed as in ``bilateral_blur``.
 
     Args:
-        input: (B, C, H, W), floating point or uint8; what is averaged.
-        guidance: (B or 1, D, H, W), floating point, or uint8 as input is; what colour distances are measured
-            in.
-        kernel_size: odd size, one for both axes or (rows, columns); of bytes at most 4096 pixels.
+        input: (B, C, H, W), floating point or uint8; the image to average.
+        guidance: (B or 1, D, H, W), floating point, or uint8 if input is; the image in which colour distances
+            are measured.
+        kernel_size: odd size, one for both axes or (rows, columns); for uint8 at most 4096 pixels.
         sigma_color: standard deviation of the colour distance in guidance's units; a float, or a tensor (B,)
             or scalar.
         sigma_space: standard deviations in pixels, (y, x) or a tensor (B, 2).
@@ -85,7 +85,8 @@ def joint_bilateral_blur(
         (B, C, H, W).
 
     Raises:
-        TypeError: if input or guidance is neither floating point nor uint8, or one is of bytes alone.
+        TypeError: if input or guidance is neither floating point nor uint8, or one is uint8 and the other one
+            is not.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -132,5 +133,7 @@ def _weighted_mean(
     squares = color_distance_type == "l2"
     if of_bytes:
         return bilateral_bytes(input, guidance, kernel_y, kernel_x, falloff, squares, border_type)
-    guide = input if guidance is input else guidance.to(input.dtype)  # whose neighbourhoods are then the same
+    guide = (
+        input if guidance is input else guidance.to(input.dtype)
+    )  # so that both have the same neighbourhoods
     return bilateral_mean(input, guide, kernel_y, kernel_x, falloff, squares, border_type)

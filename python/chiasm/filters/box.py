@@ -1,4 +1,4 @@
-"""Filters made of sums over windows: box blur, Laplacian."""
+"""Filters computed from sums over windows: box blur, Laplacian."""
 
 from typing import Tuple, Union
 
@@ -18,18 +18,16 @@ def box_blur(
     border_type: str = "reflect",
     separable: bool = True,
 ) -> Tensor:
-    """Mean of each pixel's window.
-
-    Of bytes, the sums are exact, and the mean is rounded once, halves to even. Where both sizes are odd that
-    is OpenCV's ``blur`` of 8 bits, to the bit.
+    """Mean of each pixel's window. For uint8, the sums are exact, and the mean is rounded once (halves to
+    even). If both sizes are odd, the result is identical to that of OpenCV's 8-bit ``blur``.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         kernel_size: one for both axes or (rows, columns). An even window reaches one pixel further down and
-            right. Of bytes it has at most 65536 pixels, whose sums float32 holds.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            right. For uint8, it has at most 65536 pixels, because float32 must hold the sums.
+        border_type: "reflect" (the border pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
-        separable: as in Kornia; both values give the same sums, which are always separable.
+        separable: for compatibility with Kornia; it has no effect, since the sums are always separable.
 
     Returns:
         (B, C, H, W), of the input's dtype.
@@ -57,20 +55,21 @@ def laplacian(
     border_type: str = "reflect",
     normalized: bool = True,
 ) -> Tensor:
-    """Sum of the differences between a window's pixels and its middle one.
-
-    That is the correlation with ``get_laplacian_kernel2d``. OpenCV's ``Laplacian`` has other kernels. Of
-    bytes, the sums without normalisation are whole numbers of 16 bits.
+    """Sum of the differences between a window's pixels and its centre pixel. This is the correlation with
+    ``get_laplacian_kernel2d``. OpenCV's ``Laplacian`` uses other kernels. For uint8, the sums (not
+    normalized) are int16.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        kernel_size: odd, one for both axes or (rows, columns); more than one pixel, of bytes at most 129.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+        kernel_size: odd, one for both axes or (rows, columns); more than one pixel, for uint8 at most 129
+            pixels.
+        border_type: "reflect" (the border pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
-        normalized: divide by the sum of the kernel's absolute values, 2 (rows * columns - 1); False of bytes.
+        normalized: divide by the sum of the kernel's absolute values, 2 (rows * columns - 1); must be False
+            for uint8.
 
     Returns:
-        (B, C, H, W), of the input's dtype, or int16 of bytes.
+        (B, C, H, W), of the input's dtype, or int16 for uint8.
 
     Raises:
         TypeError: if input is neither floating point nor uint8.

@@ -1,4 +1,4 @@
-"""Canny's edges."""
+"""The Canny edge detector."""
 
 from typing import Tuple, Union
 
@@ -22,37 +22,37 @@ def canny(
     eps: float = 1e-6,
     num_iterations: int = 100,
 ) -> Tuple[Tensor, Tensor]:
-    """Thin edges: ridges of the gradient's magnitude above a low threshold that touch one above a high
-    threshold.
+    """Detect thin edges: ridges of the gradient magnitude, with two thresholds and hysteresis.
 
-    J. Canny, A computational approach to edge detection, IEEE TPAMI 8(6), 1986. The gradient is the
-    unnormalised Sobel one of the blurred image. A pixel is on a ridge where its magnitude exceeds both
-    neighbours' along the gradient's direction, rounded to 45 degrees; outside the image the magnitude is 0.
-    Of two equal pixels on the sides of an ideal step the left or upper one is the ridge, as in OpenCV; in
-    Kornia neither is.
+    J. Canny, A computational approach to edge detection, IEEE TPAMI 8(6), 1986. An edge is a ridge above the
+    low threshold that is connected to a pixel above the high threshold. The gradient is the unnormalized
+    Sobel gradient of the blurred image. A pixel is on a ridge if its magnitude exceeds that of both
+    neighbours along the gradient direction, rounded to 45 degrees; outside the image the magnitude is 0. If
+    the two pixels at an ideal step have equal magnitudes, the left or upper one is the ridge, as in OpenCV;
+    in Kornia neither is.
 
-    Weak edges are followed by union-find, to their end: the number of steps grows with the logarithm of their
-    length, and a spiral one pixel wide over a whole 1080p frame takes fewer than ten.
+    Weak edges are followed to their end by union-find. The number of steps grows with the logarithm of their
+    length; a spiral of one pixel width over a whole 1080p frame needs fewer than ten steps.
 
-    Of bytes, grey and blur are bytes too, and derivatives whole numbers. The edges are OpenCV's, to the bit:
-    ``cv2.Canny(cv2.GaussianBlur(grey, kernel_size, sigma), low, high, L2gradient=True)``; with kernel_size 1
-    those of an image that is not blurred.
+    For uint8, the grey image and the blurred image are uint8 too, and derivatives are whole numbers. The
+    edges are identical to OpenCV's ``cv2.Canny(cv2.GaussianBlur(grey, kernel_size, sigma), low, high,
+    L2gradient=True)``; with kernel_size 1, the image is not blurred.
 
     Args:
         input: (B, 3, H, W) RGB or (B, 1, H, W) grey, floating point or uint8.
-        low_threshold: least magnitude of an edge, in units of the unnormalised Sobel operator: of bytes from
-            0 to 1442, and 100 and 200 say.
-        high_threshold: least magnitude of an edge's strongest pixel.
+        low_threshold: least magnitude of an edge, in units of the unnormalized Sobel operator; for uint8 from
+            0 to 1442, for example 100 (low) and 200 (high).
+        high_threshold: least magnitude of the strongest pixel of an edge.
         kernel_size: odd size of the Gaussian, one for both axes or (rows, columns).
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
-        hysteresis: keep of the weak edges those that touch strong ones, instead of all.
-        eps: added to the squared magnitude, which keeps its derivative finite; of bytes it has no meaning.
-        num_iterations: bound on the steps by which weak edges are followed. Not in Kornia.
+        hysteresis: True keeps only the weak edges that are connected to strong ones; False keeps all.
+        eps: added to the squared magnitude to keep its derivative finite; not used for uint8.
+        num_iterations: maximum number of steps that follow weak edges. Not in Kornia.
 
     Returns:
-        The magnitude on the ridges, 0 elsewhere, and the edges: 1, or without hysteresis 1 for strong and 0.5
-        for weak ones; both (B, 1, H, W). Only the magnitude has a gradient. Of bytes the magnitude is int16,
-        rounded, and the edges are bytes: 255, and 128 for weak ones.
+        The magnitude on the ridges, 0 elsewhere, and the edges: 1, or without hysteresis 1 for strong edges
+        and 0.5 for weak edges; both (B, 1, H, W). Only the magnitude has a gradient. For uint8, the magnitude
+        is int16, rounded, and the edges are uint8: 255, and 128 for weak edges.
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
@@ -78,7 +78,8 @@ def canny(
     gray = rgb_to_grayscale(input) if input.size(1) == 3 else input
     blurred = gaussian_blur2d(gray, kernel_size, sigma)
     if input.dtype == torch.uint8:
-        # Squared magnitudes are whole numbers below 2^24, whose roots float32 tells apart.
+        # Squared magnitudes are whole numbers below 2^24; their square roots are different numbers in
+        # float32.
         magnitude = canny_nms(in_planes(blurred).to(torch.float32), 0.0)
         shares = _edges(magnitude, low_threshold, high_threshold, hysteresis, num_iterations)
         return torch.round(magnitude).to(torch.int16), torch.round(255.0 * shares).to(torch.uint8)
@@ -87,7 +88,8 @@ def canny(
 
 
 def _edges(magnitude: Tensor, low: float, high: float, hysteresis: bool, num_iterations: int) -> Tensor:
-    """1 on edges, or without hysteresis 1 on strong and 0.5 on weak ones, in the dtype of the magnitude."""
+    """1 on edges, or without hysteresis 1 on strong edges and 0.5 on weak edges, in the dtype of the
+    magnitude."""
     if hysteresis:
         return canny_hysteresis(magnitude, low, high, num_iterations).to(magnitude.dtype)
     return 0.5 * (magnitude > low).to(magnitude.dtype) + 0.5 * (magnitude > high).to(magnitude.dtype)

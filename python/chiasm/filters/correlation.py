@@ -1,4 +1,4 @@
-"""Correlation and convolution with kernels given at run time."""
+"""Correlation and convolution with kernels that are inputs of the op."""
 
 from typing import List
 
@@ -26,26 +26,24 @@ def filter2d(
     padding: str = "same",
     behaviour: str = "corr",
 ) -> Tensor:
-    """Correlate every channel with a kernel: out(y, x) = sum over i, j of kernel(i, j) * input(y + i - ay, x
-    + j - ax).
+    """Correlate every channel with a kernel. out(y, x) = sum over i, j of kernel(i, j) * input(y + i - ay, x
+    + j - ax). The anchor (ay, ax) is the kernel's centre; for an even size it is (size - 1) // 2, in OpenCV
+    and SciPy size // 2.
 
-    The anchor (ay, ax) is the kernel's middle; of an even size it is (size - 1) // 2, where OpenCV's and
-    SciPy's is size // 2.
-
-    Of bytes, the kernel is rounded to multiples of a power of two, the least with which no sum of bytes
-    reaches 2^24: 2^-16 where the kernel's absolute values sum to 1. The sums are exact, and the result is
-    rounded halves to even and saturated, as ``cv2.filter2D`` of 8 bits is, which adds in float32: within a
-    level of it, and the same where the kernel is of such multiples.
+    For uint8, the kernel is rounded to multiples of a power of two, the smallest one for which no sum can
+    reach 2^24: 2^-16 if the kernel's absolute values sum to 1. The sums are exact, and the result is rounded
+    (halves to even) and saturated. ``cv2.filter2D`` adds 8-bit images in float32: the results differ by at
+    most one level, and are the same if the kernel already consists of such multiples.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         kernel: floating point, (kH, kW) or (1, kH, kW) for all samples, or (B, kH, kW) with one for each.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+        border_type: "reflect" (the border pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
         normalized: divide the kernel by the sum of its absolute values.
-        padding: "same" for an output of input's size, "valid" for only the pixels whose whole window is
-            inside.
-        behaviour: "corr", or "conv" to turn the kernel by half a turn first, which is a convolution.
+        padding: "same" for an output of the input's size, "valid" for only the pixels whose whole window lies
+            inside the image.
+        behaviour: "corr", or "conv" to rotate the kernel by 180 degrees first, which is a convolution.
 
     Returns:
         (B, C, H, W); for "valid" (B, C, H - kH + 1, W - kW + 1).
@@ -87,17 +85,17 @@ def filter2d_separable(
     normalized: bool = False,
     padding: str = "same",
 ) -> Tensor:
-    """``filter2d`` with the outer product of two one-dimensional kernels, in two passes; of bytes in one.
+    """``filter2d`` with the outer product of two one-dimensional kernels, in two passes (for uint8 in one).
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        kernel_x: along the rows: (kW,) or (1, kW) for all samples, or (B, kW) with one for each.
-        kernel_y: down the columns: (kH,), (1, kH) or (B, kH).
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+        kernel_x: the horizontal kernel, (kW,) or (1, kW) for all samples, or (B, kW) with one for each.
+        kernel_y: the vertical kernel, (kH,), (1, kH) or (B, kH).
+        border_type: "reflect" (the border pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
         normalized: divide each kernel by the sum of its absolute values.
-        padding: "same" for an output of input's size, "valid" for only the pixels whose whole window is
-            inside.
+        padding: "same" for an output of the input's size, "valid" for only the pixels whose whole window lies
+            inside the image.
 
     Returns:
         (B, C, H, W); for "valid" (B, C, H - kH + 1, W - kW + 1).
@@ -129,7 +127,7 @@ def filter3d(
     normalized: bool = False,
     behaviour: str = "corr",
 ) -> Tensor:
-    """``filter2d`` of volumes.
+    """``filter2d`` for volumes.
 
     Args:
         input: (B, C, D, H, W), floating point.
@@ -165,7 +163,7 @@ def correlate2d(
     normalized: bool = False,
     padding: str = "same",
 ) -> Tensor:
-    """``filter2d`` as it is: the kernel is not turned.
+    """``filter2d`` with behaviour "corr": the kernel is not rotated.
 
     Args, Returns, Raises: see ``filter2d``.
 
@@ -185,7 +183,7 @@ def convolve2d(
     normalized: bool = False,
     padding: str = "same",
 ) -> Tensor:
-    """``filter2d`` with the kernel turned by half a turn.
+    """``filter2d`` with behaviour "conv": the kernel is rotated by 180 degrees.
 
     Args, Returns, Raises: see ``filter2d``.
 
@@ -201,7 +199,7 @@ def convolve2d(
 def correlate3d(
     input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False
 ) -> Tensor:
-    """``filter3d`` as it is: the kernel is not reversed.
+    """``filter3d`` with behaviour "corr": the kernel is not reversed.
 
     Args, Returns, Raises: see ``filter3d``.
 
@@ -215,7 +213,7 @@ def correlate3d(
 def convolve3d(
     input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False
 ) -> Tensor:
-    """``filter3d`` with the kernel reversed along its three axes.
+    """``filter3d`` with behaviour "conv": the kernel is reversed along its three axes.
 
     Args, Returns, Raises: see ``filter3d``.
 
@@ -234,10 +232,8 @@ def fft_conv(
     padding: str = "same",
     behaviour: str = "corr",
 ) -> Tensor:
-    """``filter2d`` under the name of Kornia's Fourier form.
-
-    There is no Fourier transform inside: not every runtime has one, and the direct sum is exact. Its time
-    grows with the kernel's area.
+    """``filter2d`` under the name of Kornia's convolution by Fourier transforms. This op uses no Fourier
+    transform: not every runtime has one, and the direct sum is exact. Its time grows with the kernel's area.
 
     Args, Returns, Raises: see ``filter2d``.
 
@@ -251,8 +247,8 @@ def fft_conv(
 def _ready(
     kernel: Tensor, input: Tensor, rank: int, layout: str, normalized: bool, flip: bool, name: str
 ) -> Tensor:
-    """The kernel with a leading axis of B or 1, in input's dtype (for bytes float64), normalised and reversed
-    as asked."""
+    """The kernel with a leading axis of B or 1, in input's dtype (for uint8 float64), normalized and reversed
+    as requested."""
     check_floating(kernel, name)
     if kernel.dim() != rank and kernel.dim() != rank + 1:
         raise ValueError(f"{name}: expected shape {layout}, got {list(kernel.shape)}")
@@ -268,5 +264,5 @@ def _ready(
         k = k / k.abs().sum(axes, keepdim=True)
     if flip:
         k = torch.flip(k, axes)
-    # Stored, lest every pixel do the kernel's arithmetic again for every tap.
+    # Stored, so that the kernel's arithmetic is not repeated for every pixel and tap.
     return materialised(k, 1)

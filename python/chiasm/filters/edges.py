@@ -1,4 +1,4 @@
-"""Edge magnitudes by other 3x3 operators than Sobel's, and by Roberts' cross."""
+"""Gradient magnitudes by the operators of Scharr, Prewitt and Roberts."""
 
 import torch
 from torch import Tensor
@@ -8,15 +8,15 @@ from ..primitives.filters.padding import stencil
 
 
 def scharr(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
-    """Magnitude of the gradient by Scharr's kernels, smoothed by 3, 10, 3; the border is replicated.
-
-    H. Scharr, Optimale Operatoren in der digitalen Bildverarbeitung, 2000. Nearly the same in all directions.
+    """Gradient magnitude by Scharr's kernels, with the smoothing 3, 10, 3; the border is replicated. H.
+    Scharr, Optimale Operatoren in der digitalen Bildverarbeitung, 2000. The magnitude is nearly independent
+    of the edge direction.
 
     Args:
         input: (B, C, H, W), floating point.
-        normalized: divide the kernels by 32, so that the result is in intensity per pixel; OpenCV's are not.
-            scikit-image's ``scharr`` is sqrt(2) times the normalised one.
-        eps: keeps the derivative finite where the gradient vanishes.
+        normalized: divide the kernels by 32, so that the result is in intensity per pixel; OpenCV does not.
+            scikit-image's ``scharr`` is sqrt(2) times the normalized result.
+        eps: keeps the derivative finite where the gradient is zero.
 
     Returns:
         (B, C, H, W), sqrt(dx^2 + dy^2 + eps).
@@ -34,15 +34,15 @@ def scharr(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
 
 
 def prewitt(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
-    """Magnitude of the gradient by Prewitt's kernels, smoothed by 1, 1, 1; the border is replicated.
+    """Gradient magnitude by Prewitt's kernels, with the smoothing 1, 1, 1; the border is replicated.
 
     J. M. S. Prewitt, Object enhancement and extraction, 1970.
 
     Args:
         input: (B, C, H, W), floating point.
         normalized: divide the kernels by 6, so that the result is in intensity per pixel. scikit-image's
-            ``prewitt`` is sqrt(2) times that.
-        eps: keeps the derivative finite where the gradient vanishes.
+            ``prewitt`` is sqrt(2) times the normalized result.
+        eps: keeps the derivative finite where the gradient is zero.
 
     Returns:
         (B, C, H, W), sqrt(dx^2 + dy^2 + eps).
@@ -60,17 +60,16 @@ def prewitt(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
 
 
 def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
-    """Magnitude of the gradient by Roberts' cross, the two diagonal differences of each 2x2 square; the
-    border is replicated.
+    """Gradient magnitude by Roberts' cross, the two diagonal differences of each 2x2 square.
 
-    L. G. Roberts, Machine perception of three-dimensional solids, 1963. The result belongs to the corner
-    below and right of its pixel.
+    L. G. Roberts, Machine perception of three-dimensional solids, 1963. The result belongs to the lower right
+    corner of its pixel. The border is replicated.
 
     Args:
         input: (B, C, H, W), floating point.
         normalized: divide the differences by sqrt(2), the pixels' distance, so that the result is in
-            intensity per pixel; that is scikit-image's ``roberts``.
-        eps: keeps the derivative finite where the gradient vanishes.
+            intensity per pixel, as in scikit-image's ``roberts``.
+        eps: keeps the derivative finite where the gradient is zero.
 
     Returns:
         (B, C, H, W).
@@ -84,8 +83,8 @@ def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
         tensor([1., 1., 1., 0.])
     """
     check_image(input, "input")
-    # A margin before the image too, which the cross does not need: native code is fastest where both ends of
-    # the rows are alike.
+    # The cross does not need the margin before the image, but native code is fastest if both ends of the rows
+    # are padded alike.
     return _cross(input, (1, 1), (1, 1), "replicate", 0.5 if normalized else 1.0, eps)
 
 

@@ -1,4 +1,4 @@
-"""Gabor filters: waves under a Gaussian."""
+"""Gabor filters: waves multiplied by a Gaussian."""
 
 import math
 from typing import Tuple, Union
@@ -20,12 +20,12 @@ def get_gabor_kernel2d(
     psi: Union[float, Tensor] = 0.0,
     dtype: torch.dtype = torch.float32,
 ) -> Tensor:
-    """A cosine wave under a Gaussian, exp(-(u^2 + gamma^2 v^2) / (2 sigma^2)) cos(2 pi u / lambd + psi), as
-    OpenCV's ``getGaborKernel``.
+    """A cosine wave times a Gaussian, like OpenCV's ``getGaborKernel``. The kernel is exp(-(u^2 + gamma^2
+    v^2) / (2 sigma^2)) cos(2 pi u / lambd + psi).
 
     J. G. Daugman, Uncertainty relation for resolution in space, spatial frequency, and orientation, 1985.
-    Here u = -(x cos(theta) + y sin(theta)) and v = x sin(theta) - y cos(theta), from the middle of the
-    kernel.
+    Here u = -(x cos(theta) + y sin(theta)) and v = x sin(theta) - y cos(theta), where x and y are measured
+    from the centre of the kernel.
 
     Args:
         kernel_size: odd, one for both axes or (rows, columns).
@@ -33,8 +33,8 @@ def get_gabor_kernel2d(
             (B,).
         theta: direction of the wave, in radians, clockwise from x.
         lambd: wavelength in pixels.
-        gamma: sigma over the standard deviation across the wave.
-        psi: phase in radians; 0 is even, pi / 2 odd (OpenCV's default).
+        gamma: the ratio of sigma to the standard deviation across the wave.
+        psi: phase in radians; 0 gives an even kernel, pi / 2 (OpenCV's default) an odd one.
         dtype: dtype of the kernel when all are floats.
 
     Returns:
@@ -79,13 +79,13 @@ def gabor(
     psi: Union[float, Tensor] = 0.0,
     border_type: str = "reflect",
 ) -> Tensor:
-    """Correlate with ``get_gabor_kernel2d``, one kernel for each sample where its arguments are tensors.
+    """Correlate with ``get_gabor_kernel2d``, with one kernel for each sample if its arguments are tensors.
 
     Args:
         input: (B, C, H, W), floating point.
         kernel_size: odd, one for both axes or (rows, columns).
         sigma, theta, lambd, gamma, psi: floats or tensors (B,); see ``get_gabor_kernel2d``.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+        border_type: "reflect" (the border pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
 
     Returns:

@@ -23,15 +23,15 @@ def get_gaussian_kernel1d(
 ) -> Tensor:
     """Sampled Gaussian that sums to 1.
 
-    Unlike Kornia's, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float
-    sigma.
+    Unlike in Kornia, the device is that of ``sigma`` (CPU for a float), and ``dtype`` is used only for a
+    float sigma.
 
     Args:
         kernel_size: number of taps, odd unless force_even.
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
         force_even: allow an even kernel_size.
         dtype: dtype of the kernel when sigma is a float.
-        device: of the result, by default that of sigma.
+        device: the device of the result, by default that of sigma.
 
     Returns:
         (B, kernel_size), with B = 1 for a float sigma.
@@ -68,14 +68,14 @@ def gaussian_blur2d(
 ) -> Tensor:
     """Convolve with a normalised Gaussian.
 
-    Of bytes, the taps are rounded to multiples of 1/256, the sums are exact, and the result is rounded halves
-    up: OpenCV's GaussianBlur of 8 bits, to the bit.
+    For uint8, the taps are rounded to multiples of 1/256, the sums are exact, and the result is rounded
+    (halves up); it is identical to that of OpenCV's 8-bit GaussianBlur.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         kernel_size: odd number of taps, one for both axes or (rows, columns).
         sigma: standard deviations in pixels, positive: (y, x), or a tensor (B, 2) with one pair per sample
-            (or (1, 2) for all), whose values are not looked at: 0 gives NaN.
+            (or (1, 2) for all). Values of a tensor are not checked: 0 gives NaN.
         border_type: "reflect" (edge pixel not repeated; needs H > rows // 2, W > columns // 2), "replicate",
             "circular" or "constant" (zeros).
         separable: two 1-D passes (fast) instead of one 2-D pass; the result is the same up to rounding.
@@ -120,7 +120,7 @@ def gaussian_taps(kernel_size: int, sigma: float) -> List[float]:
 def gaussian_kernels(
     ky: int, kx: int, sigma: Union[Tuple[float, float], Tensor], batch: int, like: Tensor, name: str
 ) -> Tuple[Tensor, Tensor]:
-    """Kernels (B or 1, ky) and (B or 1, kx), for a batch of so many, in the dtype and on the device of
+    """Kernels (B or 1, ky) and (B or 1, kx), for a batch of size B, in the dtype and on the device of
     ``like``."""
     if isinstance(sigma, Tensor):
         if sigma.dim() != 2 or sigma.size(1) != 2:
@@ -128,7 +128,7 @@ def gaussian_kernels(
         if sigma.size(0) != batch and sigma.size(0) != 1:
             raise ValueError(f"{name}: expected shape ({batch}, 2) or (1, 2), got {list(sigma.shape)}")
         s = sigma.to(like.dtype)
-        # Stored, lest every pixel evaluate the exponentials of its taps again.
+        # Stored, so that the exponentials of the taps are not computed again for every pixel.
         return materialised(get_gaussian_kernel1d(ky, s[:, 0]), 1), materialised(
             get_gaussian_kernel1d(kx, s[:, 1]), 1
         )

@@ -22,18 +22,18 @@ def gaussian(
     dtype: torch.dtype = torch.float32,
     device: Optional[torch.device] = None,
 ) -> Tensor:
-    """Sampled Gaussian that sums to 1, around any mean.
+    """Sampled Gaussian that sums to 1, with any mean.
 
-    Unlike Kornia's, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float
-    sigma.
+    Unlike in Kornia, the device is that of ``sigma`` (CPU for a float), and ``dtype`` is used only for a
+    float sigma.
 
     Args:
         window_size: number of taps.
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
-        mean: position of the maximum, a float or a tensor (B,) or (B, 1); of an even window half a pixel
-            less. The middle, window_size // 2, by default.
+        mean: position of the maximum, a float or a tensor (B,) or (B, 1); for an even window, the maximum
+            lies half a pixel before. window_size // 2 by default.
         dtype: dtype of the result when sigma is a float.
-        device: of the result, by default that of sigma.
+        device: the device of the result, by default that of sigma.
 
     Returns:
         (B, window_size), with B = 1 for floats.
@@ -70,17 +70,16 @@ def get_gaussian_erf_kernel1d(
     dtype: torch.dtype = torch.float32,
     device: Optional[torch.device] = None,
 ) -> Tensor:
-    """Gaussian integrated over each pixel, normalised to sum 1.
-
-    Unlike Kornia's, an even kernel is symmetric, the device is that of ``sigma`` (CPU for a float), and
-    ``dtype`` counts only for a float sigma.
+    """Gaussian integrated over each pixel, normalized to sum 1. Unlike in Kornia, an even kernel is
+    symmetric, the device is that of ``sigma`` (CPU for a float), and ``dtype`` is used only for a float
+    sigma.
 
     Args:
         kernel_size: number of taps, odd unless force_even.
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
         force_even: allow an even kernel_size.
         dtype: dtype of the kernel when sigma is a float.
-        device: of the result, by default that of sigma.
+        device: the device of the result, by default that of sigma.
 
     Returns:
         (B, kernel_size), with B = 1 for a float sigma.
@@ -97,7 +96,7 @@ def get_gaussian_erf_kernel1d(
     if kernel_size < 1 or (kernel_size % 2 == 0 and not force_even):
         raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
     s = _deviation(sigma, dtype)
-    # The edges of the pixels, in units of sqrt(2) sigma; each tap is what lies between two.
+    # The edges of the pixels, in units of sqrt(2) sigma; each tap is the integral between two edges.
     x = _positions(kernel_size, s, (kernel_size - 1) * 0.5)
     t = 0.7071067811865476 / s
     weight = torch.erf((x + 0.5) * t) - torch.erf((x - 0.5) * t)
@@ -111,18 +110,18 @@ def get_gaussian_discrete_kernel1d(
     dtype: torch.dtype = torch.float32,
     device: Optional[torch.device] = None,
 ) -> Tensor:
-    """The Gaussian's discrete analog exp(-t) I_n(t), t = sigma^2, with modified Bessel functions, normalised
-    to sum 1.
+    """The discrete analog of the Gaussian, exp(-t) I_n(t), t = sigma^2, normalized to sum 1.
 
-    T. Lindeberg, Scale-space for discrete signals, TPAMI 1990. Right for small sigmas, where a sampled
-    Gaussian is not. Unlike Kornia's there is no ``force_even`` (that makes kernel_size + 1 taps), the device
-    is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float sigma.
+    I_n are modified Bessel functions. T. Lindeberg, Scale-space for discrete signals, TPAMI 1990. It is
+    accurate for small sigmas, where a sampled Gaussian is not. Unlike in Kornia, there is no ``force_even``
+    (which would make kernel_size + 1 taps), the device is that of ``sigma`` (CPU for a float), and ``dtype``
+    is used only for a float sigma.
 
     Args:
         kernel_size: number of taps, odd.
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
         dtype: dtype of the kernel when sigma is a float.
-        device: of the result, by default that of sigma.
+        device: the device of the result, by default that of sigma.
 
     Returns:
         (B, kernel_size), with B = 1 for a float sigma.
@@ -140,9 +139,9 @@ def get_gaussian_discrete_kernel1d(
     s = _deviation(sigma, dtype)
     t = s * s
     radius = kernel_size // 2
-    # r(n) = I_n / I_(n-1) = t / (2 n + t r(n+1)), from an order so high that the start is forgotten; the
-    # start itself is within O(n^2 / t^2) of the truth (D. E. Amos, Computation of modified Bessel functions
-    # and their ratios, 1974).
+    # r(n) = I_n / I_(n-1) = t / (2 n + t r(n+1)), from an order so high that the start value has no
+    # influence; the error of the start value is O(n^2 / t^2) (D. E. Amos, Computation of modified Bessel
+    # functions and their ratios, 1974).
     start = radius + 32
     ratio = t / (start - 0.5 + torch.sqrt((start + 0.5) * (start + 0.5) + t * t))
     ratios: List[Tensor] = []
@@ -171,14 +170,14 @@ def get_gaussian_kernel2d(
 ) -> Tensor:
     """Outer product of two sampled Gaussians, which sums to 1.
 
-    Unlike Kornia's, the device is that of ``sigma`` (CPU for floats), and ``dtype`` counts only for floats.
+    Unlike in Kornia, the device is that of ``sigma`` (CPU for floats), and ``dtype`` is used only for floats.
 
     Args:
         kernel_size: odd unless force_even, one for both axes or (rows, columns).
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
         force_even: allow even sizes.
         dtype: dtype of the kernel when sigma is floats.
-        device: of the result, by default that of sigma.
+        device: the device of the result, by default that of sigma.
 
     Returns:
         (B, rows, columns), with B = 1 for floats.
@@ -214,14 +213,14 @@ def get_gaussian_kernel3d(
 ) -> Tensor:
     """Outer product of three sampled Gaussians, which sums to 1.
 
-    Unlike Kornia's, the device is that of ``sigma`` (CPU for floats), and ``dtype`` counts only for floats.
+    Unlike in Kornia, the device is that of ``sigma`` (CPU for floats), and ``dtype`` is used only for floats.
 
     Args:
         kernel_size: odd unless force_even, one for all axes or (depth, rows, columns).
         sigma: standard deviations in voxels, (z, y, x) or a tensor (B, 3).
         force_even: allow even sizes.
         dtype: dtype of the kernel when sigma is floats.
-        device: of the result, by default that of sigma.
+        device: the device of the result, by default that of sigma.
 
     Returns:
         (B, depth, rows, columns), with B = 1 for floats.
@@ -254,7 +253,7 @@ def get_gaussian_kernel3d(
 
 
 def _deviation(sigma: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
-    """``as_column`` of a number that must be positive."""
+    """``as_column`` for a number that must be positive."""
     if not isinstance(sigma, Tensor):
         check_number(sigma, "sigma")
         if sigma <= 0.0:

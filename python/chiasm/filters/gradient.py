@@ -19,21 +19,22 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
     """First or second derivatives; the border is replicated.
 
     First order: "sobel" is the 3x3 Sobel operator, "diff" the central difference. Second order: "sobel" is a
-    5x5 kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs, which are the
-    mathematical ones for the pure "diff" derivatives and their negatives for the others.
+    5x5 kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs: these are the
+    mathematical signs for d2/dx2 and d2/dy2 of "diff", and the opposite signs for the others.
 
-    Of bytes, the first derivatives without normalisation are whole numbers of 16 bits: of "sobel" those of
-    OpenCV's ``Sobel`` to CV_16S.
+    For uint8, the first derivatives (not normalized) are int16; those of "sobel" equal OpenCV's ``Sobel``
+    with CV_16S.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         mode: "sobel" or "diff".
-        order: 1 or 2; 1 of bytes.
-        normalized: divide each kernel by the sum of its absolute values; False of bytes. First derivatives
-            are then in intensity per pixel.
+        order: 1 or 2; must be 1 for uint8.
+        normalized: divide each kernel by the sum of its absolute values, so that first derivatives are in
+            intensity per pixel; must be False for uint8.
 
     Returns:
-        (B, C, 2, H, W): d/dx, d/dy; or (B, C, 3, H, W): xx, xy, yy. Of the input's dtype, or int16 of bytes.
+        (B, C, 2, H, W): d/dx, d/dy; or (B, C, 3, H, W): xx, xy, yy. The dtype is the input's, or int16 for
+        uint8.
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
@@ -65,12 +66,12 @@ def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
 
     I. Sobel, G. Feldman, A 3x3 isotropic gradient operator for image processing, 1968.
 
-    Of bytes, the result is rounded to the nearest byte, halves to even, and saturated.
+    For uint8, the result is rounded to the nearest integer (halves to even) and saturated.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        normalized: divide the kernels by 8, so that the result is in intensity per pixel; OpenCV's are not.
-        eps: keeps the derivative finite where the gradient vanishes; of bytes it has no meaning.
+        normalized: divide the kernels by 8, so that the result is in intensity per pixel; OpenCV does not.
+        eps: keeps the derivative finite where the gradient is zero; not used for uint8.
 
     Returns:
         (B, C, H, W), of the input's dtype.

@@ -19,7 +19,7 @@ def spatial_gradient3d(input: Tensor, mode: str = "diff", order: int = 1) -> Ten
 
     Returns:
         (B, C, 3, D, H, W): d/dx, d/dy, d/dz in intensity per voxel; or (B, C, 6, D, H, W): xx, yy, zz, xy,
-        yz, xz, of which the mixed ones are four times the derivative, as Kornia's.
+        yz, xz, where the mixed ones are four times the derivative, as in Kornia.
 
     Raises:
         TypeError: if input is not floating point.
@@ -64,6 +64,6 @@ def _second(p: Tensor) -> List[Tensor]:
 
 
 def _at(p: Tensor, z: int, y: int, x: int) -> Tensor:
-    """The volume, padded by one voxel, moved by that many."""
+    """The volume, padded by one voxel, shifted by (z, y, x) voxels."""
     depth, height, width = p.size(2) - 2, p.size(3) - 2, p.size(4) - 2
     return p[:, :, 1 + z : 1 + z + depth, 1 + y : 1 + y + height, 1 + x : 1 + x + width]

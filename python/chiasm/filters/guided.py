@@ -20,21 +20,21 @@ def guided_blur(
     subsample: int = 1,
     separable: bool = False,
 ) -> Tensor:
-    """Smooth by local linear models of another image: output = a . guidance + b, fitted in each window and
-    averaged.
+    """Smooth by local linear models of a guidance image: output = a . guidance + b.
 
-    K. He, J. Sun, X. Tang, Guided image filtering, ECCV 2010; subsample is from K. He, J. Sun, Fast guided
-    filter, 2015.
+    The models are fitted in each window and averaged. K. He, J. Sun, X. Tang, Guided image filtering, ECCV
+    2010; subsample is from K. He, J. Sun, Fast guided filter, 2015.
 
     Args:
-        guidance: (B, C, H, W), floating point. All channels of it guide each channel of input.
+        guidance: (B, C, H, W), floating point. All its channels guide each channel of input.
         input: (B, D, H, W), floating point.
         kernel_size: odd size of the window, one for both axes or (rows, columns).
-        eps: the variance of guidance that counts as flat, > 0; a float, or a tensor (B,) or scalar.
+        eps: the variance of guidance up to which a window counts as flat, > 0; a float, or a tensor (B,) or
+            scalar.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
-        subsample: fit the models on images of 1 / subsample the size (nearest pixels), in windows whose
-            radius is that much smaller, and enlarge a and b bilinearly.
-        separable: in Kornia, box sums in two passes; here they always are.
+        subsample: fit the models on images reduced by this factor (nearest pixels), in windows whose radius
+            is reduced by the same factor, and enlarge a and b bilinearly.
+        separable: for compatibility with Kornia; it has no effect, since the box sums are always separable.
 
     Returns:
         (B, D, H, W).
@@ -130,8 +130,8 @@ def _linear_models(
 def _boxes(images: List[Tensor], ky: int, kx: int, border_type: str) -> List[Tensor]:
     """The means of the windows of images of one height and width, all channels in one pass."""
     together = torch.cat(images, 1)
-    # Taps that are numbers would become convolutions in ONNX, which fold channels into the batch; for a
-    # subsampled image that makes torch.export doubt sizes such as H // 2.
+    # Taps that are Python numbers would become convolutions in ONNX, which fold channels into the batch; for
+    # a subsampled image, torch.export then cannot prove sizes such as H // 2.
     kernel_y = torch.full([1, ky], 1.0 / ky, dtype=together.dtype, device=together.device)
     kernel_x = torch.full([1, kx], 1.0 / kx, dtype=together.dtype, device=together.device)
     means = separable_sums(together, kernel_y, kernel_x, border_type)

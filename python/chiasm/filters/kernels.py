@@ -1,4 +1,4 @@
-"""Kernels of numbers: boxes, differences, Laplacians, windows."""
+"""Constant kernels: boxes, differences, Laplacians, windows."""
 
 import math
 from typing import List, Optional, Tuple, Union
@@ -13,11 +13,11 @@ from ..primitives.core.window_sizes import positive_pair
 def get_box_kernel1d(
     kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
 ) -> Tensor:
-    """Mean of kernel_size pixels.
+    """Box kernel, the mean of kernel_size pixels.
 
     Args:
         kernel_size: number of taps.
-        device, dtype: of the kernel.
+        device, dtype: the device and dtype of the kernel.
 
     Returns:
         (1, kernel_size).
@@ -38,11 +38,11 @@ def get_box_kernel2d(
     device: Optional[torch.device] = None,
     dtype: torch.dtype = torch.float32,
 ) -> Tensor:
-    """Mean of a rectangle.
+    """Box kernel, the mean of a rectangle of pixels.
 
     Args:
         kernel_size: one for both axes or (rows, columns).
-        device, dtype: of the kernel.
+        device, dtype: the device and dtype of the kernel.
 
     Returns:
         (1, rows, columns).
@@ -63,11 +63,11 @@ def get_binary_kernel2d(
     device: Optional[torch.device] = None,
     dtype: torch.dtype = torch.float32,
 ) -> Tensor:
-    """One kernel for each pixel of a window, which picks that pixel.
+    """One kernel for each pixel of a window; each kernel selects its pixel.
 
     Args:
         window_size: one for both axes or (rows, columns).
-        device, dtype: of the kernels.
+        device, dtype: the device and dtype of the kernels.
 
     Returns:
         (rows * columns, 1, rows, columns).
@@ -89,11 +89,11 @@ def get_binary_kernel2d(
 def get_hanning_kernel1d(
     kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
 ) -> Tensor:
-    """Hann window 0.5 - 0.5 cos(2 pi i / (kernel_size - 1)), as ``numpy.hanning``.
+    """Hann window 0.5 - 0.5 cos(2 pi i / (kernel_size - 1)), like ``numpy.hanning``.
 
     Args:
         kernel_size: number of taps, more than 2.
-        device, dtype: of the window.
+        device, dtype: the device and dtype of the window.
 
     Returns:
         (kernel_size,).
@@ -120,7 +120,7 @@ def get_hanning_kernel2d(
 
     Args:
         kernel_size: one for both axes or (rows, columns), more than 2.
-        device, dtype: of the window.
+        device, dtype: the device and dtype of the window.
 
     Returns:
         (rows, columns).
@@ -141,11 +141,11 @@ def get_hanning_kernel2d(
 def laplacian_1d(
     window_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
 ) -> Tensor:
-    """Ones around 1 - window_size.
+    """Laplacian kernel: the centre is 1 - window_size, all other taps are 1.
 
     Args:
         window_size: number of taps, odd.
-        device, dtype: of the kernel.
+        device, dtype: the device and dtype of the kernel.
 
     Returns:
         (window_size,).
@@ -166,11 +166,11 @@ def laplacian_1d(
 def get_laplacian_kernel1d(
     kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
 ) -> Tensor:
-    """``laplacian_1d`` under its other name.
+    """The same as ``laplacian_1d``.
 
     Args:
         kernel_size: number of taps, odd.
-        device, dtype: of the kernel.
+        device, dtype: the device and dtype of the kernel.
 
     Returns:
         (kernel_size,).
@@ -190,11 +190,11 @@ def get_laplacian_kernel2d(
     device: Optional[torch.device] = None,
     dtype: torch.dtype = torch.float32,
 ) -> Tensor:
-    """Ones around 1 - rows * columns.
+    """Laplacian kernel: the centre is 1 - rows * columns, all other taps are 1.
 
     Args:
         kernel_size: odd, one for both axes or (rows, columns).
-        device, dtype: of the kernel.
+        device, dtype: the device and dtype of the kernel.
 
     Returns:
         (rows, columns).
@@ -213,10 +213,10 @@ def get_laplacian_kernel2d(
 
 
 def get_sobel_kernel2d(device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32) -> Tensor:
-    """Sobel's 3x3 operators for d/dx and d/dy, not normalised.
+    """The 3x3 Sobel operators for d/dx and d/dy, not normalized.
 
     Args:
-        device, dtype: of the kernels.
+        device, dtype: the device and dtype of the kernels.
 
     Returns:
         (2, 3, 3).
@@ -231,10 +231,10 @@ def get_sobel_kernel2d(device: Optional[torch.device] = None, dtype: torch.dtype
 
 
 def get_diff_kernel2d(device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32) -> Tensor:
-    """Differences of the two neighbours along x and along y, not normalised.
+    """The differences of the two neighbours along x and along y, not normalized.
 
     Args:
-        device, dtype: of the kernels.
+        device, dtype: the device and dtype of the kernels.
 
     Returns:
         (2, 3, 3).
@@ -251,12 +251,12 @@ def get_diff_kernel2d(device: Optional[torch.device] = None, dtype: torch.dtype 
 def get_spatial_gradient_kernel2d(
     mode: str, order: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
 ) -> Tensor:
-    """The kernels of ``spatial_gradient``, not normalised.
+    """The kernels of ``spatial_gradient``, not normalized.
 
     Args:
         mode: "sobel" or "diff".
         order: 1 or 2.
-        device, dtype: of the kernels.
+        device, dtype: the device and dtype of the kernels.
 
     Returns:
         d/dx and d/dy (2, 3, 3); of second order xx, xy, yy: (3, 5, 5) for "sobel", (3, 3, 3) for "diff".
@@ -280,7 +280,7 @@ def get_spatial_gradient_kernel2d(
         smooth = [1.0, 2.0, 1.0]
         pairs = [(smooth, slope), (slope, smooth)]
         if order == 2:
-            # The opposite sign of the derivatives', as ``spatial_gradient`` has it.
+            # The opposite sign of the derivative, as in ``spatial_gradient``.
             smooth, slope, curve = (
                 [-1.0, -4.0, -6.0, -4.0, -1.0],
                 [-1.0, -2.0, 0.0, 2.0, 1.0],
@@ -299,7 +299,7 @@ def get_spatial_gradient_kernel3d(
     Args:
         mode: "diff".
         order: 1 or 2.
-        device, dtype: of the kernels.
+        device, dtype: the device and dtype of the kernels.
 
     Returns:
         (3, 1, 3, 3, 3): d/dx, d/dy, d/dz; of second order (6, 1, 3, 3, 3): xx, yy, zz, xy, yz, xz, of which

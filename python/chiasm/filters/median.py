@@ -13,15 +13,15 @@ def median_blur(
 ) -> Tensor:
     """Replace each pixel by the median of its neighbourhood.
 
-    Kornia's median pads with zeros, which is ``border_type="constant"`` here; OpenCV's replicates.
-    The gradient goes to the median element; equal elements share it.
+    Kornia pads with zeros, which is ``border_type="constant"`` here; OpenCV replicates the border. The
+    gradient goes to the median element; equal elements share it.
 
     Args:
         input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
             frame.
-        kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area:
-            sizes above 7 are slow and their exported graphs large, except for bytes in native code, where
-            large windows take no longer than small ones.
+        kernel_size: odd size, one for both axes or (rows, columns). The sorting network grows faster than the
+            area: sizes above 7 are slow and their exported graphs large, except for uint8 in native code,
+            where large windows are as fast as small ones.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
 
     Returns:

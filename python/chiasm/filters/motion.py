@@ -1,4 +1,4 @@
-"""Motion blur: averages along a line of any direction."""
+"""Motion blur: averages along a line in any direction."""
 
 import math
 from typing import Tuple, Union
@@ -25,10 +25,9 @@ def get_motion_kernel2d(
     mode: str = "nearest",
     dtype: torch.dtype = torch.float32,
 ) -> Tensor:
-    """A line through the middle of a square, which sums to 1.
-
-    The horizontal line is turned about the middle and resampled, as OpenCV's ``warpAffine`` with
-    ``getRotationMatrix2D`` does. Of two pixels that are equally near neither is taken across the line.
+    """Motion blur kernel: a line through the centre of a square, which sums to 1. The horizontal line is
+    rotated about the centre and resampled, like OpenCV's ``warpAffine`` with ``getRotationMatrix2D``. If two
+    pixels across the line are equally near, neither is used.
 
     Args:
         kernel_size: odd, at least 3.
@@ -70,10 +69,9 @@ def get_motion_kernel3d(
     mode: str = "nearest",
     dtype: torch.dtype = torch.float32,
 ) -> Tensor:
-    """A line through the middle of a cube, which sums to 1.
-
-    The line along x is turned about the middle by the rotation vector ``angle`` and resampled. Of two voxels
-    that are equally near neither is taken across the line.
+    """Motion blur kernel: a line through the centre of a cube, which sums to 1. The line along x is rotated
+    about the centre by the rotation vector ``angle`` and resampled. If two voxels across the line are equally
+    near, neither is used.
 
     Args:
         kernel_size: odd, at least 3.
@@ -108,7 +106,7 @@ def get_motion_kernel3d(
     rotation = axis_angle_to_rotation_matrix(turn * (math.pi / 180.0))[..., None, None, None]
     grid = torch.arange(kernel_size, device=turn.device).to(turn.dtype) - kernel_size // 2
     x, y, z = grid[None, None, None, :], grid[None, None, :, None], grid[None, :, None, None]
-    # A rotation's inverse is its transpose: column i gives the coordinate i before the turn.
+    # The inverse of a rotation is its transpose: column i gives the coordinate i before the rotation.
     along = rotation[:, 0, 0] * x + rotation[:, 1, 0] * y + rotation[:, 2, 0] * z
     across_y = rotation[:, 0, 1] * x + rotation[:, 1, 1] * y + rotation[:, 2, 1] * z
     across_z = rotation[:, 0, 2] * x + rotation[:, 1, 2] * y + rotation[:, 2, 2] * z
@@ -135,7 +133,7 @@ def motion_blur(
         kernel_size: length of the line, odd, at least 3.
         angle: of the motion in degrees, counterclockwise; a float, or a tensor (B,).
         direction: in [-1, 1], a float or a tensor (B,); see ``get_motion_kernel2d``.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+        border_type: "reflect" (the border pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
         mode: how the line is resampled, "nearest" or "bilinear".
 
@@ -163,7 +161,7 @@ def motion_blur3d(
     border_type: str = "replicate",
     mode: str = "nearest",
 ) -> Tensor:
-    """``motion_blur`` of volumes.
+    """``motion_blur`` for volumes.
 
     Args:
         input: (B, C, D, H, W), floating point.
@@ -207,11 +205,12 @@ def _line(size: int, direction: Union[float, Tensor], angle: Tensor) -> Tensor:
 
 
 def _sampled(line: Tensor, along: Tensor, mode: str) -> Tensor:
-    """The line's value at a signed distance from its middle, zero beyond its ends."""
+    """The value of the line at a signed distance from its centre; zero beyond its ends."""
     taps = torch.arange(line.size(-1), device=along.device).to(along.dtype) - line.size(-1) // 2
     distance = along[..., None] - taps
     if mode == "nearest":
-        # Turns by 30 or 60 degrees meet the middle between two taps, where rounding would decide.
+        # Rotations by 30 or 60 degrees hit the exact middle between two taps, where rounding errors would
+        # decide.
         near = ((distance >= -0.4999) & (distance < 0.5001)).to(along.dtype)
     else:
         near = (1.0 - distance.abs()).clamp(min=0.0)
@@ -219,7 +218,7 @@ def _sampled(line: Tensor, along: Tensor, mode: str) -> Tensor:
 
 
 def _nearness(across: Tensor, mode: str) -> Tensor:
-    """Weight of a line at that distance."""
+    """The weight of a line at a distance across it."""
     if mode == "nearest":
         return (across.abs() < 0.4999).to(across.dtype)
     return (1.0 - across.abs()).clamp(min=0.0)

@@ -18,21 +18,21 @@ def non_local_means(
     sigma: float = 0.0,
     border_type: str = "reflect",
 ) -> Tensor:
-    """Average over the pixels of a search window, weighted by how alike the patches around them are.
+    """Average over the pixels of a search window, weighted by the similarity of the patches around them.
 
     A. Buades, B. Coll, J.-M. Morel, A non-local algorithm for image denoising, CVPR 2005, with uniform
-    patches: the weight is exp(-max(d - 2 sigma^2, 0) / h^2), d the mean squared difference of the patches
-    over pixels and channels. With sigma = 0 it is OpenCV's ``fastNlMeansDenoising`` on the scale 0 to 255,
-    without its rounding; scikit-image's weighs the patches.
+    patches: the weight is exp(-max(d - 2 sigma^2, 0) / h^2), where d is the mean squared difference of the
+        patches over pixels and channels. With sigma = 0, this is OpenCV's ``fastNlMeansDenoising`` on the
+        scale 0 to 255, without its rounding; scikit-image uses weighted patches.
 
-    The (2 patch_distance + 1)^2 shifts of the image are one loop; an exported gradient would copy it, so none
-    is exported.
+    The (2 patch_distance + 1)^2 shifts of the image are one loop. An exported gradient would unroll this
+    loop, so no gradient is exported.
 
     Args:
         input: (B, C, H, W), floating point; the channels share their weights.
         patch_size: odd size of the patches.
-        patch_distance: how far from the pixel the others are, in rows and in columns.
-        h: the difference of patches that counts as unlike, in input's units, > 0.
+        patch_distance: the radius of the search window in pixels.
+        h: the patch difference at which weights become small, in input's units, > 0.
         sigma: standard deviation of the noise, in input's units.
         border_type: "reflect" (needs H and W above patch_distance + patch_size // 2), "replicate", "circular"
             or "constant" (zeros).

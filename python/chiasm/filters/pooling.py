@@ -14,7 +14,7 @@ from ..primitives.filters.stencil import separable_shared
 
 
 def blur_pool2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], stride: int = 2) -> Tensor:
-    """Smooth by a binomial kernel and keep every stride-th row and column; beyond the border are zeros.
+    """Smooth by a binomial kernel and keep every stride-th row and column; the border is padded with zeros.
 
     R. Zhang, Making convolutional networks shift-invariant again, ICML 2019.
 
@@ -24,7 +24,7 @@ def blur_pool2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], stride:
         stride: at least 1.
 
     Returns:
-        (B, C, (H + 2 * ((rows - 1) // 2) - rows) // stride + 1, the same of W).
+        (B, C, (H + 2 * ((rows - 1) // 2) - rows) // stride + 1, and the same formula for W and columns).
 
     Raises:
         TypeError: if input is not floating point.
@@ -52,16 +52,16 @@ def max_blur_pool2d(
     max_pool_size: int = 2,
     ceil_mode: bool = False,
 ) -> Tensor:
-    """Maxima over squares at every pixel, then ``blur_pool2d``.
+    """Max pooling with stride 1, then ``blur_pool2d``.
 
     R. Zhang, Making convolutional networks shift-invariant again, ICML 2019.
 
     Args:
         input: (B, C, H, W), floating point.
-        kernel_size: of the blur, one for both axes or (rows, columns).
-        stride: of the blur, at least 1.
-        max_pool_size: side of the squares.
-        ceil_mode: as in Kornia; without effect, because the maxima are taken at every pixel.
+        kernel_size: size of the blur kernel, one for both axes or (rows, columns).
+        stride: stride of the blur, at least 1.
+        max_pool_size: side of the max pooling window.
+        ceil_mode: for compatibility with Kornia; it has no effect, since the stride of max pooling is 1.
 
     Returns:
         ``blur_pool2d`` of (B, C, H - max_pool_size + 1, W - max_pool_size + 1).
@@ -88,16 +88,16 @@ def edge_aware_blur_pool2d(
     edge_dilation_kernel_size: int = 3,
     epsilon: float = 1e-6,
 ) -> Tensor:
-    """Smooth by a binomial kernel, but leave the surroundings of edges as they are. The size stays.
+    """Smooth by a binomial kernel, but not near edges; the output has the input's size.
 
-    An edge is where the geometric mean of the channels changes by more than the factor edge_threshold over
-    four pixels, along x or y. The border is reflected.
+    An edge is a place where the geometric mean of the channels changes by more than the factor edge_threshold
+    over four pixels, along x or y. The border is reflected.
 
     Args:
         input: (B, C, H, W), floating point, not negative.
         kernel_size: odd, one for both axes or (rows, columns).
-        edge_threshold: above 1.
-        edge_dilation_kernel_size: side of the squares by which edges are widened, odd.
+        edge_threshold: the factor, above 1.
+        edge_dilation_kernel_size: side of the square that dilates the edges, odd.
         epsilon: added before the logarithm.
 
     Returns:
@@ -128,7 +128,7 @@ def edge_aware_blur_pool2d(
 
 @stencil
 def _steps(p: Tensor, threshold: float) -> Tensor:
-    """Ones where levels over four pixels differ by more, zeros elsewhere."""
+    """Ones where levels over four pixels differ by more than the threshold, zeros elsewhere."""
     height, width = p.size(2) - 4, p.size(3) - 4
     rows, columns = p[:, :, 2 : height + 2], p[..., 2 : width + 2]
     along_x = (rows[..., 4:] - rows[..., :width]).abs()

@@ -1,4 +1,4 @@
-"""Filters that pick a value by its rank among the neighbours."""
+"""Rank filters: the output is the neighbour of a given rank."""
 
 from typing import Tuple, Union
 
@@ -11,18 +11,17 @@ from ..primitives.filters.rank import window_rank
 def rank_filter(
     input: Tensor, rank: int, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect"
 ) -> Tensor:
-    """Replace each pixel by the value of a given rank in its neighbourhood, by a network of minima and
-    maxima.
-
-    As SciPy's ``rank_filter``. The gradient goes to the picked element; equal elements share it.
+    """Replace each pixel by the value of a given rank in its neighbourhood, like SciPy's ``rank_filter``. A
+    sorting network of minima and maxima selects the value. The gradient goes to the selected element; equal
+    elements share it.
 
     Args:
         input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
             frame.
         rank: 0 is the smallest, -1 the largest.
-        kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area:
-            sizes above 7 are slow and their exported graphs large, except for bytes in native code, where
-            large windows take no longer than small ones.
+        kernel_size: odd size, one for both axes or (rows, columns). The sorting network grows faster than the
+            area: sizes above 7 are slow and their exported graphs large, except for uint8 in native code,
+            where large windows are as fast as small ones.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
 
     Returns:
@@ -47,10 +46,9 @@ def rank_filter(
 def percentile_filter(
     input: Tensor, percentile: float, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect"
 ) -> Tensor:
-    """Replace each pixel by a percentile of its neighbourhood: the value of rank floor(n * percentile / 100)
-    of n.
-
-    As SciPy's ``percentile_filter``: no interpolation between ranks. The gradient goes to the picked element.
+    """Replace each pixel by a percentile of its neighbourhood, like SciPy's ``percentile_filter``. For n
+    pixels this is the value of rank floor(n * percentile / 100), without interpolation between ranks. The
+    gradient goes to the selected element.
 
     Args:
         input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted

@@ -17,20 +17,20 @@ def unsharp_mask(
     sigma: Union[Tuple[float, float], Tensor],
     border_type: str = "reflect",
 ) -> Tensor:
-    """Sharpen: add what Gaussian smoothing takes away.
+    """Sharpen: add the difference between the image and its Gaussian blur.
 
-    Of bytes, the smoothed image is :func:`gaussian_blur2d`'s, which is rounded, and the result is saturated:
-    ``cv2.addWeighted(x, 2, cv2.GaussianBlur(x, ...), -1, 0)``, to the bit.
+    For uint8, the smoothed image is the rounded result of :func:`gaussian_blur2d`, and the result is
+    saturated; it is identical to ``cv2.addWeighted(x, 2, cv2.GaussianBlur(x, ...), -1, 0)``.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
         kernel_size: odd, one for both axes or (rows, columns).
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+        border_type: "reflect" (the border pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
 
     Returns:
-        (B, C, H, W), input + (input - blurred); of floating-point numbers not clipped.
+        (B, C, H, W), input + (input - blurred); not clipped for floating point.
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
@@ -61,15 +61,16 @@ def difference_of_gaussians(
     border_type: str = "replicate",
     truncate: float = 4.0,
 ) -> Tensor:
-    """Band-pass: the image smoothed a little minus the image smoothed more.
+    """Band-pass filter: the image smoothed with low_sigma minus the image smoothed with high_sigma.
 
-    D. Marr, E. Hildreth, Theory of edge detection, 1980. As scikit-image's ``difference_of_gaussians``.
+    D. Marr, E. Hildreth, Theory of edge detection, 1980. Like scikit-image's ``difference_of_gaussians``.
 
     Args:
         input: (B, C, H, W), floating point.
         low_sigma: smaller standard deviation in pixels.
-        high_sigma: larger one; 1.6 * low_sigma by default, which comes close to a Laplacian of Gaussian.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+        high_sigma: larger standard deviation; 1.6 * low_sigma by default, which approximates a Laplacian of
+            Gaussian.
+        border_type: "reflect" (the border pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
         truncate: kernels end at this many standard deviations, rounded to whole pixels.
 

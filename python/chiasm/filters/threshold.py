@@ -1,4 +1,4 @@
-"""Thresholds: given, local, and found from the histogram."""
+"""Thresholds: fixed, adaptive (local), and computed from the histogram."""
 
 import math
 from typing import List, Tuple, Union
@@ -25,13 +25,13 @@ def in_range(
     upper: Union[List[float], Tensor],
     return_mask: bool = False,
 ) -> Tensor:
-    """Keep the pixels whose channels are all between two bounds, as OpenCV's ``inRange``; the others become
-    0.
+    """Keep the pixels whose channels are all between two bounds, like OpenCV's ``inRange``. Other pixels
+    become 0.
 
     Args:
         input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
         lower, upper: C numbers, or tensors (C,) or (B, C); pixels equal to a bound are inside.
-        return_mask: return 1, of bytes 255, inside and 0 outside instead.
+        return_mask: return a mask instead: 1 (for uint8 255) inside and 0 outside.
 
     Returns:
         (B, C, H, W), or the mask (B, 1, H, W) in input's dtype.
@@ -86,23 +86,24 @@ def adaptive_threshold(
     c: float = 0.0,
     rounded: bool = True,
 ) -> Tensor:
-    """Compare each pixel with the mean of its neighbourhood, as OpenCV's ``adaptiveThreshold``; the border is
-    replicated.
+    """Compare each pixel with the mean of its neighbourhood, like OpenCV's ``adaptiveThreshold``. The border
+    is replicated.
 
-    Of bytes, "mean" is OpenCV's to the bit. "gaussian" has :func:`gaussian_blur2d`'s mean, rounded, with
-    weights in 1/256; from a block_size of 11 on OpenCV's are not, so that its mean may be another level.
+    For uint8, "mean" is identical to OpenCV's. "gaussian" uses the rounded mean of :func:`gaussian_blur2d`,
+    whose weights are multiples of 1/256. From a block_size of 11 on, OpenCV's weights are not such multiples,
+    so that its mean may be another level.
 
     Args:
-        input: (B, C, H, W), floating point or uint8. If rounded, in whole levels, 0 to 255 say.
-        max_value: of the pixels above the threshold; for bytes a whole number, 0 to 255.
+        input: (B, C, H, W), floating point or uint8. With ``rounded``, in whole levels, for example 0 to 255.
+        max_value: value of the pixels above the threshold; for uint8 a whole number, 0 to 255.
         adaptive_method: "mean" of the block, or "gaussian": weighted by ``cv2.getGaussianKernel(block_size,
-            0)``, which has fixed weights up to 9 and from there on sigma 0.15 * block_size + 0.35.
+            0)``, which has fixed weights up to size 9, and sigma 0.15 * block_size + 0.35 above.
         threshold_type: "binary" sets pixels above the threshold to max_value and others to 0, "binary_inv"
             the reverse.
-        block_size: side of the neighbourhood, odd, at least 3; for bytes at most 255.
+        block_size: side of the neighbourhood, odd, at least 3; for uint8 at most 255.
         c: subtracted from the mean.
-        rounded: round the mean and c to whole levels, as OpenCV's bytes are. Without it input may be in any
-            unit, but not of bytes.
+        rounded: round the mean and c to whole levels, like OpenCV. If False, input may be in any unit, but
+            not uint8.
 
     Returns:
         (B, C, H, W) of 0 and max_value.
@@ -126,7 +127,8 @@ def adaptive_threshold(
             input, max_value, adaptive_method, threshold_type, size, c, rounded
         )
     if adaptive_method == "mean":
-        # Sums of levels are exact, and a mean of an odd number of them is never half-way between two.
+        # Sums of levels are exact, and the mean of an odd number of levels is never half-way between two
+        # levels.
         mean = box_sums(input, size, size, "replicate") * (1.0 / (size * size))
     else:
         taps = _opencv_taps(size)
@@ -169,8 +171,8 @@ def _adaptive_threshold_of_bytes(
 
 
 def _opencv_taps(size: int) -> List[float]:
-    """What OpenCV takes for a sigma of 0. The fixed weights are multiples of 1/256, so that sums of levels
-    are exact."""
+    """The weights that OpenCV uses for a sigma of 0. The fixed weights are multiples of 1/256, so that sums
+    of levels are exact."""
     half: List[float] = []
     if size == 3:
         half = [64.0, 128.0]
@@ -188,32 +190,31 @@ def _opencv_taps(size: int) -> List[float]:
 def otsu_threshold(
     x: Tensor, nbins: int = 256, slow_and_differentiable: bool = False, return_mask: bool = False
 ) -> Tuple[Tensor, Tensor]:
-    """Keep what is above the threshold that separates each plane's values best into two classes; the rest
-    becomes 0.
+    """Threshold each plane by Otsu's method; values that are not above the threshold become 0.
 
     N. Otsu, A threshold selection method from gray-level histograms, 1979: the threshold maximises the
-    variance between the classes. As scikit-image's ``threshold_otsu``, the histogram spans each plane's
-    values and the threshold is the middle of a bin, the first of several that are equally good. What is in
-    later bins is above it; the bin itself is not. So on a plane that uses the whole range of 8-bit levels,
-    OpenCV's THRESH_OTSU separates the same pixels.
-    The bins of bytes are the 256 levels, and the threshold is one of them: OpenCV's.
+    variance between the classes. As in scikit-image's ``threshold_otsu``, the histogram spans each plane's
+    values and the threshold is the centre of a bin; if several bins are equally good, of the first one.
+    Values in later bins are above the threshold; values in this bin are not. So on a plane that uses the
+    whole range of 8-bit levels, OpenCV's THRESH_OTSU separates the same pixels. For uint8, the bins are the
+    256 levels, and the threshold is one of these levels, the same as OpenCV's.
 
     Args:
-        x: (*, H, W), floating point or uint8; each plane has its own threshold, but for fewer than 2^31
+        x: (*, H, W), floating point or uint8; each plane has its own threshold, and must have fewer than 2^31
             pixels.
-        nbins: number of bins, at least 2, of bytes 256.
-        slow_and_differentiable: split each value between the nearest two bins, and average the bins' middles
-            with weights softmax(nbins * variance / greatest variance). The threshold then has a gradient, is
-            near the exact one, and is what x is compared with. Not for bytes.
+        nbins: number of bins, at least 2, for uint8 256.
+        slow_and_differentiable: split each value between the nearest two bins, and average the bin centres
+            with weights softmax(nbins * variance / greatest variance). This threshold has a gradient and is
+            near the exact one; x is compared with it. Not for uint8.
         return_mask: return whether x is above the threshold instead of x itself.
 
     Returns:
-        (*, H, W), x or bool, and the thresholds (*,). A plane of one value is its own threshold.
+        (*, H, W), x or bool, and the thresholds (*,). The threshold of a constant plane is its value.
 
     Raises:
         TypeError: if x is neither floating point nor uint8.
-        ValueError: if x has fewer than 2 dimensions, nbins is below 2, or nbins or slow_and_differentiable
-            is not one for bytes.
+        ValueError: if x has fewer than 2 dimensions, nbins is below 2, or nbins or slow_and_differentiable is
+            not allowed for uint8.
 
     Example:
         >>> x = torch.tensor([[0.0, 0.1, 0.2, 0.8, 0.9, 1.0]])
@@ -234,7 +235,7 @@ def otsu_threshold(
         return _otsu_of_bytes(x, return_mask)
     planes = x.reshape(-1, x.size(-2) * x.size(-1))
     low, high = aminmax(planes)
-    # A plane of one value has a span of 0: its threshold is that value, and nothing is above it.
+    # A constant plane has a span of 0: its threshold is its value, and nothing is above it.
     span = torch.where(high > low, high - low, torch.ones_like(high))
     position = (planes - low) / span * float(nbins)
     if slow_and_differentiable:
@@ -283,11 +284,11 @@ def _otsu_of_bytes(x: Tensor, return_mask: bool) -> Tuple[Tensor, Tensor]:
 
 
 def _between_classes(counts: Tensor) -> Tensor:
-    """Variance between bins 0..j and the others for each j but the last: (*, n) to (*, n - 1).
+    """Variance between bins 0..j and the other bins, for each j except the last: (*, n) to (*, n - 1).
 
     Up to a factor it is (s_1 w - s w_1)^2 / (w_1 (w - w_1)) with the number w_1 and the sum s_1 of the values
     in the first class and w, s of all. With bins numbered by integers, and whole counts, all of these are
-    exact: equal variances are found equal, in whatever order a backend adds.
+    exact: equal variances compare equal, whatever the order in which a backend adds.
     """
     n = counts.size(-1)
     number = torch.arange(n, device=counts.device)

@@ -28,7 +28,7 @@ __all__ = [
 
 
 def distort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor] = None) -> Tensor:
-    """Pixels at which a lens shows points whose pixels without distortion are given.
+    """Distort points: the pixels at which a lens shows points of an undistorted image.
 
     Args:
         points: (*, N, 2), pixels of an undistorted image with the camera matrix new_K, floating point.
@@ -57,10 +57,10 @@ def distort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tens
 def undistort_points(
     points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor] = None, num_iters: int = 5
 ) -> Tensor:
-    """Pixels without distortion of points of a distorted image; the inverse of :func:`distort_points`.
+    """Remove the distortion from points of a distorted image; the inverse of :func:`distort_points`.
 
-    By Newton's method from the distorted point, whose last step carries the gradient; OpenCV and Kornia
-    iterate to a fixed point instead, which takes more steps for the same accuracy.
+    The solver is Newton's method, which starts at the distorted point; its last step carries the gradient.
+    OpenCV and Kornia use a fixed-point iteration instead, which takes more steps for the same accuracy.
 
     Args:
         points: (*, N, 2), pixels of the distorted image, floating point.
@@ -74,7 +74,7 @@ def undistort_points(
 
     Raises:
         TypeError: if a tensor is not floating point.
-        ValueError: if last dimensions are not as above, or num_iters is below 1.
+        ValueError: if the last dimensions are not as above, or num_iters is below 1.
 
     Example:
         >>> K = torch.tensor([[100.0, 0.0, 50.0], [0.0, 100.0, 50.0], [0.0, 0.0, 1.0]])
@@ -96,7 +96,7 @@ def undistort_points(
 
 
 def tilt_projection(taux: Tensor, tauy: Tensor, return_inverse: bool = False) -> Tensor:
-    """Homography of the plane z = 1 onto a sensor that is tilted about x, then y.
+    """The homography from the plane z = 1 to a sensor that is tilted about x, then about y.
 
     Args:
         taux: (*, 1), angles about x in radians, floating point.
@@ -120,10 +120,9 @@ def tilt_projection(taux: Tensor, tauy: Tensor, return_inverse: bool = False) ->
 
 
 def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
-    """Image without lens distortion: each pixel is read, bilinearly, where :func:`distort_points` puts it;
-    zero outside.
-
-    ``cv2.undistort``, with the same camera matrix before and after.
+    """Remove lens distortion from an image, like ``cv2.undistort`` with the same camera matrix for input and
+    output. Each pixel is read with bilinear interpolation at the position that :func:`distort_points` gives;
+    positions outside the image give zero.
 
     Args:
         image: (*, C, H, W), floating point.
@@ -152,14 +151,14 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
                 f" {list(value.shape)}"
             )
     channels, height, width = image.size(-3), image.size(-2), image.size(-1)
-    # Positions in half precision would be off by whole pixels.
+    # Positions in half precision would be wrong by whole pixels.
     precision = torch.float64 if image.dtype == torch.float64 else torch.float32
     camera = K.to(precision).reshape(-1, 3, 3)
     lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
     row = torch.arange(height, device=image.device).to(precision)[None, :, None]
     column = torch.arange(width, device=image.device).to(precision)[None, None, :]
-    # Rows and columns stay apart: native code has no vector form of dividing a position by the width. Stored,
-    # each is divided once.
+    # Rows and columns are separate, since native code cannot vectorize the division of a position by the
+    # width. They are stored, so that each is divided once.
     x = materialised((column - camera[:, 0:1, 2:3]) / camera[:, 0:1, 0:1], 2)
     y = materialised((row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2], 1)
     x, y = _lens(x, y, lens)
@@ -172,14 +171,13 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
 def solve_pnp_dlt(
     world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor] = None
 ) -> Tensor:
-    """Pose of a camera from points in space and the pixels at which it sees them, by the direct linear
-    transform.
+    """Camera pose from 3D points and their pixels, by the direct linear transform (DLT).
 
-    The 12 entries of the projection matrix by least squares, from normalised points, and the rotation nearest
-    to its left part. R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 7.1. In float64 inside.
-    Kornia's svd_eps is not there: an exported op cannot raise for what its values are. An estimate for
-    coplanar points is meaningless. :func:`chiasm.geometry.pnp.refine_pnp` makes the distances in the image
-    least.
+    The 12 entries of the projection matrix are computed by least squares from normalized points; the rotation
+    is the one nearest to the left part of this matrix. R. Hartley, A. Zisserman, Multiple View Geometry, 2nd
+    ed., 7.1. Computed in float64. Kornia's svd_eps does not exist here, since an exported op cannot raise
+    errors that depend on values. The result for coplanar points is meaningless.
+    :func:`chiasm.geometry.pnp.refine_pnp` minimizes the distances in the image.
 
     Args:
         world_points: (B, N, 3), N >= 6, not coplanar, floating point.
@@ -224,7 +222,8 @@ def solve_pnp_dlt(
 
 
 def _lens(x: Tensor, y: Tensor, dist: Tensor) -> Tuple[Tensor, Tensor]:
-    """Points (*, N) of the plane z = 1 through lens and tilt, or (B, H, W) with coefficients (B, 1, n)."""
+    """Lens distortion and tilt, applied to points (*, N) of the plane z = 1, or (B, H, W) with coefficients
+    (B, 1, n)."""
     x, y = distort(x, y, coefficients(dist))
     if dist.size(-1) == 14:
         x, y = under_homography(x, y, tilt_matrices(dist[..., 12], dist[..., 13])[0])

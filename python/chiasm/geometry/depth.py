@@ -1,6 +1,6 @@
 # An attribute of an nn.Module is declared as a Tensor or a Module, whichever it is.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
-"""Depth maps: points, normals, and images warped by them."""
+"""Depth maps: conversion to points and normals, and warps of images by depth."""
 
 from typing import Optional, Tuple, Union
 
@@ -58,7 +58,7 @@ def depth_from_disparity(
         tensor([20., 10.])
     """
     check_floating(disparity, "disparity")
-    # Two branches each, because TorchScript narrows a union by isinstance only.
+    # Two branches for each, because TorchScript narrows a union only by isinstance.
     if isinstance(baseline, Tensor):
         check_broadcastable(baseline, disparity, "baseline", "disparity")
         inverse = baseline / (disparity + 1e-8)
@@ -76,14 +76,15 @@ def depth_from_disparity(
 def depth_from_plane_equation(
     plane_normals: Tensor, plane_offsets: Tensor, points_uv: Tensor, camera_matrix: Tensor, eps: float = 1e-8
 ) -> Tensor:
-    """Depths at which the rays through pixels meet the plane n . X = d.
+    """Depths of the points where the rays through pixels intersect the plane n . X = d.
 
     Args:
         plane_normals: (B, 3), n in the camera's frame, floating point.
         plane_offsets: (B, 1), d.
         points_uv: (B, N, 2), pixels.
         camera_matrix: (B, 3, 3).
-        eps: takes the place, with its sign, of a smaller n . ray: rays that hardly meet the plane.
+        eps: the least absolute value of the divisor n . ray, whose sign is kept; it is small for rays that
+            are nearly parallel to the plane.
 
     Returns:
         (B, N). Differentiable in all tensors.
@@ -109,7 +110,7 @@ def depth_from_plane_equation(
 
 
 def depth_to_3d(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
-    """The point that each pixel of a depth map sees, in the camera's frame, as an image of three channels.
+    """Convert a depth map to points in the camera's frame, as an image of three channels.
 
     Args:
         depth: (B, 1, H, W), z of the points; their distances from the camera with ``normalize_points``.
@@ -138,7 +139,7 @@ def depth_to_3d(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = F
 def depth_to_3d_v2(
     depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False, xyz_grid: Optional[Tensor] = None
 ) -> Tensor:
-    """The point that each pixel of a depth map sees, in the camera's frame, coordinates last.
+    """Convert a depth map to points in the camera's frame, with the coordinates in the last dimension.
 
     Args:
         depth: (*, H, W), z of the points; their distances from the camera with ``normalize_points``. Floating
@@ -171,9 +172,8 @@ def depth_to_3d_v2(
 def unproject_meshgrid(
     height: int, width: int, camera_matrix: Tensor, normalize_points: bool = False
 ) -> Tensor:
-    """Rays through the pixels of an image: the points of the plane z = 1 that they see.
-
-    In camera_matrix's dtype and on its device; Kornia has arguments for both.
+    """Rays through the pixels of an image: points of the plane z = 1. The result has the dtype and the device
+    of camera_matrix; Kornia has arguments for both.
 
     Args:
         height, width: size of the image.
@@ -195,10 +195,9 @@ def unproject_meshgrid(
 
 
 def depth_to_normals(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
-    """Unit normals of the surface that a depth map shows: of dX/du x dX/dv, by Sobel's derivatives of the
-    points.
-
-    They point away from the camera: a wall in front of it has the normal (0, 0, 1).
+    """Unit normals of the surface in a depth map. A normal is the direction of dX/du x dX/dv, with Sobel
+    derivatives of the points. Normals point away from the camera: a wall in front of the camera has the
+    normal (0, 0, 1).
 
     Args:
         depth: (B, 1, H, W), floating point.
@@ -235,11 +234,10 @@ def depth_warp(
     mode: str = "bilinear",
     padding_mode: str = "zeros",
 ) -> Tensor:
-    """What a source camera with a depth map would see, taken from the image of a destination camera.
-
-    Each source pixel is put into space by its depth, projected into the destination camera and read there.
-    Kornia takes camera objects and the size of depth_src instead of matrices; each of B entries is a pair of
-    views. For B views of one source the source's tensors may have a batch of 1.
+    """Warp the image of a destination camera into the view of a source camera with a depth map. Each source
+    pixel is unprojected by its depth, projected into the destination camera, and read there. Kornia takes
+    camera objects and the size of depth_src instead of matrices. Each of the B entries is a pair of views.
+    For B views with one source, the tensors of the source may have a batch of 1.
 
     Args:
         intrinsics_dst, intrinsics_src: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point.
@@ -279,14 +277,13 @@ def depth_warp(
 
 
 class DepthWarper(nn.Module):
-    """``depth_warp`` between cameras that are given once: a source camera's view, taken from the images of
-    any number of others.
+    """``depth_warp`` as a module with fixed cameras: it warps images of B destination cameras into one view.
 
     E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020.
 
     Args:
-        pinhole_dst: B cameras, whose images are read.
-        height, width: of the source's depth maps.
+        pinhole_dst: B destination cameras, whose images are read.
+        height, width: the size of the source's depth maps.
         mode, padding_mode, align_corners: as in :func:`depth_warp`.
 
     Shape:
@@ -327,7 +324,7 @@ class DepthWarper(nn.Module):
         )
 
     def compute_projection_matrix(self, pinhole_src: PinholeCamera) -> "DepthWarper":
-        """Set the source camera; before the module is scripted. (The name is Kornia's.)"""
+        """Set the source camera; call this before the module is scripted. (The name is Kornia's.)"""
         self.pinhole_src = pinhole_src
         return self
 
@@ -359,8 +356,8 @@ def warp_frame_depth(
     camera_matrix: Tensor,
     normalize_points: bool = False,
 ) -> Tensor:
-    """What a destination camera with a depth map would see, taken from the image of a source camera with the
-    same camera matrix.
+    """Warp the image of a source camera into the view of a destination camera with a depth map. Both cameras
+    have the same camera matrix.
 
     Args:
         image_src: (B, C, H, W), floating point.
@@ -424,8 +421,8 @@ def _read_through_depth(
     mode: str,
     padding_mode: str,
 ) -> Tensor:
-    """image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``, moved by
-    (B, 3 or 4, 4)."""
+    """Read image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``,
+    which are transformed by (B, 3 or 4, 4)."""
     z = depth[:, 0]
     x, y, one = _rays(own, z.size(-2), z.size(-1), unit)
     x, y, z = x * z, y * z, one * z
@@ -442,6 +439,6 @@ def _read_through_depth(
             image, torch.where(in_front, u, torch.zeros_like(u)), v, mode, padding_mode, align_corners, None
         )
         return torch.where(in_front[:, None], out, torch.zeros_like(out))
-    # Outside, where taps weigh nothing.
+    # A position outside, where all taps have weight zero.
     u = torch.where(in_front, u, torch.full_like(u, -4.0))
     return sample_image(image, u, v, mode, padding_mode, align_corners, None)

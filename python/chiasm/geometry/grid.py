@@ -18,19 +18,19 @@ def create_meshgrid(
     dtype: Optional[torch.dtype] = None,
     align_corners: bool = True,
 ) -> Tensor:
-    """The coordinates (x, y) of every pixel, as `torch.nn.functional.grid_sample` takes them.
+    """The coordinates (x, y) of every pixel, in the format of `torch.nn.functional.grid_sample`.
 
-    The sizes may be those of a tensor in an op that is exported: they stay symbolic.
+    In an exported op, the sizes may come from a tensor's shape: they stay symbolic.
 
     Args:
-        height: of the image, in pixels.
-        width: of the image, in pixels.
-        normalized_coordinates: whether in [-1, 1] or, where False, in pixels: 0 to width - 1 and 0 to height
+        height: height of the image, in pixels.
+        width: width of the image, in pixels.
+        normalized_coordinates: True: coordinates in [-1, 1]; False: in pixels, 0 to width - 1 and 0 to height
             - 1.
-        device: of the result.
-        dtype: of the result; torch's default by default.
-        align_corners: whether -1 and 1 are the centres of the outermost pixels (an axis of one pixel is then
-            0) or, where False, their outer edges. Without effect on pixels.
+        device: the device of the result.
+        dtype: the dtype of the result; PyTorch's default dtype by default.
+        align_corners: True: -1 and 1 are the centres of the outermost pixels (an axis of one pixel is then
+            0); False: -1 and 1 are their outer edges. No effect on pixel coordinates.
 
     Returns:
         (1, height, width, 2).
@@ -64,16 +64,16 @@ def create_meshgrid3d(
 ) -> Tensor:
     """The coordinates (z, x, y), in this order, of every voxel.
 
-    The sizes may be those of a tensor in an op that is exported: they stay symbolic.
+    In an exported op, the sizes may come from a tensor's shape: they stay symbolic.
 
     Args:
-        depth: of the volume, in voxels.
-        height: of the volume, in voxels.
-        width: of the volume, in voxels.
-        normalized_coordinates: whether in [-1, 1], the centres of the outermost voxels (`align_corners=True`;
-            an axis of one voxel is 0), or, where False, in voxels from 0.
-        device: of the result.
-        dtype: of the result; torch's default by default.
+        depth: depth of the volume, in voxels.
+        height: height of the volume, in voxels.
+        width: width of the volume, in voxels.
+        normalized_coordinates: True: coordinates in [-1, 1], the centres of the outermost voxels
+            (`align_corners=True`; an axis of one voxel is 0); False: in voxels from 0.
+        device: the device of the result.
+        dtype: the dtype of the result; PyTorch's default dtype by default.
 
     Returns:
         (1, depth, height, width, 3).

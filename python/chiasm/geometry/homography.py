@@ -35,17 +35,17 @@ __all__ = [
 def find_homography_dlt(
     points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, solver: str = "lu"
 ) -> Tensor:
-    """Homography from four or more correspondences by the normalised direct linear transform.
+    """Homography from four or more correspondences by the normalized direct linear transform.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., algorithm 4.2. The algebraic error is minimised
-    in float64 whatever the input's dtype, so that the minimal set of four points is exact too.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., algorithm 4.2. The algebraic error is minimized
+    in float64 for every input dtype, so that the minimal set of four points is exact too.
 
     Args:
         points1: (B, N, 2), N >= 4, no three of the four determining points on a line.
         points2: (B, N, 2).
         weights: (B, N), not negative; ones by default.
-        solver: "lu" or "svd", as in Kornia. Both name the same computation here: inverse iteration on the 9x9
-            normal matrix, since neither decomposition exists in ONNX.
+        solver: "lu" or "svd", as in Kornia. Both choices use the same computation here: inverse iteration on
+            the 9x9 normal matrix, since ONNX has neither decomposition.
 
     Returns:
         (B, 3, 3) with the last entry 1, mapping points1 to points2. Differentiable in all inputs.
@@ -76,8 +76,7 @@ def find_homography_dlt(
 def homography_by_weights(
     points1: Tensor, points2: Tensor, weights: Optional[Tensor], present: Optional[Tensor]
 ) -> Tensor:
-    """``find_homography_dlt`` in float64, of points whose means are normalised that count as much as
-    ``present`` (B, N) says."""
+    """``find_homography_dlt`` in float64, with normalized points and the weights ``present`` (B, N)."""
     p1, t1 = hartley(points1, present, 1e-8)
     p2, t2 = hartley(points2, present, 1e-8)
     return _denormalised(projective_equations(with_one(p1), p2, _weights(weights, p1)), t1, t2)
@@ -88,13 +87,13 @@ def find_homography_dlt_iterated(
 ) -> Tensor:
     """Homography by repeated :func:`find_homography_dlt`, each time with weights exp(-e / (2 soft_inl_th^2)).
 
-    e is :func:`symmetric_transfer_error`, not squared, of the homography before: points far from it lose
-    their say.
+    e is the unsquared :func:`symmetric_transfer_error` of the previous homography: distant points lose their
+    influence.
 
     Args:
         points1, points2: (B, N, 2), N >= 4, floating point.
-        weights: (B, N), not negative: those of the first estimate.
-        soft_inl_th: pixels; larger ones are milder.
+        weights: (B, N), not negative: the weights of the first estimate.
+        soft_inl_th: in pixels; a larger value reduces the weights of distant points less.
         n_iter: number of estimates, at least 1.
 
     Returns:
@@ -125,12 +124,11 @@ def _weighted_again(H: Tensor, k: Tensor, points1: Tensor, points2: Tensor, soft
 
 
 def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor] = None) -> Tensor:
-    """Homography from four or more corresponding line segments, whose end points need not correspond.
-
-    The end points of the first image's segments must come to lie on the lines through the second image's: two
-    linear equations a segment, with points and lines normalised as for points. E. Dubrofsky, R. Woodham,
-    Combining line and point correspondences for homography estimation, ISVC 2008. The error is minimised in
-    float64.
+    """Homography from four or more corresponding line segments, whose end points need not correspond. The
+    transformed end points of the first image's segments must lie on the lines through the second image's
+    segments. Each segment gives two linear equations; points and lines are normalized as for points. E.
+    Dubrofsky, R. Woodham, Combining line and point correspondences for homography estimation, ISVC 2008. The
+    error is minimized in float64.
 
     Args:
         ls1, ls2: (B, N, 2, 2), or (N, 2, 2) for a batch of one, N >= 4, the segments' two end points,
@@ -167,7 +165,8 @@ def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor
     p = with_one(p1).unflatten(1, [-1, 2])
     q = with_one(p2).unflatten(1, [-1, 2])
     line = line_through(q[:, :, 0], q[:, :, 1])
-    # The equation of a line l and a point p is (l x p) . H, hence the product of l l^T and the points' p p^T.
+    # The equation of a line l and a point p is (l x p) . H; so the normal matrix is the product of l l^T and
+    # p p^T.
     pp = (p[..., :, None] * p[..., None, :]).sum(2)
     ll = line[..., :, None] * line[..., None, :] * _weights(weights, line)[..., None, None]
     normal = (ll[..., :, None, :, None] * pp[..., None, :, None, :]).sum(1).reshape(-1, 9, 9)
@@ -184,8 +183,8 @@ def find_homography_lines_dlt_iterated(
 
     Args:
         ls1, ls2: (B, N, 2, 2), N >= 4, the segments' two end points, floating point.
-        weights: (B, N), not negative: those of the first estimate.
-        soft_inl_th: pixels; larger ones are milder.
+        weights: (B, N), not negative: the weights of the first estimate.
+        soft_inl_th: in pixels; a larger value reduces the weights of distant points less.
         n_iter: number of estimates, at least 1.
 
     Returns:
@@ -217,12 +216,12 @@ def _lines_weighted_again(H: Tensor, k: Tensor, ls1: Tensor, ls2: Tensor, soft_i
 
 
 def sample_is_valid_for_homography(points1: Tensor, points2: Tensor) -> Tensor:
-    """Whether four correspondences can be of one plane, seen from one side: each triple of points turns the
-    same way in both images.
+    """Whether four correspondences can lie on one plane seen from one side. Each triple of points must have
+    the same orientation in both images.
 
     P. Márquez-Neila et al., Speeding-up homography estimation in mobile devices, J. Real-Time Image
     Processing 11, 2016. Three points on a line in either image determine no homography and are not valid;
-    Kornia lets them pass if they are on a line in both.
+    Kornia accepts them if they are on a line in both images.
 
     Args:
         points1, points2: (B, 4, 2), floating point.
@@ -240,12 +239,12 @@ def sample_is_valid_for_homography(points1: Tensor, points2: Tensor) -> Tensor:
     """
     turns1 = _turns(points1, "points1")
     turns2 = _turns(points2, "points2")
-    # Signs before the product, which may underflow.
+    # Signs are taken before the product, since the product may underflow.
     return (torch.sign(turns1) * torch.sign(turns2) > 0).all(-1)
 
 
 def _turns(points: Tensor, name: str) -> Tensor:
-    """Twice the signed areas (B, 4) of the triangles of the four triples."""
+    """Twice the signed areas (B, 4) of the triangles of the four point triples."""
     check_rank(points, 3, "(B, 4, 2)", name)
     check_matrix(points, 4, 2, name)
     p = with_one(points)
@@ -262,7 +261,7 @@ def _turns(points: Tensor, name: str) -> Tensor:
 
 
 def _denormalised(normal: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
-    """The homography that solves normal equations (B, 9, 9) of normalised points, for points before
+    """The homography that solves normal equations (B, 9, 9) of normalized points, for points before
     normalisation."""
     h = smallest_eigenvector(normal).reshape(-1, 3, 3)
     h = small_matmul(small_matmul(inverse3x3(t2), h), t1)

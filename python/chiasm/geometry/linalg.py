@@ -69,7 +69,7 @@ def euclidean_distance(x: Tensor, y: Tensor, keepdim: bool = False, eps: float =
         x: (*, D), floating point.
         y: (*, D); the other dimensions are broadcast.
         keepdim: keep the last dimension, with size 1.
-        eps: distances below it have the gradient 0; their values are exact.
+        eps: distances below eps have the gradient 0; their values are exact.
 
     Returns:
         (*), or (*, 1).
@@ -98,7 +98,7 @@ def point_line_distance(point: Tensor, line: Tensor, eps: float = 1e-9) -> Tenso
     Args:
         point: (*, 2), or (*, 3) in homogeneous coordinates (x, y, w) with w other than 0; floating point.
         line: (*, 3), the coefficients of a x + b y + c = 0; the other dimensions are broadcast.
-        eps: a shorter normal (a, b) divides by it instead.
+        eps: the least divisor; the length of the normal (a, b) is replaced by eps if it is less.
 
     Returns:
         (*).
@@ -135,12 +135,12 @@ def transform_points(trans_01: Tensor, points_1: Tensor) -> Tensor:
     Args:
         trans_01: (B, D + 1, D + 1), (1, D + 1, D + 1) or (D + 1, D + 1), from frame 1 to frame 0, acting on
             homogeneous columns.
-        points_1: (B, ..., D) for a batch of transformations; any (*, D) for one. A batch of 1 goes with any
-            B.
+        points_1: (B, ..., D) for a batch of transformations; any (*, D) for one. A batch of 1 broadcasts to
+            any B.
 
     Returns:
-        The points' shape and dtype, with the batch broadcast; computed in the wider dtype of both. What is
-        sent to infinity (the last coordinate at most 1e-8 in magnitude) is not divided by it.
+        The points' shape and dtype, with the batch broadcast; computed in the wider dtype of both. Points at
+        infinity (the absolute value of the last coordinate is at most 1e-8) are not divided by it.
 
     Raises:
         TypeError: if trans_01 or points_1 is not floating point.
@@ -179,14 +179,15 @@ def transform_points(trans_01: Tensor, points_1: Tensor) -> Tensor:
 
 
 def compose_transformations(trans_01: Tensor, trans_12: Tensor) -> Tensor:
-    """Rigid transformation from frame 2 to frame 0 of those from 1 to 0 and from 2 to 1: their product.
+    """Compose rigid transformations from frame 1 to 0 and from frame 2 to 1 to one from frame 2 to 0: the
+    product.
 
     Args:
         trans_01: (*, 4, 4), floating point, [R t; 0 1].
         trans_12: (*, 4, 4); the other dimensions are broadcast.
 
     Returns:
-        (*, 4, 4), the last row (0, 0, 0, 1) whatever the inputs' is.
+        (*, 4, 4), with the last row (0, 0, 0, 1), whatever the inputs' last rows are.
 
     Raises:
         TypeError: if an input is not floating point.
@@ -231,8 +232,7 @@ def inverse_transformation(trans_12: Tensor) -> Tensor:
 
 
 def relative_transformation(trans_01: Tensor, trans_02: Tensor) -> Tensor:
-    """Rigid transformation from frame 2 to frame 1 of those from 1 to 0 and from 2 to 0: inverse(trans_01)
-    trans_02.
+    """Rigid transformation from frame 2 to frame 1: inverse(trans_01) trans_02.
 
     Args:
         trans_01: (*, 4, 4), floating point, [R t; 0 1] with an orthonormal R.

@@ -11,8 +11,7 @@ __all__ = ["fit_line"]
 
 
 def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
-    """The lines that are nearest to points, by the sum of squared perpendicular distances, computed in
-    float64.
+    """Fit lines to points by the least sum of squared perpendicular distances, computed in float64.
 
     K. Pearson, On lines and planes of closest fit to systems of points in space, 1901. Kornia returns an
     object with the same two values.
@@ -23,8 +22,9 @@ def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, 
 
     Returns:
         Origin (B, D), the (weighted) mean, and direction (B, D) of unit length, whose largest coordinate in
-        absolute value is positive; without B where points have none. Differentiable in both arguments. Where
-        no direction is the best (points in one place, on a circle) it is some unit vector.
+        absolute value is positive; without B if points have none. Differentiable in both arguments. If no
+        direction is the best one (all points equal, or on a circle), the direction is an arbitrary unit
+        vector.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.

@@ -11,8 +11,7 @@ __all__ = ["fit_plane"]
 
 
 def fit_plane(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
-    """The planes (lines in two dimensions) that are nearest to points, by the sum of squared distances,
-    computed in float64.
+    """Fit planes (in 2D, lines) to points by the least sum of squared distances, computed in float64.
 
     K. Pearson, On lines and planes of closest fit to systems of points in space, 1901. Kornia returns an
     object with the same two values.
@@ -23,9 +22,9 @@ def fit_plane(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor,
 
     Returns:
         Normal (B, D) of unit length, whose largest coordinate in absolute value is positive, and offset (B,),
-        without B where points have none: the plane is normal . x + offset = 0. Differentiable in both
-        arguments. Where no plane is the best (points in one place, on a sphere) it is some plane through the
-        mean.
+        without B if points have none: the plane is normal . x + offset = 0. Differentiable in both arguments.
+        If no plane is the best one (all points equal, or on a sphere), the result is an arbitrary plane
+        through the mean.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.

@@ -1,5 +1,4 @@
-"""The pose of a camera that sees given points at given pixels: what makes the distances in the image
-least."""
+"""Refinement of a camera pose from 3D points and their pixels (perspective-n-point)."""
 
 from typing import Optional, Tuple
 
@@ -26,26 +25,24 @@ def refine_pnp(
     weights: Optional[Tensor] = None,
     num_iters: int = 10,
 ) -> Tensor:
-    """Pose of a camera with the least sum of squared distances between pixels and where it sees the points,
-    from a pose near it.
-
-    Steps of Levenberg and Marquardt on rotation and translation (R. Hartley, A. Zisserman, Multiple View
-    Geometry, 2nd ed., A6.2), in float64 inside. ``cv2.solvePnPRefineLM``.
-    :func:`chiasm.geometry.calibration.solve_pnp_dlt` gives a pose to begin with; points of a distorted image
-    go through :func:`chiasm.geometry.calibration.undistort_points` first.
+    """Refine a camera pose: minimize the sum of squared reprojection errors, like ``cv2.solvePnPRefineLM``.
+    The method is Levenberg-Marquardt on rotation and translation (R. Hartley, A. Zisserman, Multiple View
+    Geometry, 2nd ed., A6.2), computed in float64. :func:`chiasm.geometry.calibration.solve_pnp_dlt` gives an
+    initial pose; for a distorted image, apply :func:`chiasm.geometry.calibration.undistort_points` to the
+    pixels first.
 
     Args:
-        world_points: (B, N, 3), N >= 3, floating point; coplanar ones will do.
+        world_points: (B, N, 3), N >= 3, floating point; they may be coplanar.
         img_points: (B, N, 2), pixels.
         intrinsics: (B, 3, 3), camera matrices.
         pose: (B, 3, 4), [R | t] from the world to the camera's frame.
-        weights: (B, N), of the squared distances, not negative; ones by default.
-        num_iters: steps, each kept only where it makes the sum no larger.
+        weights: (B, N), weights of the squared distances, not negative; ones by default.
+        num_iters: number of steps; a step that increases the sum is discarded.
 
     Returns:
-        (B, 3, 4). The derivatives by all tensors but pose, which has none, are those of the minimum, to two
-        steps of a series whose terms decrease as the distances that are left: they are not right where the
-        steps have not arrived.
+        (B, 3, 4). Differentiable in all tensors except pose. The derivatives are those of the minimum,
+        approximated by two terms of a series that converges faster for smaller residuals; they are wrong if
+        the steps have not reached the minimum.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -85,7 +82,7 @@ def _derived(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor
     for _ in range(2):
         moved = _gauss_newton(moved, X, x, K, w)
     change = moved - moved.detach()
-    # Nothing but a derivative; of a step that is not a number neither.
+    # The step only adds a derivative, and none if it is NaN.
     return pose + torch.where(change == 0, change, torch.zeros_like(change))
 
 
@@ -94,13 +91,13 @@ def _improved(state: Tensor, k: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tens
     """One step of Levenberg and Marquardt: the pose [R | t] of (B, 3, 5) and, in the last column, the
     damping.
 
-    It goes down to a tenth with each step that leaves the cost no larger, up ten times with each that does
-    not and is not made.
+    A step that does not increase the cost divides the damping by ten; a step that would increase it is
+    discarded and multiplies the damping by ten.
     """
     pose, damping = state[..., 0:4], state[..., 4:5]
     slope, offset = _slopes(pose, X, x, K)
     moved = _moved(pose, slope, offset, w, damping[:, 0:1])
-    # Near the minimum all costs are the same to rounding, but steps there still improve the pose.
+    # Near the minimum all costs are equal within rounding, but steps still improve the pose.
     better = (_cost(moved, X, x, K, w) <= _cost(pose, X, x, K, w) * (1.0 + 1e-10))[:, None, None]
     damping = torch.where(
         better, torch.clamp(0.1 * damping, min=1e-12), torch.clamp(10.0 * damping, max=1e12)
@@ -109,14 +106,13 @@ def _improved(state: Tensor, k: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tens
 
 
 def _gauss_newton(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor:
-    """The pose (B, 3, 4) after one Gauss-Newton step, the inverse of whose matrix has no gradient."""
+    """The pose (B, 3, 4) after one Gauss-Newton step; the inverse of its normal matrix has no gradient."""
     slope, offset = _slopes(pose, X, x, K)
     return _moved(pose, slope, offset, w, torch.zeros_like(pose[:, 0:1, 0:1]))
 
 
 def _projected(pose: Tensor, X: Tensor, K: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """Pixels (B, N, 2), the turned points (B, N, 3), and the images K (R X + t) (B, N, 3) before they are
-    divided."""
+    """Pixels (B, N, 2), the rotated points (B, N, 3), and the homogeneous pixels K (R X + t) (B, N, 3)."""
     turned = small_matmul(X, pose[..., 0:3].transpose(1, 2))
     image = small_matmul(turned + pose[:, None, :, 3], K.transpose(1, 2))
     return over_depth(image, 1e-12), turned, image
@@ -128,18 +124,18 @@ def _cost(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor:
 
 
 def _slopes(pose: Tensor, X: Tensor, x: Tensor, K: Tensor) -> Tuple[Tensor, Tensor]:
-    """Derivatives (B, 2, N, 6) of pixels by a turn about each axis and a shift along each, and what the
-    pixels are off by (B, 2, N)."""
+    """Derivatives (B, 2, N, 6) of pixels with respect to rotations about and translations along the three
+    axes, and the residuals of the pixels (B, 2, N)."""
     pixel, turned, image = _projected(pose, X, K)
     offset = (x - pixel).transpose(1, 2)
-    # of u: (K0 - u K2) / depth by the point in the camera's frame
+    # for u: (K0 - u K2) / depth, with respect to the point in the camera's frame
     by_point = (K[:, 0:2, None] - pixel.transpose(1, 2)[..., None] * K[:, 2:3, None]) / image[:, None, :, 2:3]
     return torch.cat([cross(turned[:, None] + torch.zeros_like(by_point), by_point), by_point], -1), offset
 
 
 def _moved(pose: Tensor, slope: Tensor, offset: Tensor, w: Tensor, damping: Tensor) -> Tensor:
-    """The pose turned and shifted by what makes the offsets least, were they linear; the damping (B, 1, 1) is
-    added to a unit diagonal."""
+    """The pose after the step that minimizes the linearized offsets; the damping (B, 1, 1) is added to a unit
+    diagonal."""
     weighted = slope * w[:, None, :, None]
     fixed = weighted.detach().flatten(1, 2)
     normal = small_matmul(fixed.transpose(1, 2), slope.detach().flatten(1, 2))

@@ -20,7 +20,7 @@ __all__ = [
 
 
 def quaternion_multiply(q1: Tensor, q2: Tensor) -> Tensor:
-    """Hamilton's product: as rotations, q2 first, then q1.
+    """Hamilton product; as rotations, q2 is applied first, then q1.
 
     Args:
         q1: (*, 4) in the order w, x, y, z, floating point.
@@ -52,7 +52,7 @@ def quaternion_multiply(q1: Tensor, q2: Tensor) -> Tensor:
 
 
 def quaternion_conjugate(quaternion: Tensor) -> Tensor:
-    """The quaternion with its vector part negated: the inverse rotation, where it is of unit length.
+    """The conjugate, with a negated vector part; for a unit quaternion it is the inverse rotation.
 
     Args:
         quaternion: (*, 4) in the order w, x, y, z, floating point.
@@ -72,7 +72,7 @@ def quaternion_conjugate(quaternion: Tensor) -> Tensor:
 
 
 def quaternion_inverse(quaternion: Tensor) -> Tensor:
-    """The conjugate divided by the squared length, whose product with the quaternion is 1.
+    """The inverse: the conjugate divided by the squared length.
 
     Args:
         quaternion: (*, 4) in the order w, x, y, z, floating point.
@@ -93,12 +93,12 @@ def quaternion_inverse(quaternion: Tensor) -> Tensor:
 
 
 def quaternion_rotate(quaternion: Tensor, points: Tensor) -> Tensor:
-    """Points turned by unit quaternions: the vector part of q (0, p) q*.
+    """Rotate points by unit quaternions: the vector part of q (0, p) q*.
 
     Args:
         quaternion: (*, 4) in the order w, x, y, z, of unit length, floating point.
-        points: (*, 3), of quaternion's shape but for the last axis, or broadcast with it: one rotation for
-            each of N points is (N, 4), one for all of them (4,) or (1, 4).
+        points: (*, 3), with leading dimensions equal to those of quaternion or broadcast with them:
+            quaternions (N, 4) rotate each of N points differently, (4,) or (1, 4) rotates all points.
 
     Returns:
         (*, 3).
@@ -125,7 +125,7 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
     """Interpolate rotations at constant angular speed, along the shorter of the two arcs.
 
     K. Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985, in the form q1 (q1^-1 q2)^t, which
-    has no small sine to divide by.
+    does not divide by a small sine.
 
     Args:
         q1: (*, 4) in the order w, x, y, z, floating point; it is scaled to unit length.
@@ -157,8 +157,8 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
 
 
 def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
-    """The mean rotation: the unit quaternion that maximises the weighted sum of squared cosines of half the
-    angles to those given.
+    """The mean rotation of unit quaternions. It maximizes the weighted sum of the squared cosines of half the
+    angles to the given rotations.
 
     F. L. Markley et al., Averaging quaternions, J. Guidance, Control, and Dynamics 30(4), 2007: the
     eigenvector of sum w q q^T of the largest eigenvalue, computed in float64. Signs of the quaternions do not
@@ -169,8 +169,8 @@ def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
         w: (*, N), not negative; ones by default.
 
     Returns:
-        (*, 4), with w >= 0. Differentiable in both. Where two eigenvalues are largest there is no one mean:
-        some unit quaternion.
+        (*, 4), with w >= 0. Differentiable in both. If the two largest eigenvalues are equal, the mean is not
+        unique and the result is an arbitrary unit quaternion.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.

@@ -1,6 +1,6 @@
 # An attribute of an nn.Module is declared as a Tensor or a Module, whichever it is.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
-"""Registration of images by gradient descent: a transform is learned that makes one image look like another.
+"""Registration of images by gradient descent: learn a transform that aligns one image with another.
 
 E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. From
 coarse to fine, as in B. Lucas, T. Kanade, An Iterative Image Registration Technique with an Application to
@@ -21,7 +21,7 @@ __all__ = ["Homography", "ImageRegistrator", "Similarity"]
 
 
 class Homography(nn.Module):
-    """Homographies to be learned, between normalised coordinates; at first they leave everything in place.
+    """Learnable homographies between normalized coordinates; they start as the identity.
 
     Shape:
         forward() and forward_inverse(): (B, 3, 3), the last entry 1, B being 1 unless ``reset_model`` was
@@ -39,7 +39,7 @@ class Homography(nn.Module):
         self.model = nn.Parameter(torch.eye(3)[None])
 
     def reset_model(self, batch_size: int = 1, aspect: float = 1.0) -> None:
-        """Back to the identity, for ``batch_size`` images. Their aspect does not matter here."""
+        """Reset to the identity, for ``batch_size`` images. ``aspect`` has no effect here."""
         like = self.model
         self.model = nn.Parameter(torch.eye(3, dtype=like.dtype, device=like.device).repeat(batch_size, 1, 1))
 
@@ -48,18 +48,16 @@ class Homography(nn.Module):
 
     @torch.jit.export
     def forward_inverse(self) -> Tensor:
-        """The inverse of what ``forward`` returns."""
+        """The inverse of the result of ``forward``."""
         return _inverse(self.model)
 
 
 class Similarity(nn.Module):
-    """Rotations, scalings and shifts to be learned, or some of these, between normalised coordinates; at
-    first they change nothing.
-
-    Points are rotated about the image's middle and scaled, in pixels, and then shifted.
+    """Learnable rotations, scalings and shifts, or some of these, between normalized coordinates. They start
+    as the identity. Points are rotated about the image centre and scaled, in pixels, and then shifted.
 
     Args:
-        rotation, scale, shift: what is learned.
+        rotation, scale, shift: True for the parts that are learned.
 
     Attributes:
         rot: (B,), angles in radians, clockwise as seen.
@@ -85,7 +83,7 @@ class Similarity(nn.Module):
         self.reset_model()
 
     def reset_model(self, batch_size: int = 1, aspect: float = 1.0) -> None:
-        """Back to the identity, for ``batch_size`` images whose width is ``aspect`` times their height."""
+        """Reset to the identity, for ``batch_size`` images whose width is ``aspect`` times their height."""
         self.aspect = aspect
         like = self.rot.detach()
         values = (like.new_zeros(batch_size), like.new_ones(batch_size), like.new_zeros(batch_size, 2))
@@ -104,7 +102,7 @@ class Similarity(nn.Module):
 
     @torch.jit.export
     def forward_inverse(self) -> Tensor:
-        """The inverse of what ``forward`` returns."""
+        """The inverse of the result of ``forward``."""
         return _inverse(self.forward())
 
 
@@ -114,26 +112,23 @@ def _inverse(matrix: Tensor) -> Tensor:
 
 
 class ImageRegistrator(nn.Module):
-    """Finds the transforms that make images look like others: Adam on the images' absolute difference, over a
-    pyramid from coarse to fine.
-
-    At each level the learned model starts where the one before it ended. Only pixels count whose source lies
-    inside the image. Each image of a batch has its own transform. This is a loop for eager Python; the warper
-    and the models script.
+    """Find transforms that align images with other images: by default Adam on the absolute difference, over
+    an image pyramid from coarse to fine. Each level starts with the result of the level before. Only pixels
+    whose source lies inside the image count. Each image of a batch has its own transform. This is a loop in
+    eager Python; the warper and the models can be scripted.
 
     Args:
-        model_type: "homography", "similarity", "translation", "scale" or "rotation"; or a module as
-            :class:`Homography`: parameters, ``forward()`` that returns (B, 3, 3), ``forward_inverse()`` and
-            ``reset_model(batch_size, aspect)``.
+        model_type: "homography", "similarity", "translation", "scale" or "rotation"; or a module like
+            :class:`Homography`, with parameters, ``forward()`` that returns (B, 3, 3), ``forward_inverse()``
+            and ``reset_model(batch_size, aspect)``.
         optimizer: class of the optimizer.
-        loss_fn: of two images and with reduction="none": each pixel's loss.
-        pyramid_levels: number of sizes, each half of the one before.
+        loss_fn: a function of two images and reduction="none" that returns the loss of each pixel.
+        pyramid_levels: number of levels; each has half the size of the level before.
         lr: learning rate at each level, in halves of the image's width and height.
-        num_iterations: the most steps at each level.
-        tolerance: a level ends where the loss changes by less in one step; 0 for never. Half of the time may
-            go into digits that do not matter: 1e-4 saves it on images in [0, 1], for two to three times the
-            error.
-        warper: makes, of (height, width), a module as :class:`HomographyWarper`.
+        num_iterations: the maximum number of steps at each level.
+        tolerance: a level ends when one step changes the loss by less than this; 0 for never. On images in
+            [0, 1], 1e-4 can save half of the time, with two to three times the error.
+        warper: a function of (height, width) that returns a module like :class:`HomographyWarper`.
 
     Raises:
         ValueError: if model_type or a number is not as above.
@@ -174,8 +169,8 @@ class ImageRegistrator(nn.Module):
         )
 
     def get_single_level_loss(self, img_src: Tensor, img_dst: Tensor, transform_model: Tensor) -> Tensor:
-        """Mean loss of img_src (B, C, H, W), warped by (B, 3, 3), over the pixels it covers; summed over the
-        images, which are learned apart."""
+        """Mean loss of img_src (B, C, H, W), warped by (B, 3, 3), over the pixels that it covers; summed over
+        the images, which are learned independently."""
         warp = self.warper(img_dst.size(2), img_dst.size(3))
         loss = self.loss_fn(warp(img_src, transform_model), img_dst, reduction="none").mean(1)
         return mean_over_covered(
@@ -186,17 +181,17 @@ class ImageRegistrator(nn.Module):
     def register(
         self, src_img: Tensor, dst_img: Tensor, output_intermediate_models: bool = False
     ) -> Union[Tensor, Tuple[Tensor, List[Tensor]]]:
-        """Learn, from the identity on, the transforms that bring source images to destination images.
+        """Learn the transforms that align source images with destination images, starting from the identity.
 
         Args:
             src_img: (B, C, H, W), floating point, values of the order of 1.
             dst_img: (B, C, H, W).
-            output_intermediate_models: return each level's transforms too, the coarsest first.
+            output_intermediate_models: also return the transforms of each level, the coarsest first.
 
         Returns:
-            (B, 3, 3), from dst_img to src_img in normalised coordinates, as :class:`HomographyWarper` takes
-            them: ``denormalize_homography(result, (H, W), (H, W), align_corners=False)`` is in pixels. A list
-            of such after it if wanted.
+            (B, 3, 3), from dst_img to src_img in normalized coordinates, as :class:`HomographyWarper` takes
+            them: ``denormalize_homography(result, (H, W), (H, W), align_corners=False)`` is in pixels. With
+                output_intermediate_models, a list of such tensors follows.
 
         Raises:
             TypeError: if an image is not floating point.
@@ -219,15 +214,15 @@ class ImageRegistrator(nn.Module):
         return (models[-1], models) if output_intermediate_models else models[-1]
 
     def warp_src_into_dst(self, src_img: Tensor) -> Tensor:
-        """Source images (B, C, H, W) as the destination images show them, by the transforms learned last."""
+        """Source images (B, C, H, W), warped to the destination images by the last learned transforms."""
         return self.warper(src_img.size(2), src_img.size(3))(src_img, self.model())
 
     def warp_dst_into_src(self, dst_img: Tensor) -> Tensor:
-        """Destination images (B, C, H, W) as the source images show them."""
+        """Destination images (B, C, H, W), warped to the source images."""
         return self.warper(dst_img.size(2), dst_img.size(3))(dst_img, self.model.forward_inverse())
 
     def _descend(self, source: Tensor, target: Tensor) -> None:
-        """One level's steps."""
+        """The steps of one level."""
         optimizer = self.optimizer(self.model.parameters(), lr=self.lr)
         before: Optional[float] = None
         for _ in range(self.num_iterations):
@@ -244,7 +239,7 @@ class ImageRegistrator(nn.Module):
 
 def mean_over_covered(loss: Tensor, coverage: Tensor) -> Tensor:
     """Means (B,) of losses (B, H, W) over the pixels whose source lies inside the image: where ``coverage``
-    (B, H, W), ones that were warped as the image was, is 1."""
+    (B, H, W) is 1. ``coverage`` is an image of ones, warped like the image."""
     covered = (coverage > 0.999).to(loss.dtype)
     return (loss * covered).sum((1, 2)) / covered.sum((1, 2)).clamp(min=1.0)
 

@@ -1,4 +1,4 @@
-"""Stereo pairs: cameras turned so that rows correspond, and points from disparities."""
+"""Stereo pairs: rectification, so that rows correspond, and points from disparities."""
 
 from typing import List, Optional, Tuple
 
@@ -32,14 +32,13 @@ def stereo_rectify(
     dist2: Optional[Tensor] = None,
     zero_disparity: bool = True,
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """Rotations and projection matrices of a stereo pair after which points are in the same row of both
-    images, by J.-Y. Bouguet's method.
-
-    Each camera is turned by half of the rotation between them, then both in the shortest way until the line
-    between them is the x axis, or the y axis where it is nearer to that (points are then in the same column).
-    Both have the mean focal length across the line, and principal points that keep the mean of their images'
-    corners in the middle. ``cv2.stereoRectify`` with its default alpha of -1, images of the same size after
-    as before, and so without regions of interest: scale P1, P2 and Q for other choices.
+    """Rectify a stereo pair by J.-Y. Bouguet's method, like ``cv2.stereoRectify`` with its default alpha of
+    -1. After the returned rotations and projections, points are in the same row of both images. Each camera
+    is rotated by half of the rotation between them; then both are rotated, by the smallest angle, until the
+    baseline is along the x axis, or along the y axis if this is nearer (points are then in the same column).
+    Both cameras get the mean of the focal lengths across the baseline, and principal points that keep the
+    mean of their images' corners at the centre. The image size does not change and there are no regions of
+    interest; for other choices, scale P1, P2 and Q.
 
     Args:
         K1, K2: (B, 3, 3), camera matrices, floating point.
@@ -47,9 +46,10 @@ def stereo_rectify(
         t: (B, 3, 1), translations from the first camera's frame to the second's, not 0.
         height, width: size of both images.
         dist1, dist2: (B, n), distortion coefficients as for
-            :func:`chiasm.geometry.calibration.undistort_points`; none by default. They only move the corners.
-        zero_disparity: give both the same principal point, so that what is far away has the disparity 0; else
-            only across the line.
+            :func:`chiasm.geometry.calibration.undistort_points`; none by default. They only change the
+            corners.
+        zero_disparity: give both cameras the same principal point, so that points at infinity have the
+            disparity 0; otherwise it is the same only across the baseline.
 
     Returns:
         R1, R2 (B, 3, 3), rotations from the cameras' frames to the rectified ones; P1, P2 (B, 3, 4),
@@ -71,7 +71,7 @@ def stereo_rectify(
     """
     _check_pair(K1, K2, R, t)
     half = _half_rotation(R.to(torch.float64))
-    # Where the second camera is, in a frame turned half of the way.
+    # The position of the second camera in the frame rotated by half.
     shift = small_matmul(half.transpose(1, 2), t.to(torch.float64))[..., 0]
     horizontal = shift[:, 0:1].abs() > shift[:, 1:2].abs()
     eye = torch.eye(3, dtype=torch.float64, device=t.device)
@@ -79,7 +79,7 @@ def stereo_rectify(
     along = (axis * shift).sum(-1, keepdim=True)
     turn = _shortest_turn(shift, torch.where(along > 0, axis, -axis))
     R1, R2 = small_matmul(turn, half), small_matmul(turn, half.transpose(1, 2))
-    # positive with the axis: the turn keeps the length
+    # positive if it points along the axis: the rotation keeps the length
     baseline = torch.where(along > 0, 1.0, -1.0).to(along.dtype) * _length(shift)
     across = 1.0 - axis[:, 0:2]
     k1, k2 = K1.to(torch.float64), K2.to(torch.float64)
@@ -100,19 +100,17 @@ def stereo_rectify(
 
 
 def reproject_disparity_to_3d(disparity: Tensor, Q: Tensor) -> Tensor:
-    """The point that each pixel of a rectified image sees: (X, Y, Z) / W of Q (x, y, disparity, 1).
-    ``cv2.reprojectImageTo3D``.
-
-    :func:`chiasm.geometry.depth.depth_from_disparity` is Z alone, for two cameras with the same principal
-    point.
+    """Convert a disparity map to 3D points: (X, Y, Z) / W of Q (x, y, disparity, 1), like
+    ``cv2.reprojectImageTo3D``. :func:`chiasm.geometry.depth.depth_from_disparity` computes only Z, for two
+    cameras with the same principal point.
 
     Args:
-        disparity: (B, 1, H, W), x in the first image less x in the second (y for a pair one above the other),
-            in pixels, floating point.
+        disparity: (B, 1, H, W), x in the first image minus x in the second image (y for a vertical pair), in
+            pixels, floating point.
         Q: (B, 4, 4), from :func:`stereo_rectify`.
 
     Returns:
-        (B, H, W, 3), in the first rectified camera's frame. What is at infinity comes out far away.
+        (B, H, W, 3), in the first rectified camera's frame. Points at infinity become very distant points.
         Differentiable in both.
 
     Raises:
@@ -144,14 +142,14 @@ def reproject_disparity_to_3d(disparity: Tensor, Q: Tensor) -> Tensor:
 
 
 def _half_rotation(R: Tensor) -> Tensor:
-    """The rotation (B, 3, 3) that, done twice, is R: its quaternion is halfway between R's and 1."""
+    """The rotation (B, 3, 3) whose square is R: its quaternion is halfway between that of R and 1."""
     q = rotation_matrix_to_quaternion(R)
     q = torch.cat([q[..., 0:1] + 1.0, q[..., 1:]], -1)
     return quaternion_to_rotation_matrix(q / _length(q))
 
 
 def _shortest_turn(v: Tensor, axis: Tensor) -> Tensor:
-    """The rotation (B, 3, 3) by less than a right angle that turns v (B, 3) into the direction of the unit
+    """The rotation (B, 3, 3) by less than 90 degrees that rotates v (B, 3) to the direction of the unit
     vector axis (B, 3)."""
     u = v / _length(v)
     normal = vector_to_skew_symmetric_matrix(cross(u, axis))
@@ -166,7 +164,7 @@ def _length(v: Tensor) -> Tensor:
 def _principal_point(
     K: Tensor, R: Tensor, focal: Tensor, height: int, width: int, dist: Optional[Tensor]
 ) -> Tensor:
-    """(B, 2) such that the mean of the image's turned corners is in its middle."""
+    """The principal point (B, 2) that puts the mean of the rotated image corners at the image centre."""
     size = torch.stack(
         [torch.ones_like(focal[0, 0]) * (width - 1), torch.ones_like(focal[0, 0]) * (height - 1)], -1
     )

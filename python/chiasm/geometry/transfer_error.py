@@ -1,4 +1,4 @@
-"""How far correspondences are from obeying a homography."""
+"""Distances of correspondences from a homography."""
 
 import torch
 from torch import Tensor
@@ -11,7 +11,7 @@ from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul
 def oneway_transfer_error(
     pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8
 ) -> Tensor:
-    """Distances in the second image between points and where the homography takes those of the first.
+    """Distances in the second image between points and the transformed points of the first image.
 
     Args:
         pts1, pts2: (B, N, 2), or (B, N, 3) homogeneous, floating point.
@@ -40,20 +40,20 @@ def oneway_transfer_error(
 def symmetric_transfer_error(
     pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8
 ) -> Tensor:
-    """Squared distances in both images between points and where the homography or its inverse takes their
-    partners, added up.
+    """Sum of the squared transfer errors in both images: the distances between points and their transformed
+    partners.
 
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 4.2.2.
 
     Args:
         pts1, pts2: (B, N, 2), or (B, N, 3) homogeneous, floating point.
         H: (B, 3, 3), from the first image to the second.
-        squared: return the sum; else its square root.
+        squared: return the sum; otherwise its square root.
         eps: added under the square root.
 
     Returns:
-        (B, N); infinite where H has no inverse (Kornia: the dtype's largest number). Differentiable in all
-        tensors.
+        (B, N); infinite if H has no inverse (in Kornia, the largest number of the dtype). Differentiable in
+        all tensors.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
@@ -76,11 +76,12 @@ def symmetric_transfer_error(
 
 
 def sampson_homography_distance(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True) -> Tensor:
-    """First-order approximation of the distance in both images to the nearest points that obey the
-    homography.
+    """Sampson distance: first-order approximation of the distance, in both images, to the nearest exact
+    correspondence.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 4.2.6: e^T (J J^T)^-1 e, e being the residuals
-    of the two equations of the direct linear transform and J their derivatives by the four coordinates.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 4.2.6: e^T (J J^T)^-1 e, where e are the
+    residuals of the two equations of the direct linear transform and J are their derivatives with respect to
+    the four coordinates.
 
     Args:
         pts1, pts2: (B, N, 2), or (B, N, 3) homogeneous, floating point.
@@ -125,7 +126,7 @@ def line_segment_transfer_error_one_way(ls1: Tensor, ls2: Tensor, H: Tensor, squ
     """Mean distance of the transferred end points of segments from the lines through the second image's
     segments.
 
-    A distance in pixels: the lines are normalised, so that long segments count no more than short ones.
+    The distance is in pixels: the lines are normalized, so that long and short segments have equal weights.
 
     Args:
         ls1, ls2: (B, N, 2, 2), the segments' two end points, floating point.
@@ -155,8 +156,8 @@ def line_segment_transfer_error_one_way(ls1: Tensor, ls2: Tensor, H: Tensor, squ
 
 
 def line_through(a: Tensor, b: Tensor) -> Tensor:
-    """The line (*, 3) through homogeneous points (*, 3), its normal of unit length; zero where the points are
-    one."""
+    """The line (*, 3) through homogeneous points (*, 3), with a normal of unit length; zero if the points are
+    equal."""
     line = cross(a, b)
     squared = line[..., 0:1] * line[..., 0:1] + line[..., 1:2] * line[..., 1:2]
     return line / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))

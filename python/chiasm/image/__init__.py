@@ -1,4 +1,4 @@
-"""Images at the border of a product: bytes in and out, grids, drawing."""
+"""Input and output of images: conversion from and to uint8, grids, drawing."""
 
 from ..primitives.core.modules import lazy_modules
 from .conversion import image_to_tensor, tensor_to_image

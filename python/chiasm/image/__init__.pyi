@@ -26,7 +26,9 @@ class DrawLine(nn.Module):
     def __call__(self, image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor: ...
 
 class DrawPoint2d(nn.Module):
-    """`draw_point2d` as a module: Colour single pixels."""
+    """`draw_point2d` as a module: Draw points of one pixel. Unlike Kornia, this op does not change its
+    input, rounds coordinates instead of truncating them, ignores points outside the image, and takes a
+    batch."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor, points: Tensor, color: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor, points: Tensor, color: Tensor) -> Tensor: ...
@@ -44,8 +46,10 @@ class DrawRectangle(nn.Module):
     def __call__(self, image: Tensor, rectangle: Tensor) -> Tensor: ...
 
 class ImageToTensor(nn.Module):
-    """`image_to_tensor` as a module: Bytes with the channels last as floating point in [0, 1] with the
-    channels first."""
+    """`image_to_tensor` as a module: Convert uint8 with channels last to floating point in [0, 1] with
+    channels first. Unlike in Kornia, the input is a tensor (``torch.from_numpy`` converts an array
+    without a copy), and it is always scaled. The order of the channels is kept: OpenCV's images are
+    BGR."""
 
     keepdim: bool
     def __init__(self, keepdim: bool = False) -> None: ...
@@ -53,8 +57,8 @@ class ImageToTensor(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class MakeGrid(nn.Module):
-    """`make_grid` as a module: Put a batch of images side by side, row after row, with zeros between
-    them and where images are missing."""
+    """`make_grid` as a module: Arrange a batch of images in a grid, row by row, with zeros between
+    images and in empty cells."""
 
     n_row: Optional[int]
     padding: int
@@ -63,7 +67,7 @@ class MakeGrid(nn.Module):
     def __call__(self, tensor: Tensor) -> Tensor: ...
 
 class TensorToImage(nn.Module):
-    """`tensor_to_image` as a module: Floating point in [0, 1] with the channels first as bytes with the
+    """`tensor_to_image` as a module: Convert floating point in [0, 1] with channels first to uint8 with
     channels last."""
     def __init__(self) -> None: ...
     def forward(self, tensor: Tensor) -> Tensor: ...

@@ -1,4 +1,4 @@
-"""Between images as cameras and files have them (bytes, channels last) and tensors as ops take them."""
+"""Conversion between images of cameras and files (uint8, channels last) and the tensors that ops take."""
 
 import torch
 from torch import Tensor
@@ -8,14 +8,13 @@ from ..primitives.numbers.rounding import known_or
 
 
 def image_to_tensor(image: Tensor, keepdim: bool = False) -> Tensor:
-    """Bytes with the channels last as floating point in [0, 1] with the channels first.
-
-    Unlike Kornia's, it takes a tensor (``torch.from_numpy`` makes one of an array without a copy) and always
-    scales. The order of the channels is kept: OpenCV's images are BGR.
+    """Convert uint8 with channels last to floating point in [0, 1] with channels first. Unlike in Kornia, the
+    input is a tensor (``torch.from_numpy`` converts an array without a copy), and it is always scaled. The
+    order of the channels is kept: OpenCV's images are BGR.
 
     Args:
         image: (H, W, C) or (B, H, W, C), uint8.
-        keepdim: True gives one image without a batch.
+        keepdim: True returns one image without a batch dimension.
 
     Returns:
         (B, C, H, W), float32 in [0, 1]; B is 1 for one image. With keepdim (C, H, W) for one image.
@@ -39,10 +38,10 @@ def image_to_tensor(image: Tensor, keepdim: bool = False) -> Tensor:
 
 
 def tensor_to_image(tensor: Tensor) -> Tensor:
-    """Floating point in [0, 1] with the channels first as bytes with the channels last.
+    """Convert floating point in [0, 1] with channels first to uint8 with channels last.
 
-    255 times the value is rounded to the nearest integer (ties to even) and saturated, as OpenCV's
-    ``convertTo`` does. Unlike Kornia's, it returns a tensor, of which ``.numpy()`` is the array.
+    255 times the value is rounded to the nearest integer (ties to even) and saturated, like OpenCV's
+    ``convertTo``. Unlike in Kornia, the result is a tensor; ``.numpy()`` converts it to an array.
 
     Args:
         tensor: (C, H, W) or (B, C, H, W), floating point.

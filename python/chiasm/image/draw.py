@@ -11,10 +11,8 @@ from ..primitives.numbers.rounding import known_or
 
 
 def draw_point2d(image: Tensor, points: Tensor, color: Tensor) -> Tensor:
-    """Colour single pixels.
-
-    Unlike Kornia's, it leaves the input as it is, rounds coordinates instead of cutting them, ignores points
-    outside the image, and takes a batch.
+    """Draw points of one pixel. Unlike Kornia, this op does not change its input, rounds coordinates instead
+    of truncating them, ignores points outside the image, and takes a batch.
 
     Args:
         image: (H, W), (C, H, W) or (B, C, H, W), any dtype.
@@ -45,9 +43,9 @@ def draw_line(image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor:
     """Draw straight lines one pixel wide, 8-connected, both ends included.
 
     J. E. Bresenham, Algorithm for computer control of a digital plotter, IBM Systems Journal 4(1), 1965, in
-    closed form: along the longer axis the other coordinate is the nearest, of two equally near the one nearer
-    to the line's left end (OpenCV's rule). Unlike Kornia's, it leaves the input as it is, takes a batch and
-    lines that leave the image.
+    closed form: for each step along the longer axis, the other coordinate is the nearest one; of two equally
+    near ones, the one nearer to the line's left end (OpenCV's rule). Unlike Kornia, this op does not change
+    its input, and takes a batch and lines that extend outside the image.
 
     Args:
         image: (C, H, W) or (B, C, H, W), any dtype.
@@ -85,8 +83,8 @@ def draw_line(image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor:
 
 
 def whole_pixels(points: Tensor) -> Tensor:
-    """Coordinates as int64, rounded; beyond 2^20 pixels from the origin they saturate, which keeps products
-    exact. NaN is as far as that to the left or above."""
+    """Coordinates as int64, rounded; they saturate at 2^20 pixels from the origin, which keeps products
+    exact. NaN becomes the least coordinate."""
     if points.is_floating_point():
         # Half precision has no number as large as 2^20.
         points = points if points.dtype == torch.float64 else points.to(torch.float32)
@@ -98,7 +96,7 @@ def _line_pixels(first: Tensor, second: Tensor, height: int, width: int) -> Tupl
     """x and y (B, N * (W + H)) of the lines' pixels: one for each column of a flat line, for each row of a
     steep one.
 
-    Those that belong to no line are -1. All arithmetic is in integers, so every backend draws the same.
+    Pixels that belong to no line are -1. All arithmetic is in integers, so every backend draws the same.
     """
     leftward = (second[..., :1] < first[..., :1]).expand_as(first)
     left, right = torch.where(leftward, second, first), torch.where(leftward, first, second)
@@ -139,7 +137,7 @@ def _painted(image: Tensor, x: Tensor, y: Tensor, color: Tensor) -> Tensor:
             f"color: expected shape (C,) or (1,) for C = {image.size(-3)}, got {list(color.shape)}"
         )
     inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    # One place more than there are pixels takes what lies outside.
+    # One extra element after the pixels takes the points outside the image.
     place = torch.where(inside, y * width + x, torch.full_like(x, 0) + height * width)
     hits = torch.zeros([x.size(0), height * width + 1], dtype=torch.float32, device=image.device)
     hits = hits.scatter_add(1, place, torch.ones_like(place, dtype=torch.float32))

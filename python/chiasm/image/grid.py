@@ -1,4 +1,4 @@
-"""Many images as one."""
+"""Grids of images."""
 
 from typing import Optional
 
@@ -9,13 +9,12 @@ from ..primitives.core.checks import check_rank
 
 
 def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> Tensor:
-    """Put a batch of images side by side, row after row, with zeros between them and where images are
-    missing.
+    """Arrange a batch of images in a grid, row by row, with zeros between images and in empty cells.
 
     Args:
         tensor: (B, C, H, W), any dtype.
-        n_row: images in a row; by default the least n with n * n >= B. Exported with a batch of any size, it
-            must be given.
+        n_row: images in a row; by default the least n with n * n >= B. It must be given to export the op with
+            a batch of any size.
         padding: pixels between neighbours; there are none around the grid.
 
     Returns:
@@ -44,7 +43,7 @@ def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> 
         raise ValueError(f"padding: expected zero or more, got {padding}")
     rows = (batch + columns - 1) // columns
     tall, wide = height + padding, width + padding
-    # Where each row and column of the grid comes from; past an image's end lies its padding.
+    # The source of each row and column of the grid; indices past the end of an image are its padding.
     y, x = (
         torch.arange(rows * tall - padding, device=tensor.device),
         torch.arange(columns * wide - padding, device=tensor.device),

@@ -21,15 +21,15 @@ def draw_rectangle(
 ) -> Tensor:
     """Draw rectangles, later ones over earlier ones.
 
-    Unlike Kornia's, it leaves the input as it is, rounds coordinates instead of cutting them, and makes the
-    corners of wide lines whole.
+    Unlike Kornia, this op does not change its input, rounds coordinates instead of truncating them, and draws
+    the complete corners of wide lines.
 
     Args:
         image: (B, C, H, W), any dtype.
         rectangle: (B, N, 4): x1, y1, x2, y2 in pixels, rounded to the nearest; both corners belong to the
-            rectangle, which is empty where x2 < x1 or y2 < y1. It may leave the image.
+            rectangle, which is empty if x2 < x1 or y2 < y1. It may extend outside the image.
         color: (1,), (C,), (B, N, 1) or (B, N, C), in the image's range; 0 by default.
-        fill: whether to fill the rectangles instead of drawing their edges.
+        fill: True fills the rectangles; False draws their edges.
         line_width: width of the edges in pixels, centred (an even width has one pixel more towards the top
             left).
 
@@ -84,13 +84,14 @@ def _per_rectangle(color: Optional[Tensor], image: Tensor, count: int) -> Tensor
 def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Tensor:
     """Fill one convex polygon in each image: all pixels whose centre lies in it or on its edge.
 
-    Unlike Kornia's, it leaves the input as it is and takes no list: repeat a vertex where polygons differ in
-    their number. OpenCV's ``fillConvexPoly`` also colours pixels that the edge merely touches.
+    Unlike Kornia, this op does not change its input and does not take a list: if polygons have different
+    numbers of vertices, repeat a vertex. OpenCV's ``fillConvexPoly`` also colours pixels that the edge only
+    touches.
 
     Args:
         images: (B, C, H, W), any dtype.
-        polygons: vertices (B, N, 2), x and y in pixels, in either order around the polygon; fractions count.
-            Pixels outside any of its edges are left out, so of a polygon that is not convex only the core is
+        polygons: vertices (B, N, 2), x and y in pixels, clockwise or counterclockwise; they are not rounded.
+            Pixels outside of any edge are not filled, so that only the core of a non-convex polygon is
             filled.
         colors: (B, C), (C,) or (1,), in the image's range.
 
@@ -124,14 +125,14 @@ def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Ten
             f"colors: expected shape (B, C), (C,) or (1,) for images {list(images.shape)}, got"
             f" {list(colors.shape)}"
         )
-    # In float64 the products of whole coordinates are exact, hence also which pixels lie on an edge.
+    # In float64 the products of whole coordinates are exact, so that pixels on an edge are found exactly.
     vertex = polygons.detach().to(torch.float64)[..., None]
     x0, y0 = vertex[:, :, 0], vertex[:, :, 1]
     dx, dy = torch.cat([x0[:, 1:], x0[:, :1]], 1) - x0, torch.cat([y0[:, 1:], y0[:, :1]], 1) - y0
     y = torch.arange(height, device=images.device).to(torch.float64)
     first, last = _span(x0, y0, dx, dy, y)
     first_back, last_back = _span(x0, y0, -dx, -dy, y)  # the other way round
-    # Vertices on one line have no side; their extent bounds them.
+    # If all vertices are on one line, no side exists; their extent is the limit.
     in_rows = (y >= y0.amin(1)) & (y <= y0.amax(1))
     return spans_over(
         images,

@@ -41,8 +41,9 @@ from .ssim import ssim_loss as ssim_loss
 from .total_variation import total_variation as total_variation
 
 class BinaryFocalLossWithLogits(nn.Module):
-    """`binary_focal_loss_with_logits` as a module: -alpha (1 - p)^gamma y log(p) - (1 - alpha) p^gamma
-    (1 - y) log(1 - p), with the sigmoid p of pred and the target y."""
+    """`binary_focal_loss_with_logits` as a module: Binary focal loss, where p is the sigmoid of pred and
+    y is the target. The loss is -alpha (1 - p)^gamma y log(p) - (1 - alpha) p^gamma (1 - y) log(1 - p).
+    T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017."""
 
     alpha: Optional[float]
     gamma: float
@@ -81,8 +82,8 @@ class CharbonnierLoss(nn.Module):
     def __call__(self, img1: Tensor, img2: Tensor) -> Tensor: ...
 
 class DiceLoss(nn.Module):
-    """`dice_loss` as a module: 1 - 2 sum(p g) / (sum(p) + sum(g) + eps), with the softmax p of pred and
-    g = 1 at the pixels of a class; the mean over the batch."""
+    """`dice_loss` as a module: Dice loss: 1 - 2 sum(p g) / (sum(p) + sum(g) + eps), with the softmax p
+    of pred and one-hot labels g."""
 
     average: str
     eps: float
@@ -99,8 +100,8 @@ class DiceLoss(nn.Module):
     def __call__(self, pred: Tensor, target: Tensor) -> Tensor: ...
 
 class FocalLoss(nn.Module):
-    """`focal_loss` as a module: -alpha_t (1 - p_t)^gamma log(p_t), with the softmax p_t of a pixel's own
-    class."""
+    """`focal_loss` as a module: Focal loss -alpha_t (1 - p_t)^gamma log(p_t), where p_t is the softmax
+    of a pixel's true class."""
 
     alpha: Optional[float]
     gamma: float
@@ -127,8 +128,8 @@ class GemanMcclureLoss(nn.Module):
     def __call__(self, img1: Tensor, img2: Tensor) -> Tensor: ...
 
 class HausdorffERLoss(nn.Module):
-    """`hausdorff_er_loss` as a module: Sum over i = 1..k of i^alpha times (pred - target)^2 eroded i
-    times: what is wrong counts the more, the thicker it is."""
+    """`hausdorff_er_loss` as a module: Hausdorff loss by erosion: the sum over i = 1..k of i^alpha times
+    (pred - target)^2 eroded i times."""
 
     alpha: float
     k: int
@@ -138,8 +139,8 @@ class HausdorffERLoss(nn.Module):
     def __call__(self, pred: Tensor, target: Tensor) -> Tensor: ...
 
 class HausdorffERLoss3D(nn.Module):
-    """`hausdorff_er_loss3d` as a module: ``hausdorff_er_loss`` of volumes, whose voxels are averaged
-    with their six neighbours."""
+    """`hausdorff_er_loss3d` as a module: ``hausdorff_er_loss`` for volumes; an erosion averages a voxel
+    and its six neighbours."""
 
     alpha: float
     k: int
@@ -149,8 +150,8 @@ class HausdorffERLoss3D(nn.Module):
     def __call__(self, pred: Tensor, target: Tensor) -> Tensor: ...
 
 class InverseDepthSmoothnessLoss(nn.Module):
-    """`inverse_depth_smoothness_loss` as a module: Mean of \|dx d\| exp(-\|dx I\|) plus mean of \|dy d\|
-    exp(-\|dy I\|), of an inverse depth d beside an image I."""
+    """`inverse_depth_smoothness_loss` as a module: Smoothness of inverse depth d except at edges of an
+    image I: the mean of \|dx d\| exp(-\|dx I\|) plus the mean of \|dy d\| exp(-\|dy I\|)."""
     def __init__(self) -> None: ...
     def forward(self, idepth: Tensor, image: Tensor) -> Tensor: ...
     def __call__(self, idepth: Tensor, image: Tensor) -> Tensor: ...
@@ -165,7 +166,7 @@ class JsDivLoss2d(nn.Module):
     def __call__(self, pred: Tensor, target: Tensor) -> Tensor: ...
 
 class KlDivLoss2d(nn.Module):
-    """`kl_div_loss_2d` as a module: Kullback-Leibler divergence of pred from target, the sum of target
+    """`kl_div_loss_2d` as a module: Kullback-Leibler divergence of pred from target: the sum of target
     log(target / pred) over each heatmap."""
 
     reduction: str
@@ -212,8 +213,8 @@ class MS_SSIMLoss(nn.Module):
     def __call__(self, img1: Tensor, img2: Tensor) -> Tensor: ...
 
 class MutualInformationLoss(nn.Module):
-    """`mutual_information_loss` as a module: Minus the mutual information, H(input) + H(target) -
-    H(input, target) in nats, of the values of two signals."""
+    """`mutual_information_loss` as a module: Negative mutual information of two signals: -(H(input) +
+    H(target) - H(input, target)), in nats."""
 
     input_mask: Optional[Tensor]
     target_mask: Optional[Tensor]
@@ -232,7 +233,7 @@ class MutualInformationLoss(nn.Module):
     def __call__(self, input: Tensor, target: Tensor) -> Tensor: ...
 
 class MutualInformationLoss2d(nn.Module):
-    """`mutual_information_loss_2d` as a module: ``mutual_information_loss`` of the planes of images."""
+    """`mutual_information_loss_2d` as a module: ``mutual_information_loss`` for the planes of images."""
 
     input_mask: Optional[Tensor]
     target_mask: Optional[Tensor]
@@ -251,7 +252,7 @@ class MutualInformationLoss2d(nn.Module):
     def __call__(self, input: Tensor, target: Tensor) -> Tensor: ...
 
 class MutualInformationLoss3d(nn.Module):
-    """`mutual_information_loss_3d` as a module: ``mutual_information_loss`` of volumes."""
+    """`mutual_information_loss_3d` as a module: ``mutual_information_loss`` for volumes."""
 
     input_mask: Optional[Tensor]
     target_mask: Optional[Tensor]
@@ -270,8 +271,9 @@ class MutualInformationLoss3d(nn.Module):
     def __call__(self, input: Tensor, target: Tensor) -> Tensor: ...
 
 class NormalizedMutualInformationLoss(nn.Module):
-    """`normalized_mutual_information_loss` as a module: Minus the normalised mutual information,
-    (H(input) + H(target)) / H(input, target): from -1 (independent) to -2 (one tells the other)."""
+    """`normalized_mutual_information_loss` as a module: Negative normalized mutual information,
+    -(H(input) + H(target)) / H(input, target). It is from -1 (independent) to -2 (one signal determines
+    the other)."""
 
     input_mask: Optional[Tensor]
     target_mask: Optional[Tensor]
@@ -290,8 +292,8 @@ class NormalizedMutualInformationLoss(nn.Module):
     def __call__(self, input: Tensor, target: Tensor) -> Tensor: ...
 
 class NormalizedMutualInformationLoss2d(nn.Module):
-    """`normalized_mutual_information_loss_2d` as a module: ``normalized_mutual_information_loss`` of the
-    planes of images."""
+    """`normalized_mutual_information_loss_2d` as a module: ``normalized_mutual_information_loss`` for
+    the planes of images."""
 
     input_mask: Optional[Tensor]
     target_mask: Optional[Tensor]
@@ -310,7 +312,7 @@ class NormalizedMutualInformationLoss2d(nn.Module):
     def __call__(self, input: Tensor, target: Tensor) -> Tensor: ...
 
 class NormalizedMutualInformationLoss3d(nn.Module):
-    """`normalized_mutual_information_loss_3d` as a module: ``normalized_mutual_information_loss`` of
+    """`normalized_mutual_information_loss_3d` as a module: ``normalized_mutual_information_loss`` for
     volumes."""
 
     input_mask: Optional[Tensor]
@@ -330,8 +332,8 @@ class NormalizedMutualInformationLoss3d(nn.Module):
     def __call__(self, input: Tensor, target: Tensor) -> Tensor: ...
 
 class OneHot(nn.Module):
-    """`one_hot` as a module: A plane for each class: 1 + eps where a label is that class, eps
-    elsewhere."""
+    """`one_hot` as a module: One-hot encoding: a plane for each class with 1 + eps where the label is
+    this class, eps elsewhere."""
 
     num_classes: int
     device: Optional[torch.device]
@@ -348,7 +350,7 @@ class OneHot(nn.Module):
     def __call__(self, labels: Tensor) -> Tensor: ...
 
 class PSNRLoss(nn.Module):
-    """`psnr_loss` as a module: Minus the peak signal-to-noise ratio in decibels; see
+    """`psnr_loss` as a module: Negative peak signal-to-noise ratio in decibels; see
     ``chiasm.metrics.psnr``."""
 
     max_val: float
@@ -396,8 +398,8 @@ class SSIMLoss(nn.Module):
     def __call__(self, img1: Tensor, img2: Tensor) -> Tensor: ...
 
 class TotalVariation(nn.Module):
-    """`total_variation` as a module: Sum of the absolute differences between neighbours along rows and
-    columns (the anisotropic total variation)."""
+    """`total_variation` as a module: Anisotropic total variation: the sum of absolute differences of
+    neighbours along rows and columns."""
 
     reduction: str
     def __init__(self, reduction: str = "sum") -> None: ...
@@ -405,8 +407,8 @@ class TotalVariation(nn.Module):
     def __call__(self, img: Tensor) -> Tensor: ...
 
 class TverskyLoss(nn.Module):
-    """`tversky_loss` as a module: 1 - TP / (TP + alpha FP + beta FN + eps) by the softmax of pred: true
-    and false positives, false negatives; the mean over the batch."""
+    """`tversky_loss` as a module: Tversky loss: 1 - TP / (TP + alpha FP + beta FN + eps), with soft
+    counts from the softmax of pred."""
 
     alpha: float
     beta: float

@@ -7,12 +7,12 @@ from ..primitives.core.checks import check_image
 
 
 def inverse_depth_smoothness_loss(idepth: Tensor, image: Tensor) -> Tensor:
-    """Mean of \\|dx d\\| exp(-\\|dx I\\|) plus mean of \\|dy d\\| exp(-\\|dy I\\|), of an inverse depth d
-    beside an image I.
+    """Smoothness of inverse depth d except at edges of an image I: the mean of \\|dx d\\| exp(-\\|dx I\\|)
+    plus the mean of \\|dy d\\| exp(-\\|dy I\\|).
 
     C. Godard et al., Unsupervised monocular depth estimation with left-right consistency, CVPR 2017, equation
-    4: depth may jump where the image does. Differences are those of neighbours; that of the image is the mean
-    of its channels' absolute ones.
+    4: depth may jump where the image does. dx and dy are differences of neighbours; for the image, the mean
+        of the absolute differences over its channels.
 
     Args:
         idepth: (B, 1, H, W), floating point; H and W at least 2.

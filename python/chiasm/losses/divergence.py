@@ -10,7 +10,7 @@ from ..primitives.numbers.loss_reduction import reduced
 
 
 def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
-    """Kullback-Leibler divergence of pred from target, the sum of target log(target / pred) over each
+    """Kullback-Leibler divergence of pred from target: the sum of target log(target / pred) over each
     heatmap.
 
     Args:
@@ -19,8 +19,8 @@ def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Ten
         reduction: "mean", "sum" or "none".
 
     Returns:
-        A scalar, or (B, N) for "none". Where pred is 0 and target is not, the divergence is infinite, and
-        that pixel's gradient zero.
+        A scalar, or (B, N) for "none". If pred is 0 at a pixel and target is not, the divergence is infinite
+        and the pixel's gradient is zero.
 
     Raises:
         TypeError: if pred or target is not floating point.

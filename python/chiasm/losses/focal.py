@@ -1,4 +1,4 @@
-"""Cross entropy that is focused on what is hard to classify."""
+"""Focal losses: cross entropy with more weight on examples that are hard to classify."""
 
 from typing import Optional
 
@@ -19,25 +19,25 @@ def focal_loss(
     weight: Optional[Tensor] = None,
     ignore_index: Optional[int] = -100,
 ) -> Tensor:
-    """-alpha_t (1 - p_t)^gamma log(p_t), with the softmax p_t of a pixel's own class.
+    """Focal loss -alpha_t (1 - p_t)^gamma log(p_t), where p_t is the softmax of a pixel's true class.
 
-    T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017. Of two classes it is the binary loss
+    T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017. For two classes it is the binary loss
     of the difference of their logits.
 
     Args:
         pred: (B, C, *) logits of at least two classes, floating point.
         target: (B, *) integer labels, 0 to C - 1 or ignore_index.
-        alpha: weight of the classes from 1 on; class 0, the background, has 1 - alpha. None for no such
+        alpha: weight of the classes from 1 on; class 0, the background, has 1 - alpha. None means no such
             weights.
-        gamma: how much less a pixel counts that is classified well; 0 makes it a cross entropy.
-        reduction: "none", "sum" or "mean", which is that of all classes' entries of the pixels that are not
-            ignored: C times it is the mean of the pixels.
-        weight: (C,), by which the pixels of a class are weighted; by default ones.
-        ignore_index: label of pixels that are left out; None for none.
+        gamma: reduces the weight of well classified pixels; 0 gives the cross entropy.
+        reduction: "none", "sum" or "mean". The mean is over all C entries of the pixels that are not ignored,
+            so C times it is the mean over pixels.
+        weight: (C,), the weight of the pixels of each class; ones by default.
+        ignore_index: label of pixels that are ignored; None ignores no pixels.
 
     Returns:
-        (B, C, *), the loss in the plane of a pixel's own class and 0 in the others, and where ignored; or a
-        scalar.
+        (B, C, *), the loss in the plane of a pixel's true class, 0 in the other planes and at ignored pixels;
+        or a scalar.
 
     Raises:
         TypeError: if pred is not floating point or target not of integers.
@@ -55,8 +55,8 @@ def focal_loss(
     logits, every = where_considered(pred, counts)
     planes = class_planes(target, pred.size(1))
     own = torch.where(planes, logits, torch.zeros_like(logits)).sum(1)
-    # The odds of the class against all others give p_t and 1 - p_t without cancellation, however sure the
-    # prediction.
+    # The odds of the class against all others give p_t and 1 - p_t without cancellation, also for very
+    # confident predictions.
     loss = _focused(
         own - _log_sum_exp(torch.where(planes, torch.full_like(logits, -float("inf")), logits)), gamma
     )
@@ -82,20 +82,19 @@ def binary_focal_loss_with_logits(
     weight: Optional[Tensor] = None,
     ignore_index: Optional[int] = -100,
 ) -> Tensor:
-    """-alpha (1 - p)^gamma y log(p) - (1 - alpha) p^gamma (1 - y) log(1 - p), with the sigmoid p of pred and
-    the target y.
-
-    T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017.
+    """Binary focal loss, where p is the sigmoid of pred and y is the target. The loss is -alpha (1 - p)^gamma
+    y log(p) - (1 - alpha) p^gamma (1 - y) log(1 - p). T.-Y. Lin et al., Focal loss for dense object
+    detection, ICCV 2017.
 
     Args:
         pred: (B, C, *) logits, or of any shape without weights; floating point.
         target: like pred, 0 or 1 (or between), or ignore_index; of any dtype.
-        alpha: weight of positive examples; negative ones have 1 - alpha. None for no such weights.
-        gamma: how much less an example counts that is classified well; 0 makes it a cross entropy.
-        reduction: "none", "sum" or "mean", which is that of the examples that are not ignored.
-        pos_weight: (C,), by which a class's positive examples are weighted besides; by default ones.
-        weight: (C,), by which all examples of a class are weighted; by default ones.
-        ignore_index: target of examples that are left out; None for none.
+        alpha: weight of positive examples; negative ones have 1 - alpha. None means no such weights.
+        gamma: reduces the weight of well classified examples; 0 gives the cross entropy.
+        reduction: "none", "sum" or "mean" (over the examples that are not ignored).
+        pos_weight: (C,), an additional weight of the positive examples of each class; ones by default.
+        weight: (C,), the weight of all examples of each class; ones by default.
+        ignore_index: target of examples that are ignored; None ignores no examples.
 
     Returns:
         A tensor of pred's shape, 0 where ignored; or a scalar.
@@ -125,19 +124,19 @@ def binary_focal_loss_with_logits(
 
 
 def _focused(logit: Tensor, gamma: float) -> Tensor:
-    """-(1 - p)^gamma log(p) for the sigmoid p; by logarithms, whose gradients are finite also where p is 0 or
-    1."""
+    """-(1 - p)^gamma log(p) for the sigmoid p, computed by logarithms, whose gradients are finite also if p
+    is 0 or 1."""
     return -_log_sigmoid(logit) * torch.exp(gamma * _log_sigmoid(-logit))
 
 
 def _log_sigmoid(x: Tensor) -> Tensor:
-    """PyTorch's own has no ONNX form. The half makes the gradient right at 0 too, where that of |x| is
-    taken for 0."""
+    """logsigmoid of PyTorch has no ONNX form. The half also gives the right gradient at 0, where the gradient
+    of |x| is 0."""
     return 0.5 * (x - x.abs()) - torch.log1p(torch.exp(-x.abs()))
 
 
 def _log_sum_exp(x: Tensor) -> Tensor:
-    """log(sum(exp(x))) over the classes, of which one may be minus infinity."""
+    """log(sum(exp(x))) over the classes; one of them may be minus infinity."""
     largest = x.detach().amax(1, keepdim=True)
     return torch.log(torch.exp(x - largest).sum(1)) + largest.squeeze(1)
 

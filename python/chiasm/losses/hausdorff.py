@@ -16,20 +16,19 @@ from .labels import check_labels, class_planes
 def hausdorff_er_loss(
     pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean"
 ) -> Tensor:
-    """Sum over i = 1..k of i^alpha times (pred - target)^2 eroded i times: what is wrong counts the more, the
-    thicker it is.
+    """Hausdorff loss by erosion: the sum over i = 1..k of i^alpha times (pred - target)^2 eroded i times.
 
-    D. Karimi, S. E. Salcudean, Reducing the Hausdorff distance in medical image segmentation with
-    convolutional neural networks, IEEE TMI 39(2), 2020, equation 8. An erosion is soft: the mean over a pixel
-    and its four neighbours, 0 beyond the border, less 1/2 and not below
-    0. Each plane is then stretched to [0, 1], without which nothing would be left after two.
+    Thicker wrong regions have a greater loss. D. Karimi, S. E. Salcudean, Reducing the Hausdorff distance in
+    medical image segmentation with convolutional neural networks, IEEE TMI 39(2), 2020, equation 8. An
+    erosion is soft: the mean over a pixel and its four neighbours, 0 beyond the border, minus 1/2, and at
+    least 0. Each plane is then stretched to [0, 1]; without this, nothing would be left after two erosions.
 
     Args:
-        pred: (B, C, H, W) probabilities, floating point: of C classes from 2 on, or of the foreground for C =
-            1.
+        pred: (B, C, H, W) probabilities, floating point: of C classes if C is at least 2, or of the
+            foreground if C is 1.
         target: (B, 1, H, W) integer labels, 0 to C - 1, or 1 for the foreground.
-        alpha: how much the distance counts.
-        k: number of erosions, the largest distance in pixels that is told apart.
+        alpha: the exponent of the distance.
+        k: number of erosions, the largest distance in pixels that makes a difference.
         reduction: "mean", "sum" or "none".
 
     Returns:
@@ -55,14 +54,14 @@ def hausdorff_er_loss(
 def hausdorff_er_loss3d(
     pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean"
 ) -> Tensor:
-    """``hausdorff_er_loss`` of volumes, whose voxels are averaged with their six neighbours.
+    """``hausdorff_er_loss`` for volumes; an erosion averages a voxel and its six neighbours.
 
     Args:
-        pred: (B, C, D, H, W) probabilities, floating point: of C classes from 2 on, or of the foreground for
-            C = 1.
+        pred: (B, C, D, H, W) probabilities, floating point: of C classes if C is at least 2, or of the
+            foreground if C is 1.
         target: (B, 1, D, H, W) integer labels, 0 to C - 1, or 1 for the foreground.
-        alpha: how much the distance counts.
-        k: number of erosions, the largest distance in voxels that is told apart.
+        alpha: the exponent of the distance.
+        k: number of erosions, the largest distance in voxels that makes a difference.
         reduction: "mean", "sum" or "none".
 
     Returns:
@@ -130,14 +129,14 @@ _cross_sum2d, _cross_sum3d = stencil(_cross_sum), stencil3d(_cross_sum)
 
 
 def _inner(p: Tensor, dims: List[int], moved: int, by: int) -> Tensor:
-    """``p`` without its margin of one pixel, seen ``by`` pixels along the axis ``moved``."""
+    """``p`` without its margin of one pixel, shifted by ``by`` pixels along the axis ``moved``."""
     for dim in dims:
         p = p.narrow(dim, 1 + by if dim == moved else 1, p.size(dim) - 2)
     return p
 
 
 def _stretched(x: Tensor) -> Tensor:
-    """Each plane from its least to its greatest value mapped to [0, 1]; a constant one stays what it is."""
+    """Each plane mapped from its least and greatest value to [0, 1]; a constant plane stays unchanged."""
     axes = [2, 3] if x.dim() == 4 else [2, 3, 4]
     low, high = least(x, axes), greatest(x, axes)
     varies = high > low

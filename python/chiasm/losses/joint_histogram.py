@@ -20,7 +20,7 @@ from ..primitives.numbers.rounding import to_index
 def check_signals(
     input: Tensor, target: Tensor, kernel_function: str, num_bins: int, window_radius: float
 ) -> None:
-    """Raise unless the arguments are as ``entropies`` wants them."""
+    """Raise unless the arguments are valid for ``entropies``."""
     check_floating(input, "input")
     check_floating(target, "target")
     check_same_shape(target, input, "target", "input")
@@ -58,7 +58,8 @@ def entropies(
         for j in range(len(columns)):
             index.append(rows[i] * num_bins + columns[j])
             share.append(row_shares[i] * column_shares[j])
-    # A value has few bins: adding to those takes a fraction of what weighing it for every pair of bins would.
+    # A value has few bins: adding to these takes a fraction of the time of weighting it for every pair of
+    # bins.
     zeros = torch.zeros(
         list(counts.shape[:-1]) + [num_bins * num_bins], dtype=torch.float64, device=input.device
     )
@@ -84,8 +85,7 @@ def _mask(mask: Optional[Tensor], signal: Tensor, name: str) -> Tensor:
 def _shares(
     signal: Tensor, counts: Tensor, kernel_function: str, num_bins: int, window_radius: float
 ) -> Tuple[List[Tensor], List[Tensor]]:
-    """The bins near each value, and its share in each; shares are 0 beyond the ends and where a value does
-    not count."""
+    """The bins near each value, and its share in each; shares are 0 beyond the ends and for masked values."""
     position = _positions(signal.to(torch.float64), counts, num_bins)
     first = position.detach().floor()
     bins: List[Tensor] = []
@@ -102,7 +102,8 @@ def _shares(
 
 
 def _positions(signal: Tensor, counts: Tensor, num_bins: int) -> Tensor:
-    """Each value in bins: those that count lie from 0, the least of them, to num_bins - 1."""
+    """Each value in units of bins: valid values are mapped from 0 (the least) to num_bins - 1 (the
+    greatest)."""
     low = least(torch.where(counts, signal, torch.full_like(signal, math.inf)), [-1])
     high = greatest(torch.where(counts, signal, torch.full_like(signal, -math.inf)), [-1])
     varies = high > low

@@ -15,13 +15,13 @@ def one_hot(
     dtype: torch.dtype = torch.float32,
     eps: float = 0.0,
 ) -> Tensor:
-    """A plane for each class: 1 + eps where a label is that class, eps elsewhere.
+    """One-hot encoding: a plane for each class with 1 + eps where the label is this class, eps elsewhere.
 
     Args:
-        labels: (B, *), integers from 0 to num_classes - 1; others are in no plane.
+        labels: (B, *), integers from 0 to num_classes - 1; other labels are in no plane.
         num_classes: C.
-        device: of the result, by default that of labels.
-        dtype: of the result.
+        device: the device of the result, by default that of labels.
+        dtype: the dtype of the result.
         eps: added everywhere.
 
     Returns:
@@ -48,9 +48,8 @@ def one_hot(
 
 
 def class_planes(labels: Tensor, num_classes: int) -> Tensor:
-    """bool (B, C, *): which of (B, *) are of each class.
-
-    Comparing takes labels out of range, which indices would not survive, and has no gradient to scatter.
+    """Masks of the classes, bool (B, C, *), of labels (B, *). A comparison accepts labels out of range,
+    unlike an index, and has no gradient to scatter.
     """
     classes = torch.arange(num_classes, device=labels.device)
     return labels.to(torch.int64)[:, None] == classes.reshape([-1] + [1] * (labels.dim() - 1))

@@ -14,8 +14,8 @@ def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
     """Lovász extension of 1 - Jaccard index at the hinge errors max(0, 1 - s pred), s = 1 in the foreground
     and -1 elsewhere.
 
-    M. Berman, A. R. Triki, M. B. Blaschko, The Lovász-softmax loss, CVPR 2018. The mean over the images of a
-    batch.
+    M. Berman, A. R. Triki, M. B. Blaschko, The Lovász-softmax loss, CVPR 2018. The result is the mean over
+    the images of a batch.
 
     Args:
         pred: (B, 1, H, W) logits of the foreground, floating point.
@@ -50,13 +50,13 @@ def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] =
     """Lovász extension of 1 - Jaccard index for each class, at the errors \\|y - p\\| of the softmax p; the
     mean over classes and images.
 
-    M. Berman, A. R. Triki, M. B. Blaschko, The Lovász-softmax loss, CVPR 2018, equation 10. A class that an
-    image has not counts too, by its largest error.
+    M. Berman, A. R. Triki, M. B. Blaschko, The Lovász-softmax loss, CVPR 2018, equation 10. A class that is
+    not in an image also counts, with its largest error.
 
     Args:
         pred: (B, C, *) logits, floating point.
         target: (B, *) integer labels, 0 to C - 1.
-        weight: (C,), of the classes in the mean; by default ones.
+        weight: (C,), the weights of the classes in the mean; ones by default.
 
     Returns:
         A scalar.
@@ -80,9 +80,9 @@ def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] =
 def _extension(errors: Tensor, foreground: Tensor) -> Tensor:
     """The extension along the last axis: (*, N) errors >= 0 to (*).
 
-    It is a sum of errors, by weights that depend on their order alone: how much 1 - Jaccard index grows with
-    each pixel that is got wrong besides, from the largest error on. That order carries no gradient, so only
-    the sum is differentiated.
+    It is a weighted sum of errors. The weights depend only on the order of the errors: a weight is the growth
+    of 1 - Jaccard index if one more pixel is wrong, beginning with the largest error. The order has no
+    gradient, so only the sum is differentiated.
     """
     weights = _growth(errors.detach(), foreground).to(errors.dtype)
     return (errors * weights).sum(-1)
@@ -96,8 +96,8 @@ def _growth(errors: Tensor, foreground: Tensor) -> Tensor:
     position = torch.arange(count, device=errors.device).to(torch.float64) + 1.0
     intersection = found[..., count - 1 :] - found
     union = found[..., count - 1 :] + (position - found)
-    # Differences of successive indices, solved: subtracting them would leave no digits of an image's. In an
-    # image without foreground the first pixel has all.
+    # Differences of successive indices in closed form: a subtraction would lose all digits for large images.
+    # In an image without foreground, the first pixel has the whole weight.
     missed = torch.where(
         union > 1.0, intersection / (union * (union - 1.0).clamp(min=1.0)), torch.ones_like(union)
     )

@@ -1,4 +1,4 @@
-"""Multi-scale structural dissimilarity mixed with an absolute difference."""
+"""Multi-scale structural dissimilarity combined with an absolute difference."""
 
 from typing import List, Optional, Tuple
 
@@ -25,10 +25,11 @@ def ms_ssim_loss(
     Gaussians.
 
     H. Zhao et al., Loss functions for image restoration with neural networks, IEEE TCI 3(1), 2017, equations
-    9 and 14, with scales by Gaussians of growing sigma instead of smaller images: MS-SSIM is the luminance
-    term of SSIM at the widest times the product of the contrast terms at all. Windows are four of the largest
-    sigma wide and one tap more (33), and images are reflected at the border. Channels are treated apart,
-    where Kornia's multiplies those of a colour image. The paper's own weight is 0.84, without compensation.
+    9 and 14, with Gaussians of growing sigma as scales instead of smaller images. MS-SSIM is the luminance
+    term of SSIM at the widest Gaussian times the product of the contrast terms of all. Windows have four
+    times the largest sigma plus one taps (33), and images are reflected at the border. Channels are
+    independent; Kornia multiplies the channels of a colour image. The paper uses the weight 0.84, without
+    compensation.
 
     Args:
         img1: (B, C, H, W), floating point; H and W more than twice the largest sigma.
@@ -36,8 +37,8 @@ def ms_ssim_loss(
         sigmas: standard deviations in pixels, ascending; by default 0.5, 1, 2, 4 and 8.
         data_range: the images' dynamic range L.
         K: the constants of SSIM.
-        alpha: weight of the dissimilarity; the absolute difference has the rest.
-        compensation: factor of the whole.
+        alpha: weight of the dissimilarity; the absolute difference has the weight 1 - alpha.
+        compensation: factor of the whole loss.
         reduction: "mean", "sum" or "none".
 
     Returns:

@@ -1,4 +1,4 @@
-"""How much one image says of another."""
+"""Mutual information of images."""
 
 from typing import Optional, Tuple
 
@@ -18,16 +18,15 @@ def mutual_information_loss(
     num_bins: int = 64,
     window_radius: float = 1.0,
 ) -> Tensor:
-    """Minus the mutual information, H(input) + H(target) - H(input, target) in nats, of the values of two
-    signals.
+    """Negative mutual information of two signals: -(H(input) + H(target) - H(input, target)), in nats.
 
     W. M. Wells et al., Multi-modal volume registration by maximization of mutual information, 1996; the
     entropies H by a joint histogram as in R. Xu et al., Parzen-window based normalized mutual information for
-    medical image registration, IEICE 2008. The first of the bins is at the least value, the last at the
-    greatest. Each value is shared among the bins within window_radius, by a kernel of the distance d over the
-    radius (in bins):
+    medical image registration, IEICE 2008. The first bin is at the least value, the last at the greatest.
+    Each value is split between the bins within window_radius, by a kernel of the distance d over the radius
+    (in bins):
 
-    * "xu": the paper's polynomial, 1 - 0.1 d - 1.8 d^2 up to 1/2, from there 1.9 - 3.7 d + 1.8 d^2; for a
+    * "xu": the paper's polynomial, 1 - 0.1 d - 1.8 d^2 up to 1/2, above it 1.9 - 3.7 d + 1.8 d^2; for a
       radius of 1 the shares sum to 1;
     * "rectangular": 1;
     * "truncated_gaussian": exp(-d^2 / 2) of the distance in bins.
@@ -35,11 +34,11 @@ def mutual_information_loss(
     Args:
         input: (*, N), floating point.
         target: like input.
-        input_mask: bool, like input: which values count; by default all.
-        target_mask: the same for target; a pair counts if both do.
+        input_mask: bool, like input: the values to use; all by default.
+        target_mask: the same for target; a pair is used if both values are.
         kernel_function: "xu", "rectangular" (whose gradient is zero) or "truncated_gaussian".
         num_bins: number of bins, at least 2.
-        window_radius: how far a value is shared, in bins; more than half a bin.
+        window_radius: radius of the kernel in bins; more than 0.5.
 
     Returns:
         (*), a number for each signal; 0 where one is constant.
@@ -71,16 +70,16 @@ def mutual_information_loss_2d(
     num_bins: int = 64,
     window_radius: float = 1.0,
 ) -> Tensor:
-    """``mutual_information_loss`` of the planes of images.
+    """``mutual_information_loss`` for the planes of images.
 
     Args:
         input: (*, H, W), floating point.
         target: like input.
-        input_mask: bool, like input: which pixels count; by default all.
-        target_mask: the same for target; a pixel counts if it does in both.
+        input_mask: bool, like input: the pixels to use; all by default.
+        target_mask: the same for target; a pixel is used if both masks are True.
         kernel_function: "xu", "rectangular" or "truncated_gaussian".
         num_bins: number of bins, at least 2.
-        window_radius: how far a value is shared, in bins; more than half a bin.
+        window_radius: radius of the kernel in bins; more than 0.5.
 
     Returns:
         (*), a number for each plane.
@@ -115,16 +114,16 @@ def mutual_information_loss_3d(
     num_bins: int = 64,
     window_radius: float = 1.0,
 ) -> Tensor:
-    """``mutual_information_loss`` of volumes.
+    """``mutual_information_loss`` for volumes.
 
     Args:
         input: (*, D, H, W), floating point.
         target: like input.
-        input_mask: bool, like input: which voxels count; by default all.
-        target_mask: the same for target; a voxel counts if it does in both.
+        input_mask: bool, like input: the voxels to use; all by default.
+        target_mask: the same for target; a voxel is used if both masks are True.
         kernel_function: "xu", "rectangular" or "truncated_gaussian".
         num_bins: number of bins, at least 2.
-        window_radius: how far a value is shared, in bins; more than half a bin.
+        window_radius: radius of the kernel in bins; more than 0.5.
 
     Returns:
         (*), a number for each volume.
@@ -159,8 +158,8 @@ def normalized_mutual_information_loss(
     num_bins: int = 64,
     window_radius: float = 1.0,
 ) -> Tensor:
-    """Minus the normalised mutual information, (H(input) + H(target)) / H(input, target): from -1
-    (independent) to -2 (one tells the other).
+    """Negative normalized mutual information, -(H(input) + H(target)) / H(input, target). It is from -1
+    (independent) to -2 (one signal determines the other).
 
     C. Studholme, D. L. G. Hill, D. J. Hawkes, An overlap invariant entropy measure of 3D medical image
     alignment, Pattern Recognition 32,
@@ -169,11 +168,11 @@ def normalized_mutual_information_loss(
     Args:
         input: (*, N), floating point.
         target: like input.
-        input_mask: bool, like input: which values count; by default all.
-        target_mask: the same for target; a pair counts if both do.
+        input_mask: bool, like input: the values to use; all by default.
+        target_mask: the same for target; a pair is used if both values are.
         kernel_function: "xu", "rectangular" or "truncated_gaussian".
         num_bins: number of bins, at least 2.
-        window_radius: how far a value is shared, in bins; more than half a bin.
+        window_radius: radius of the kernel in bins; more than 0.5.
 
     Returns:
         (*), a number for each signal; -1 where both are constant.
@@ -204,16 +203,16 @@ def normalized_mutual_information_loss_2d(
     num_bins: int = 64,
     window_radius: float = 1.0,
 ) -> Tensor:
-    """``normalized_mutual_information_loss`` of the planes of images.
+    """``normalized_mutual_information_loss`` for the planes of images.
 
     Args:
         input: (*, H, W), floating point.
         target: like input.
-        input_mask: bool, like input: which pixels count; by default all.
-        target_mask: the same for target; a pixel counts if it does in both.
+        input_mask: bool, like input: the pixels to use; all by default.
+        target_mask: the same for target; a pixel is used if both masks are True.
         kernel_function: "xu", "rectangular" or "truncated_gaussian".
         num_bins: number of bins, at least 2.
-        window_radius: how far a value is shared, in bins; more than half a bin.
+        window_radius: radius of the kernel in bins; more than 0.5.
 
     Returns:
         (*), a number for each plane.
@@ -248,16 +247,16 @@ def normalized_mutual_information_loss_3d(
     num_bins: int = 64,
     window_radius: float = 1.0,
 ) -> Tensor:
-    """``normalized_mutual_information_loss`` of volumes.
+    """``normalized_mutual_information_loss`` for volumes.
 
     Args:
         input: (*, D, H, W), floating point.
         target: like input.
-        input_mask: bool, like input: which voxels count; by default all.
-        target_mask: the same for target; a voxel counts if it does in both.
+        input_mask: bool, like input: the voxels to use; all by default.
+        target_mask: the same for target; a voxel is used if both masks are True.
         kernel_function: "xu", "rectangular" or "truncated_gaussian".
         num_bins: number of bins, at least 2.
-        window_radius: how far a value is shared, in bins; more than half a bin.
+        window_radius: radius of the kernel in bins; more than 0.5.
 
     Returns:
         (*), a number for each volume.

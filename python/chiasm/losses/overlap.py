@@ -1,4 +1,4 @@
-"""Losses by how much of two segmentations overlaps."""
+"""Losses based on the overlap of two segmentations."""
 
 from typing import Optional, Tuple
 
@@ -18,21 +18,20 @@ def dice_loss(
     weight: Optional[Tensor] = None,
     ignore_index: Optional[int] = -100,
 ) -> Tensor:
-    """1 - 2 sum(p g) / (sum(p) + sum(g) + eps), with the softmax p of pred and g = 1 at the pixels of a
-    class; the mean over the batch.
+    """Dice loss: 1 - 2 sum(p g) / (sum(p) + sum(g) + eps), with the softmax p of pred and one-hot labels g.
 
-    F. Milletari et al., V-Net, 3DV 2016, without its squares; with weights, C. Sudre et al., Generalised Dice
-    overlap as a deep learning loss function, DLMIA 2017.
+    The result is the mean over the batch. F. Milletari et al., V-Net, 3DV 2016, without its squares; with
+    weights, C. Sudre et al., Generalised Dice overlap as a deep learning loss function, DLMIA 2017.
 
     Args:
         pred: (B, C, *) logits, floating point.
         target: (B, *) integer labels, 0 to C - 1 or ignore_index.
         average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the
             classes' quotients.
-        eps: added to the divisor.
-        weight: (C,), by default ones: of the classes' sums ("micro"), or of their quotients in a weighted
-            mean ("macro").
-        ignore_index: label of pixels that are left out; None for none.
+        eps: added to the denominator.
+        weight: (C,), ones by default: weights of the classes' sums ("micro"), or of their quotients in a
+            weighted mean ("macro").
+        ignore_index: label of pixels that are ignored; None ignores no pixels.
 
     Returns:
         A scalar from 0 to 1.
@@ -61,21 +60,21 @@ def tversky_loss(
     ignore_index: Optional[int] = -100,
     average: str = "micro",
 ) -> Tensor:
-    """1 - TP / (TP + alpha FP + beta FN + eps) by the softmax of pred: true and false positives, false
-    negatives; the mean over the batch.
+    """Tversky loss: 1 - TP / (TP + alpha FP + beta FN + eps), with soft counts from the softmax of pred.
 
-    S. Salehi et al., Tversky loss function for image segmentation using 3D fully convolutional deep networks,
-    MLMI 2017. With alpha = beta = 1/2 it is ``dice_loss``. Every false positive of one class is a false
-    negative of another: summed over all classes ("micro", as Kornia's) the two are equal, and only alpha +
-    beta matters. To weigh one against the other as the paper does, take "macro".
+    TP, FP and FN are true positives, false positives and false negatives. The result is the mean over the
+    batch. S. Salehi et al., Tversky loss function for image segmentation using 3D fully convolutional deep
+    networks, MLMI 2017. With alpha = beta = 1/2 it is ``dice_loss``. Every false positive of one class is a
+    false negative of another: summed over all classes ("micro", as in Kornia) the two are equal, and only
+    alpha + beta matters. To weight them differently as in the paper, use "macro".
 
     Args:
         pred: (B, C, *) logits, floating point.
         target: (B, *) integer labels, 0 to C - 1 or ignore_index.
         alpha: weight of false positives.
         beta: weight of false negatives.
-        eps: added to the divisor.
-        ignore_index: label of pixels that are left out; None for none.
+        eps: added to the denominator.
+        ignore_index: label of pixels that are ignored; None ignores no pixels.
         average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the
             classes' quotients.
 

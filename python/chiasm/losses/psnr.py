@@ -6,15 +6,15 @@ from ..metrics.psnr import psnr
 
 
 def psnr_loss(image: Tensor, target: Tensor, max_val: float) -> Tensor:
-    """Minus the peak signal-to-noise ratio in decibels; see ``chiasm.metrics.psnr``.
+    """Negative peak signal-to-noise ratio in decibels; see ``chiasm.metrics.psnr``.
 
     Args:
         image: (*), floating point.
         target: like image.
-        max_val: the images' dynamic range, 1 or 255 say.
+        max_val: the images' dynamic range, for example 1 or 255.
 
     Returns:
-        A scalar. Where the images are equal it is minus infinity, and its gradient zero.
+        A scalar. If the images are equal, it is minus infinity and its gradient is zero.
 
     Raises:
         TypeError: if image or target is not floating point.

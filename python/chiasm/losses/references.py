@@ -1,6 +1,6 @@
 # An attribute of an nn.Module is declared as a Tensor or a Module, whichever it is.
 # pyright: reportArgumentType=false
-"""Mutual information with a reference that stays, for registration; and the names of the kernels."""
+"""Mutual information with a fixed reference, for registration; and the names of the kernels."""
 
 from enum import Enum
 from typing import Optional
@@ -19,7 +19,7 @@ from .mutual_information import (
 
 
 class MIKernel(str, Enum):
-    """Kernels of the joint histogram: members are the strings that the losses take.
+    """Kernels of the joint histogram; members are equal to the strings that the losses take.
 
     >>> MIKernel.xu == "xu"
     True
@@ -31,7 +31,7 @@ class MIKernel(str, Enum):
 
 
 class MILossFromRef(nn.Module):
-    """``mutual_information_loss`` of other signals and a reference that is given once.
+    """``mutual_information_loss`` as a module with a fixed reference.
 
     Args:
         reference_signal, mask: ``target`` and ``target_mask`` of the function.

@@ -1,7 +1,7 @@
 """Robust functions of the difference of two tensors.
 
 All are members of the family in J. T. Barron, A general and adaptive robust loss function, CVPR 2019, with
-scale 1: close to half the square of a small difference d, and less and less sensitive to large ones.
+scale 1: nearly half the square of a small difference d, and less and less sensitive to large differences.
 """
 
 from typing import Optional
@@ -33,7 +33,7 @@ def charbonnier_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "non
         tensor([0.0000, 0.2500])
     """
     square = _squared_difference(img1, img2)
-    # of small differences this keeps the digits that the subtraction of 1 would lose
+    # keeps the digits of small differences, which the subtraction of 1 would lose
     return reduced(square / (torch.sqrt(square + 1.0) + 1.0), reduction)
 
 

@@ -1,4 +1,4 @@
-"""How much an image varies."""
+"""Total variation."""
 
 import torch
 from torch import Tensor
@@ -7,14 +7,13 @@ from ..primitives.core.checks import check_choice, check_tensor
 
 
 def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:
-    """Sum of the absolute differences between neighbours along rows and columns (the anisotropic total
-    variation).
+    """Anisotropic total variation: the sum of absolute differences of neighbours along rows and columns.
 
     L. Rudin, S. Osher, E. Fatemi, Nonlinear total variation based noise removal algorithms, Physica D 60,
     1992.
 
     Args:
-        img: (*, H, W), floating point; whole numbers are taken as float32.
+        img: (*, H, W), floating point; integer dtypes are converted to float32.
         reduction: "sum", or "mean": the mean difference down the columns plus that along the rows, for which
             H and W are at least 2.
 

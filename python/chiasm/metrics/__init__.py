@@ -1,4 +1,4 @@
-"""Image quality, and how far results are from the truth."""
+"""Metrics of image quality, and errors of results against ground truth."""
 
 from ..primitives.core.modules import lazy_modules
 from .average_meter import AverageMeter

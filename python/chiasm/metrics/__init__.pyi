@@ -26,8 +26,9 @@ from .ssim import ssim as ssim
 from .ssim import ssim3d as ssim3d
 
 class Accuracy(nn.Module):
-    """`accuracy` as a module: Share of the samples whose true class is among the k that score highest,
-    in percent."""
+    """`accuracy` as a module: Top-k accuracy: the percentage of samples whose true class is among the k
+    highest scores. Of equal scores the one with the lower class index is ranked higher, as in a stable
+    sort. NaN is ranked highest, but not for the true class."""
 
     topk: List[int]
     def __init__(self, topk: List[int] = ...) -> None: ...
@@ -56,8 +57,8 @@ class AngleErrorVec(nn.Module):
     def __call__(self, v1: Tensor, v2: Tensor) -> Tensor: ...
 
 class AucFromErrors(nn.Module):
-    """`auc_from_errors` as a module: Area under the curve of recall (the share of errors up to e) over e
-    from 0 to a threshold, as part of the threshold."""
+    """`auc_from_errors` as a module: Area under the curve (AUC) of recall, the share of errors up to e,
+    for e from 0 to a threshold."""
 
     thresholds: List[float]
     def __init__(self, thresholds: List[float] = ...) -> None: ...
@@ -65,8 +66,8 @@ class AucFromErrors(nn.Module):
     def __call__(self, errors: Tensor) -> Tensor: ...
 
 class ConfusionMatrix(nn.Module):
-    """`confusion_matrix` as a module: How often each class is taken for each, for every sample of a
-    batch."""
+    """`confusion_matrix` as a module: Confusion matrix of each sample of a batch: counts of (true class,
+    predicted class)."""
 
     num_classes: int
     normalized: bool
@@ -75,8 +76,8 @@ class ConfusionMatrix(nn.Module):
     def __call__(self, pred: Tensor, target: Tensor) -> Tensor: ...
 
 class KittiD1Error(nn.Module):
-    """`kitti_d1_error` as a module: KITTI's D1: share of the valid pixels whose disparity is off by more
-    than 3 pixels and more than 5 % of the true one."""
+    """`kitti_d1_error` as a module: D1 error of KITTI: share of valid pixels with an error above 3
+    pixels and above 5 % of the true disparity."""
 
     abs_threshold: float
     rel_threshold: float
@@ -134,8 +135,8 @@ class MeanAveragePrecision(nn.Module):
     ) -> Tuple[Tensor, Tensor]: ...
 
 class MeanBadPixelError(nn.Module):
-    """`mean_bad_pixel_error` as a module: Share of the valid pixels whose disparity is off by more than
-    a threshold."""
+    """`mean_bad_pixel_error` as a module: Share of the valid pixels whose disparity error is more than a
+    threshold."""
 
     threshold: float
     valid_mask: Optional[Tensor]
@@ -147,8 +148,8 @@ class MeanBadPixelError(nn.Module):
     def __call__(self, input: Tensor, target: Tensor) -> Tensor: ...
 
 class MeanIou(nn.Module):
-    """`mean_iou` as a module: Intersection over union of the pixels of each class, for every sample of a
-    batch. Their mean is left to the caller, as with Kornia."""
+    """`mean_iou` as a module: Intersection over union (IoU) of the pixels of each class, for each sample
+    of a batch. As in Kornia, the caller computes their mean."""
 
     num_classes: int
     eps: float
@@ -157,8 +158,8 @@ class MeanIou(nn.Module):
     def __call__(self, pred: Tensor, target: Tensor) -> Tensor: ...
 
 class MeanIouBbox(nn.Module):
-    """`mean_iou_bbox` as a module: Intersection over union of each box of one set with each of another.
-    (The name is Kornia's; no mean is taken.)"""
+    """`mean_iou_bbox` as a module: Intersection over union (IoU) of each box of one set with each box of
+    another set. (The name is Kornia's; there is no mean.)"""
 
     box_format: str
     def __init__(self, box_format: str = "xyxy") -> None: ...
@@ -166,8 +167,8 @@ class MeanIouBbox(nn.Module):
     def __call__(self, boxes_1: Tensor, boxes_2: Tensor) -> Tensor: ...
 
 class PoseErrors(nn.Module):
-    """`pose_errors` as a module: Errors of poses [R | t] that are known up to the length of t: angles of
-    the rotations and of the translations, in degrees."""
+    """`pose_errors` as a module: Errors of poses [R | t] with unknown length of t: the angles between
+    rotations and between translations, in degrees."""
 
     fold_translation: bool
     def __init__(self, fold_translation: bool = True) -> None: ...

@@ -1,4 +1,4 @@
-"""A mean that grows with what comes in."""
+"""A running mean."""
 
 from typing import Union
 
@@ -6,7 +6,7 @@ from torch import Tensor
 
 
 class AverageMeter:
-    """The last value, and the mean of all, each counted as often as was said.
+    """Keeps the last value and the weighted mean of all values.
 
     >>> meter = AverageMeter()
     >>> meter.update(1.0, 3)
@@ -19,18 +19,18 @@ class AverageMeter:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Reset to the initial state."""
         self.val: Union[float, Tensor] = 0.0
         self.sum: Union[float, Tensor] = 0.0
         self.count = 0
 
     def update(self, val: Union[float, bool, Tensor], n: int = 1) -> None:
-        """Count a value n times; of a tensor, without its graph."""
+        """Add a value n times; a tensor is detached from its graph."""
         self.val = val.detach() if isinstance(val, Tensor) else val
         self.sum = self.sum + self.val * n
         self.count += n
 
     @property
     def avg(self) -> float:
-        """The mean; 0 of nothing."""
+        """The mean; 0 if there are no values."""
         return float(self.sum) / self.count if self.count else 0.0

@@ -1,4 +1,4 @@
-"""How well boxes are found."""
+"""Metrics of detected boxes."""
 
 from typing import List, Optional, Tuple
 
@@ -12,8 +12,8 @@ from .classification import check_integer
 
 
 def mean_iou_bbox(boxes_1: Tensor, boxes_2: Tensor, box_format: str = "xyxy") -> Tensor:
-    """Intersection over union of each box of one set with each of another. (The name is Kornia's; no mean is
-    taken.)
+    """Intersection over union (IoU) of each box of one set with each box of another set. (The name is
+    Kornia's; there is no mean.)
 
     Args:
         boxes_1: (N, 4), floating point.
@@ -22,7 +22,7 @@ def mean_iou_bbox(boxes_1: Tensor, boxes_2: Tensor, box_format: str = "xyxy") ->
             height.
 
     Returns:
-        (N, M), in [0, 1]; 0 where the union is empty. A box whose second corner is before its first is empty.
+        (N, M), in [0, 1]; 0 if the union is empty. A box whose second corner is before its first is empty.
 
     Raises:
         TypeError: if boxes_1 or boxes_2 is not floating point.
@@ -59,31 +59,31 @@ def mean_average_precision(
     """Mean average precision of detected boxes over the classes, by Pascal VOC's rules.
 
     M. Everingham et al., The Pascal visual object classes (VOC) challenge, IJCV 88, 2010, section 4.2. A
-    detection belongs to the true box of its class in its image that it overlaps most, if their intersection
-    over union is above the threshold; of the detections that belong to the same box the one with the highest
-    score (of equals the first) is right, all others are wrong. A class' average precision is the mean, over
-    the recalls 0, 0.1, ... 1, of the highest precision reached at such a recall or a greater one.
+    detection is matched with the true box of its class and image with the highest intersection over union, if
+    this is above the threshold. Of the detections matched with the same box, the one with the highest score
+    (of equal scores the first) is correct, all others are wrong. The average precision of a class is the
+    mean, over the recalls 0, 0.1, ... 1, of the highest precision at this or a greater recall.
 
-    Where Kornia takes a list of tensors, one an image, here tensors have a fixed capacity: images with fewer
-    boxes are filled up with boxes that a mask, or their label, declares void. Takes memory for some B * N *
+    Kornia takes a list of tensors, one for each image. Here, tensors have a fixed capacity: images with fewer
+    boxes are padded with boxes that a mask or their label marks as void. This takes memory for about B * N *
     (M + n_classes) numbers.
 
     Args:
         pred_boxes: (B, N, 4) as x1, y1, x2, y2, the boxes detected in B images, floating point.
-        pred_labels: (B, N), integers: classes 1 to n_classes - 1; any other, such as the background's 0,
-            makes a box void.
+        pred_labels: (B, N), integers: classes 1 to n_classes - 1; any other label, for example 0 for the
+            background, marks a box as void.
         pred_scores: (B, N), floating point.
         gt_boxes: (B, M, 4), the true boxes, floating point.
         gt_labels: (B, M), as pred_labels.
-        n_classes: how many classes there are, the background's among them, at least 2.
+        n_classes: number of classes, including the background, at least 2.
         threshold: in [0, 1).
-        pred_mask: (B, N), bool: which detections there are; by default all.
-        gt_mask: (B, M), bool: which true boxes there are; by default all.
+        pred_mask: (B, N), bool: a mask of the detections that exist; all by default.
+        gt_mask: (B, M), bool: a mask of the true boxes that exist; all by default.
 
     Returns:
         The mean, a scalar, and the average precisions (n_classes - 1,) of the classes 1, 2, ..., in
-        pred_boxes' dtype; 0 for a class of which there is no true box, which counts in the mean. Kornia's
-        second result is a dict from class to number.
+        pred_boxes' dtype; 0 for a class without true boxes, which also counts in the mean. Kornia's second
+        result is a dict from class to number.
 
     Raises:
         TypeError: if boxes or scores are not floating point, labels not integer, or a mask not bool.
@@ -131,7 +131,7 @@ def mean_average_precision(
 def _right(
     pred_boxes: Tensor, pred_class: Tensor, rank: Tensor, gt_boxes: Tensor, gt_class: Tensor, threshold: float
 ) -> Tensor:
-    """Which detections (B, N) are right; rank is their place in the order of scores."""
+    """A mask (B, N) of the correct detections; ``rank`` is their place in the order of scores."""
     overlap = _pairwise_iou(pred_boxes, gt_boxes)
     candidate = (
         (pred_class[:, :, None] == gt_class[:, None]) & (pred_class > 0)[:, :, None] & (overlap > threshold)
@@ -145,14 +145,14 @@ def _right(
 
 
 def _average_precision(detected: Tensor, hit: Tensor, total: Tensor) -> Tensor:
-    """(K,), float64: of detections by falling score, (K, D) whether of the class and (D,) whether right;
-    total (K, 1) true boxes."""
+    """(K,), float64: from detections in descending order of score: (K, D) whether each has the class, (D,)
+    whether it is correct, and the numbers (K, 1) of true boxes."""
     right = (detected & hit).to(torch.int64).cumsum(1)
     tried = detected.to(torch.int64).cumsum(1)
     precision = right.to(torch.float64) / tried.clamp(min=1).to(torch.float64)
     reached: List[Tensor] = []
     for tenth in range(11):
-        # recall >= tenth / 10, in whole numbers
+        # recall >= tenth / 10, in integers
         reached.append(
             torch.where(10 * right >= tenth * total, precision, torch.zeros_like(precision)).amax(1)
         )

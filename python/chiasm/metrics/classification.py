@@ -1,4 +1,4 @@
-"""Classes of images and of pixels: how many are right, and what they are taken for."""
+"""Metrics of the classes of images and of pixels: accuracy, confusion matrix, IoU."""
 
 from typing import List
 
@@ -10,19 +10,18 @@ from ..primitives.images.histograms import bincount
 
 
 def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:  # pyright: ignore[reportArgumentType]
-    """Share of the samples whose true class is among the k that score highest, in percent.
-
-    Of equal scores the lower class counts as the higher, as in a stable sort; NaN counts as the highest of
-    all, but not for the true class.
+    """Top-k accuracy: the percentage of samples whose true class is among the k highest scores. Of equal
+    scores the one with the lower class index is ranked higher, as in a stable sort. NaN is ranked highest,
+    but not for the true class.
 
     Args:
         pred: (B, C), a score for each class, floating point.
-        target: (B,) or (B, 1), the true classes, integers; one outside 0 to C - 1 is never right.
+        target: (B,) or (B, 1), the true classes, integers; a class outside 0 to C - 1 is never correct.
         topk: the values of k, each at least 1.
 
     Returns:
-        (K,) in pred's dtype: the percentages for each k of topk. Kornia's is a list of as many scalars: one
-        tensor has a signature of its own whatever K is, for an artifact's outputs are named one by one;
+        (K,) in pred's dtype: the percentages for each k of topk. Kornia returns a list of K scalars. One
+        tensor has the same signature for every K, since the outputs of an artifact are named one by one;
         ``acc1, acc5 = accuracy(pred, target, (1, 5))`` reads the same.
 
     Raises:
@@ -59,19 +58,19 @@ def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:  #
 
 
 def confusion_matrix(pred: Tensor, target: Tensor, num_classes: int, normalized: bool = False) -> Tensor:
-    """How often each class is taken for each, for every sample of a batch.
+    """Confusion matrix of each sample of a batch: counts of (true class, predicted class).
 
     Args:
-        pred: (B, *), the classes found, integers.
-        target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is
-            counted, so that -1 or 255 may mark what is unknown.
-        num_classes: how many classes there are, at least 2.
+        pred: (B, *), the predicted classes, integers.
+        target: the true classes, of pred's shape. An element is not counted if either class is outside 0 to
+            num_classes - 1, so that -1 or 255 can mark unknown pixels.
+        num_classes: number of classes, at least 2.
         normalized: divide each column by its sum (scikit-learn's ``normalize="pred"``); a column of zeros
-            stays one.
+            stays unchanged.
 
     Returns:
-        (B, num_classes, num_classes): at row i and column j how often the true class is i and the one found
-        j. int64 and exact (Kornia's is float32, exact up to 2^24); float32 if normalized.
+        (B, num_classes, num_classes): row i and column j has the number of elements with the true class i and
+        the predicted class j. int64 and exact (Kornia's is float32, exact up to 2^24); float32 if normalized.
 
     Raises:
         TypeError: if pred or target is not integer.
@@ -90,16 +89,16 @@ def confusion_matrix(pred: Tensor, target: Tensor, num_classes: int, normalized:
 
 
 def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) -> Tensor:
-    """Intersection over union of the pixels of each class, for every sample of a batch. Their mean is left to
-    the caller, as with Kornia.
+    """Intersection over union (IoU) of the pixels of each class, for each sample of a batch. As in Kornia,
+    the caller computes their mean.
 
     Args:
-        pred: (B, *), the classes found, integers.
-        target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is
-            counted.
-        num_classes: how many classes there are, at least 2.
-        eps: added to the intersection and to the union: a class that neither has gets 1. Leave such classes
-            out of a mean: ``iou[confusion_matrix(...).sum((1, 2)) > 0]``, say.
+        pred: (B, *), the predicted classes, integers.
+        target: the true classes, of pred's shape. An element is not counted if either class is outside 0 to
+            num_classes - 1.
+        num_classes: number of classes, at least 2.
+        eps: added to the intersection and to the union: a class that occurs in neither input gets 1. Exclude
+            such classes from a mean.
 
     Returns:
         (B, num_classes), float32, in [0, 1].
@@ -142,6 +141,6 @@ def _counts(pred: Tensor, target: Tensor, num_classes: int) -> Tensor:
     found, truth = pred[..., None].flatten(1).to(torch.int64), target[..., None].flatten(1).to(torch.int64)
     known = (found >= 0) & (found < num_classes) & (truth >= 0) & (truth < num_classes)
     pairs = num_classes * num_classes
-    truth = torch.where(known, truth, torch.zeros_like(truth))  # else the product may overflow
+    truth = torch.where(known, truth, torch.zeros_like(truth))  # otherwise the product may overflow
     index = torch.where(known, truth * num_classes + found, torch.full_like(truth, pairs))
     return bincount(index, pairs + 1)[:, :pairs].unflatten(1, [num_classes, num_classes]).to(torch.int64)

@@ -1,4 +1,4 @@
-"""How far a disparity map is off: means over the pixels whose true disparity is known."""
+"""Errors of a disparity map over the pixels whose true disparity is known."""
 
 from typing import Optional, Tuple
 
@@ -15,14 +15,14 @@ def mean_absolute_disparity_error(
     """Mean of |input - target| over the valid pixels.
 
     Args:
-        input: (*), the disparities found, floating point.
-        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it
-            NaN.
+        input: (*), the estimated disparities, floating point.
+        target: the true disparities, of input's shape. Values at invalid pixels have no influence, also if
+            they are NaN.
         valid_mask: bool, of input's shape; by default every pixel is valid.
         reduction: "mean", "sum" or "none".
 
     Returns:
-        A scalar in pixels (NaN where no pixel is valid), or (*) for "none", 0 where not valid.
+        A scalar in pixels (NaN if no pixel is valid), or (*) for "none", 0 where not valid.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.
@@ -43,16 +43,16 @@ def root_mean_squared_disparity_error(
     """Root of the mean of (input - target)^2 over the valid pixels.
 
     Args:
-        input: (*), the disparities found, floating point.
-        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it
-            NaN.
+        input: (*), the estimated disparities, floating point.
+        target: the true disparities, of input's shape. Values at invalid pixels have no influence, also if
+            they are NaN.
         valid_mask: bool, of input's shape; by default every pixel is valid.
-        reduction: what the root is taken of: the "mean" of the squares, their "sum", or each square for
-            "none".
+        reduction: the root is taken of the "mean" of the squares, of their "sum", or for "none" of each
+            square.
 
     Returns:
-        A scalar in pixels (NaN where no pixel is valid), or (*) for "none", 0 where not valid. Where all
-        errors are 0 so is the derivative.
+        A scalar in pixels (NaN if no pixel is valid), or (*) for "none", 0 where not valid. If all errors are
+        0, the derivative is 0.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.
@@ -66,7 +66,7 @@ def root_mean_squared_disparity_error(
     error, _ = _errors(input, target, valid_mask)
     if reduction == "none":
         return error
-    # squares of half precision numbers may be out of its range
+    # squares of half precision numbers may exceed its range
     exact = error.to(torch.float64)
     return safe_sqrt(reduced_valid(exact * exact, valid_mask, reduction)).to(error.dtype)
 
@@ -78,21 +78,21 @@ def mean_bad_pixel_error(
     valid_mask: Optional[Tensor] = None,
     reduction: str = "mean",
 ) -> Tensor:
-    """Share of the valid pixels whose disparity is off by more than a threshold.
+    """Share of the valid pixels whose disparity error is more than a threshold.
 
     D. Scharstein, R. Szeliski, A taxonomy and evaluation of dense two-frame stereo correspondence algorithms,
     IJCV 47, 2002, equation 2.
 
     Args:
-        input: (*), the disparities found, floating point; NaN is bad.
-        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it
-            NaN.
-        threshold: the largest error that is good, in pixels.
+        input: (*), the estimated disparities, floating point; NaN is bad.
+        target: the true disparities, of input's shape. Values at invalid pixels have no influence, also if
+            they are NaN.
+        threshold: the largest error of a good pixel, in pixels.
         valid_mask: bool, of input's shape; by default every pixel is valid.
         reduction: "mean", "sum" (the number of bad pixels) or "none".
 
     Returns:
-        A scalar, in [0, 1] for "mean" (NaN where no pixel is valid); or (*) for "none", 1 at bad pixels and 0
+        A scalar, in [0, 1] for "mean" (NaN if no pixel is valid); or (*) for "none", 1 at bad pixels and 0
         elsewhere.
 
     Raises:
@@ -118,22 +118,22 @@ def kitti_d1_error(
     valid_mask: Optional[Tensor] = None,
     reduction: str = "mean",
 ) -> Tensor:
-    """KITTI's D1: share of the valid pixels whose disparity is off by more than 3 pixels and more than 5 % of
-    the true one.
+    """D1 error of KITTI: share of valid pixels with an error above 3 pixels and above 5 % of the true
+    disparity.
 
     M. Menze, A. Geiger, Object scene flow for autonomous vehicles, CVPR 2015, section 4.
 
     Args:
-        input: (*), the disparities found, floating point; NaN is an outlier.
-        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it
-            NaN.
-        abs_threshold: the largest error that is good, in pixels.
-        rel_threshold: the largest error that is good, in parts of the true disparity.
+        input: (*), the estimated disparities, floating point; NaN is an outlier.
+        target: the true disparities, of input's shape. Values at invalid pixels have no influence, also if
+            they are NaN.
+        abs_threshold: the largest error of a good pixel, in pixels.
+        rel_threshold: the largest error of a good pixel, as a fraction of the true disparity.
         valid_mask: bool, of input's shape; by default every pixel is valid.
         reduction: "mean", "sum" (the number of outliers) or "none".
 
     Returns:
-        A scalar, in [0, 1] for "mean" (NaN where no pixel is valid); or (*) for "none", 1 at outliers and 0
+        A scalar, in [0, 1] for "mean" (NaN if no pixel is valid); or (*) for "none", 1 at outliers and 0
         elsewhere.
 
     Raises:
@@ -165,7 +165,7 @@ def _errors(input: Tensor, target: Tensor, valid_mask: Optional[Tensor]) -> Tupl
         )
     if valid_mask.dtype != torch.bool:
         raise TypeError(f"valid_mask: expected a bool tensor, got dtype {valid_mask.dtype}")
-    # chosen before they are subtracted: what is not valid may be NaN, which would spoil the gradient
+    # selected before the subtraction: invalid values may be NaN, which would make the gradient NaN
     zeros = torch.zeros_like(target)
     truth = torch.where(valid_mask, target, zeros)
     return (torch.where(valid_mask, input, zeros) - truth).abs(), truth

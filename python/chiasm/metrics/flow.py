@@ -1,4 +1,4 @@
-"""How far an optical flow is off."""
+"""Errors of optical flow."""
 
 from torch import Tensor
 
@@ -12,7 +12,7 @@ def aepe(input: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
     S. Baker et al., A database and evaluation methodology for optical flow, IJCV 92, 2011, section 4.1.
 
     Args:
-        input: (*, 2), the flow found, floating point.
+        input: (*, 2), the estimated flow, floating point.
         target: the true flow, of input's shape.
         reduction: "mean", "sum" or "none".
 

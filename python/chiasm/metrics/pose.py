@@ -1,4 +1,4 @@
-"""How far a camera's pose is off, and the share of poses that are good enough."""
+"""Errors of camera poses, and the area under the curve of recall."""
 
 import math
 from typing import List, Tuple
@@ -15,8 +15,8 @@ from .reductions import vector_length
 def angle_error_mat(R1: Tensor, R2: Tensor) -> Tensor:
     """Angle of the rotation between two rotations, in degrees.
 
-    From the sine and the cosine of R1^T R2, which tells small angles apart that the arc cosine of the trace
-    cannot: in float32 that ends at 0.02 degrees.
+    Computed from the sine and the cosine of R1^T R2. This is accurate for small angles, unlike the arc cosine
+    of the trace, whose limit in float32 is 0.02 degrees.
 
     Args:
         R1: (*, 3, 3), rotation matrices, floating point.
@@ -34,8 +34,8 @@ def angle_error_mat(R1: Tensor, R2: Tensor) -> Tensor:
     """
     check_matrix(R1, 3, 3, "R1")
     check_matrix(R2, 3, 3, "R2")
-    # Of R1^T R2, the sum over rows of outer products: its antisymmetric part is the sum of cross products,
-    # its trace that of dot products.
+    # R1^T R2 is the sum of outer products of rows: its antisymmetric part is the sum of cross products, its
+    # trace the sum of dot products.
     sine = 0.5 * vector_length(cross(R1, R2).sum(-2))
     cosine = 0.5 * ((R1 * R2).sum(-1).sum(-1) - 1.0)
     return angle_of(sine, cosine) * (180.0 / math.pi)
@@ -44,16 +44,16 @@ def angle_error_mat(R1: Tensor, R2: Tensor) -> Tensor:
 def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
     """Angle between the directions of two vectors, in degrees.
 
-    By twice the arc tangent of |u - w| / |u + w| of the unit vectors (W. Kahan), which is exact for small
-    angles and for near opposites.
+    Computed as twice the arc tangent of |u - w| / |u + w| of the unit vectors (W. Kahan), which is accurate
+    for small angles and for nearly opposite vectors.
 
     Args:
         v1: (*, D), floating point, of any length.
         v2: like v1.
 
     Returns:
-        (*), in [0, 180]; 90 where a vector is zero, which has no direction and must not count as right. At 0
-        and 180, and there, the derivatives are 0.
+        (*), in [0, 180]; 90 if a vector is zero, since it has no direction and must not count as correct. In
+        this case, and at 0 and 180, the derivatives are 0.
 
     Raises:
         TypeError: if v1 or v2 is not floating point.
@@ -77,19 +77,19 @@ def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
 
 
 def pose_errors(P: Tensor, P_gt: Tensor, fold_translation: bool = True) -> Tuple[Tensor, Tensor]:
-    """Errors of poses [R | t] that are known up to the length of t: angles of the rotations and of the
+    """Errors of poses [R | t] with unknown length of t: the angles between rotations and between
     translations, in degrees.
 
     Args:
-        P: (*, 3, 4) or (*, 4, 4), the poses found, floating point.
-        P_gt: the true ones, in either form.
-        fold_translation: take t and -t as one direction, as an essential matrix does: the second error is
-            then 90 at most.
+        P: (*, 3, 4) or (*, 4, 4), the estimated poses, floating point.
+        P_gt: the true poses, in either form.
+        fold_translation: True treats t and -t as the same direction, since an essential matrix does not
+            distinguish them: the second error is then at most 90.
 
     Returns:
         (*) and (*): of the rotations (`angle_error_mat`) and of the translations (`angle_error_vec`).
-        Kornia's are the values of a dict, which artifacts cannot return. `torch.maximum` of both is what is
-        mostly given to `auc_from_errors`.
+        Kornia returns a dict, which artifacts cannot return. The usual input of `auc_from_errors` is
+        `torch.maximum` of both.
 
     Raises:
         TypeError, ValueError: if P or P_gt is not a floating-point (*, 3, 4) or (*, 4, 4) tensor.
@@ -110,12 +110,12 @@ def pose_errors(P: Tensor, P_gt: Tensor, fold_translation: bool = True) -> Tuple
 def translation_ate(t: Tensor, t_gt: Tensor) -> Tensor:
     """Absolute translation error: the distance between two positions.
 
-    J. Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012, for trajectories that
-    are aligned: of one pose. The root of the mean of its squares is that of a trajectory.
+    J. Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012, here for one pose of an
+    aligned trajectory. The error of a trajectory is the root of the mean of its squares.
 
     Args:
-        t: (*, 3), the positions found, floating point.
-        t_gt: (*, 3), the true ones.
+        t: (*, 3), the estimated positions, floating point.
+        t_gt: (*, 3), the true positions.
 
     Returns:
         (*), in the unit of the positions.
@@ -136,13 +136,12 @@ def auc_from_errors(
     errors: Tensor,
     thresholds: List[float] = (1.0, 3.0, 5.0, 10.0),  # pyright: ignore[reportArgumentType]
 ) -> Tensor:
-    """Area under the curve of recall (the share of errors up to e) over e from 0 to a threshold, as part of
-    the threshold.
+    """Area under the curve (AUC) of recall, the share of errors up to e, for e from 0 to a threshold.
 
-    P.-E. Sarlin et al., SuperGlue, CVPR 2020, section 5.2: the curve is linear from one error to the next,
-    the first point being (0, 0), and level from the last error below the threshold on. Its area is the sum of
-    (threshold - error) over the errors below, and half the largest of them, divided by how many errors there
-    are: nothing is sorted.
+    The area is divided by the threshold. P.-E. Sarlin et al., SuperGlue, CVPR 2020, section 5.2: the curve
+    starts at (0, 0), is linear from one error to the next, and constant after the last error below the
+    threshold. Its area is the sum of (threshold - error) over the errors below the threshold, plus half the
+    largest of them, divided by the number of errors: no sort is needed.
 
     Args:
         errors: (*), at least one, floating point and not negative; those that are infinite or NaN are
@@ -150,9 +149,9 @@ def auc_from_errors(
         thresholds: numbers above 0.
 
     Returns:
-        (K,) in errors' dtype, in [0, 1]: an area for each threshold, in their order. Kornia's is a dict from
-        threshold to number, which artifacts cannot return: ``dict(zip(thresholds, areas.tolist()))`` makes
-        it.
+        (K,) in errors' dtype, in [0, 1]: an area for each threshold, in their order. Kornia returns a dict
+        from threshold to number, which artifacts cannot return; use ``dict(zip(thresholds,
+        areas.tolist()))``.
 
     Raises:
         TypeError: if errors is not floating point.

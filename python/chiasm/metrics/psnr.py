@@ -14,10 +14,10 @@ def psnr(image: Tensor, target: Tensor, max_val: float) -> Tensor:
     Args:
         image: (*), floating point.
         target: like image.
-        max_val: the images' dynamic range, 1 or 255 say.
+        max_val: the images' dynamic range, for example 1 or 255.
 
     Returns:
-        A scalar, of all values together. Where the images are equal it is infinite, and its gradient zero.
+        A scalar for all values together. If the images are equal, it is infinite and its gradient is zero.
 
     Raises:
         TypeError: if image or target is not floating point.

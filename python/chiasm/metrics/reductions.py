@@ -1,4 +1,4 @@
-"""What the metrics share: lengths whose derivative is finite, and means of what counts."""
+"""Helpers of the metrics: lengths with finite derivatives, and means over valid values."""
 
 import math
 from typing import Optional
@@ -10,7 +10,7 @@ from ..primitives.core.checks import check_floating
 
 
 def vector_length(v: Tensor) -> Tensor:
-    """Euclidean length along the last axis; its derivative is 0 where the vector is.
+    """Euclidean length along the last axis; its derivative is 0 for a zero vector.
 
     >>> vector_length(torch.tensor([[3.0, 4.0], [0.0, 0.0]]))
     tensor([5., 0.])
@@ -33,10 +33,8 @@ def check_pair(input: Tensor, target: Tensor) -> None:
 
 
 def reduced_valid(values: Tensor, valid: Optional[Tensor], reduction: str) -> Tensor:
-    """Mean or sum of the values that are valid, summed in float64, or the values themselves, which must be 0
-    where invalid.
-
-    The mean of nothing is NaN, with derivatives of 0.
+    """Mean or sum of the valid values, summed in float64, or the values themselves, which must be 0 where
+    invalid. Without valid values the mean is NaN, with derivatives of 0.
 
     >>> reduced_valid(torch.tensor([1.0, 0.0, 3.0]), torch.tensor([True, False, True]), "mean")
     tensor(2.)

@@ -109,8 +109,8 @@ def _window(window_size: int, padding: str) -> List[float]:
 
 
 def _moments(img1: Tensor, img2: Tensor, max_val: float) -> List[Tensor]:
-    """Both images, their squares and their product, from the middle of the range on: mean squares lose less
-    to the squared means that are taken away."""
+    """Both images, their squares and their product, with values relative to the middle of the range: so the
+    subtraction of squared means from mean squares loses fewer digits."""
     a, b = img1 - 0.5 * max_val, img2 - 0.5 * max_val
     return [a, b, a * a, b * b, a * b]
 
@@ -124,7 +124,7 @@ def _smoothed_volume(x: Tensor, taps: List[float]) -> Tensor:
 
 
 def _similarity(means: List[Tensor], max_val: float, eps: float) -> Tensor:
-    """SSIM of the windows' means of what ``_moments`` gives."""
+    """SSIM from the window means of the results of ``_moments``."""
     c1 = (0.01 * max_val) * (0.01 * max_val)
     c2 = (0.03 * max_val) * (0.03 * max_val)
     mu1, mu2 = means[0] + 0.5 * max_val, means[1] + 0.5 * max_val

@@ -19,7 +19,8 @@ from .thinning import skeletonize as skeletonize
 from .thinning import thin as thin
 
 class BottomHat(nn.Module):
-    """`bottom_hat` as a module: What the closing fills: closing - tensor."""
+    """`bottom_hat` as a module: Bottom hat: closing - tensor, the dark details that the closing fills.
+    Like SciPy's ``black_tophat``."""
 
     structuring_element: Optional[Tensor]
     origin: Optional[List[int]]
@@ -40,8 +41,10 @@ class BottomHat(nn.Module):
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
 
 class Closing(nn.Module):
-    """`closing` as a module: Close: erode the dilation, which removes what is darker and smaller than
-    the element."""
+    """`closing` as a module: Close: dilation, then erosion, which removes dark details smaller than the
+    element. Like SciPy's ``grey_closing``. The dilation counts the origin from the element's other end,
+    so that the result is never below tensor for any origin. Kornia does not, so it differs for even
+    sizes and off-centre origins."""
 
     structuring_element: Optional[Tensor]
     origin: Optional[List[int]]
@@ -106,7 +109,8 @@ class Erosion(nn.Module):
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
 
 class Gradient(nn.Module):
-    """`gradient` as a module: Dilation minus erosion: bright along edges."""
+    """`gradient` as a module: Morphological gradient: dilation minus erosion, bright along edges. Like
+    SciPy's ``morphological_gradient`` for centred elements of odd size."""
 
     structuring_element: Optional[Tensor]
     origin: Optional[List[int]]
@@ -127,8 +131,8 @@ class Gradient(nn.Module):
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
 
 class HitOrMiss(nn.Module):
-    """`hit_or_miss` as a module: Find a pattern: 1 where all pixels under the points of ``hit`` are set
-    and none under those of ``miss`` is."""
+    """`hit_or_miss` as a module: Find a pattern: 1 where all pixels under ``hit`` are set and no pixel
+    under ``miss`` is set."""
 
     miss: Optional[Tensor]
     def __init__(self, miss: Optional[Tensor] = None) -> None: ...
@@ -156,8 +160,10 @@ class MinFilter2d(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Opening(nn.Module):
-    """`opening` as a module: Open: dilate the erosion, which removes what is brighter and smaller than
-    the element."""
+    """`opening` as a module: Open: erosion, then dilation, which removes bright details smaller than the
+    element. Like SciPy's ``grey_opening``. The dilation counts the origin from the element's other end,
+    so that the result never exceeds tensor for any origin. Kornia does not, so it differs for even sizes
+    and off-centre origins."""
 
     structuring_element: Optional[Tensor]
     origin: Optional[List[int]]
@@ -178,7 +184,7 @@ class Opening(nn.Module):
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
 
 class Reconstruction(nn.Module):
-    """`reconstruction` as a module: Dilate a seed image again and again, never above a mask image, until
+    """`reconstruction` as a module: Dilate a seed image repeatedly, limited by a mask image, until
     nothing changes."""
 
     kernel: Optional[Tensor]
@@ -208,7 +214,8 @@ class Thin(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class TopHat(nn.Module):
-    """`top_hat` as a module: What the opening takes away: tensor - opening."""
+    """`top_hat` as a module: Top hat: tensor - opening, the bright details that the opening removes.
+    Like SciPy's ``white_tophat``."""
 
     structuring_element: Optional[Tensor]
     origin: Optional[List[int]]

@@ -1,4 +1,4 @@
-"""Structuring elements: what dilation and erosion share."""
+"""Structuring elements: the common code of dilation and erosion."""
 
 from typing import List, Optional, Tuple
 
@@ -11,7 +11,7 @@ from ..primitives.filters.minmax import morphology, morphology_gradient
 
 
 def check_engine(engine: str) -> None:
-    """Raise ValueError unless ``engine`` is one of Kornia's ways to compute the same."""
+    """Raise ValueError unless ``engine`` is one of the names of Kornia's implementations."""
     check_choice(engine, ["auto", "unfold", "convolution", "shift"], "engine")
 
 
@@ -27,7 +27,7 @@ def extreme(
     mirrored: bool = False,
 ) -> Tensor:
     """Dilation (``largest``) or erosion over the window that starts ``origin`` before the pixel; ``mirrored``
-    takes the origin from the other end."""
+    counts the origin from the other end."""
     heights, row, column = _window(tensor, kernel, structuring_element, origin, border_type, max_val)
     if mirrored:
         row, column = kernel.size(0) - 1 - row, kernel.size(1) - 1 - column
@@ -91,7 +91,8 @@ def _window(
 def _border(
     tensor: Tensor, border_type: str, border_value: float, max_val: float, largest: bool
 ) -> Tuple[str, float]:
-    """What ``stencil`` calls the border, and its value; beyond a geodesic one is what never wins."""
+    """The name of the border in ``stencil``, and its value; for a geodesic border, a value that is never the
+    result."""
     low, high = -max_val, max_val
     if not tensor.is_floating_point():
         least, most = pixel_range(tensor)

@@ -19,21 +19,21 @@ def erosion(
 ) -> Tensor:
     """Erode: out(p) = min over the kernel's nonzero offsets b of tensor(p + b) - height(b).
 
-    J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``grey_erosion``; OpenCV's ``erode``
-    for a flat element.
+    J. Serra, Image Analysis and Mathematical Morphology, 1982. Like SciPy's ``grey_erosion``, and like
+    OpenCV's ``erode`` for a flat element.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
             uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
-            whole numbers are flat.
+            integer dtypes must be flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
-        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
-        border_value: the outside's value for "constant".
-        max_val: stands for infinity. For whole numbers their type's ends do.
-        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
-            "shift".
+        border_type: "geodesic" (pixels outside the image are ignored), "reflect", "replicate", "circular" or
+            "constant".
+        border_value: the value outside the image for "constant".
+        max_val: represents infinity. For integer dtypes, the limits of the dtype are used instead.
+        engine: not used, for compatibility with Kornia: "auto", "unfold", "convolution" or "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype.

@@ -1,4 +1,4 @@
-"""Maxima and minima over rectangles of a size that is known beforehand."""
+"""Maxima and minima over rectangles of a fixed size."""
 
 from typing import Tuple, Union
 
@@ -13,15 +13,16 @@ def max_filter2d(
 ) -> Tensor:
     """The largest value in a rectangle around each pixel: dilation by a flat rectangle, in two passes.
 
-    Not in Kornia. The element of ``dilation`` is a run-time input, of which nothing may be assumed; with the
-    size fixed, the maxima are taken along columns, then along rows, by doubling the window's length. SciPy's
-    ``maximum_filter``, OpenCV's ``dilate``.
+    Not in Kornia. The element of ``dilation`` is a run-time input and can have any shape; with a fixed size,
+    the maxima are computed along columns, then along rows, by doubling the window's length. Like SciPy's
+    ``maximum_filter`` and OpenCV's ``dilate``.
 
     Args:
         input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
             frame.
         kernel_size: odd size, one for both axes or (rows, columns).
-        border_type: "replicate" (the outside never wins), "reflect", "circular" or "constant" (zeros).
+        border_type: "replicate" (pixels outside the image are ignored), "reflect", "circular" or "constant"
+            (zeros).
 
     Returns:
         (B, C, H, W), of input's dtype.
@@ -42,13 +43,14 @@ def min_filter2d(
 ) -> Tensor:
     """The smallest value in a rectangle around each pixel: erosion by a flat rectangle, in two passes.
 
-    Not in Kornia; see ``max_filter2d``. SciPy's ``minimum_filter``, OpenCV's ``erode``.
+    Not in Kornia; see ``max_filter2d``. Like SciPy's ``minimum_filter`` and OpenCV's ``erode``.
 
     Args:
         input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
             frame.
         kernel_size: odd size, one for both axes or (rows, columns).
-        border_type: "replicate" (the outside never wins), "reflect", "circular" or "constant" (zeros).
+        border_type: "replicate" (pixels outside the image are ignored), "reflect", "circular" or "constant"
+            (zeros).
 
     Returns:
         (B, C, H, W), of input's dtype.

@@ -10,16 +10,16 @@ from ..primitives.filters.padding import stencil
 
 
 def hit_or_miss(input: Tensor, hit: Tensor, miss: Optional[Tensor] = None) -> Tensor:
-    """Find a pattern: 1 where all pixels under the points of ``hit`` are set and none under those of ``miss``
-    is.
+    """Find a pattern: 1 where all pixels under ``hit`` are set and no pixel under ``miss`` is set.
 
-    Not in Kornia. J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``binary_hit_or_miss``,
-    but that outside the image nothing is set, as in OpenCV's MORPH_HITMISS on a frame of zeros.
+    Not in Kornia. J. Serra, Image Analysis and Mathematical Morphology, 1982. Like SciPy's
+    ``binary_hit_or_miss``, except that pixels outside the image are not set, as in OpenCV's MORPH_HITMISS for
+    an image with a border of zeros.
 
     Args:
         input: (B, C, H, W), floating point; pixels above 0 are set.
         hit: (kh, kw), nonzero where a pixel must be set; its centre is [kh // 2, kw // 2].
-        miss: (kh, kw), nonzero where none may be; by default where hit is zero.
+        miss: (kh, kw), nonzero where no pixel may be set; by default where hit is zero.
 
     Returns:
         (B, C, H, W), 0 or 1.
@@ -44,7 +44,7 @@ def hit_or_miss(input: Tensor, hit: Tensor, miss: Optional[Tensor] = None) -> Te
         if miss.dim() != 2 or miss.size(0) != kh or miss.size(1) != kw:
             raise ValueError(f"miss: expected hit's shape ({kh}, {kw}), got {list(miss.shape)}")
         unwanted = miss != 0
-    # What is tested below: a pixel's value must reach `least` and not exceed `most`.
+    # The test below: a pixel's value must be at least `least` and at most `most`.
     least, most = wanted.to(input.dtype), 1.0 - unwanted.to(input.dtype)
     filled = (input > 0).to(input.dtype)
     return _fits(filled, (kh // 2, kh - kh // 2 - 1), (kw // 2, kw - kw // 2 - 1), "constant", least, most)

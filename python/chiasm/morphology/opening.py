@@ -1,4 +1,4 @@
-"""Openings and closings, and what they take away."""
+"""Openings and closings, and their differences from the image."""
 
 from typing import List, Optional
 
@@ -18,24 +18,22 @@ def opening(
     max_val: float = 1e4,
     engine: str = "auto",
 ) -> Tensor:
-    """Open: dilate the erosion, which removes what is brighter and smaller than the element.
-
-    SciPy's ``grey_opening``. The dilation takes the origin from the element's other end, so that the result
-    never exceeds tensor wherever the origin is; Kornia's does not, which differs for even sizes and
-    off-centre origins.
+    """Open: erosion, then dilation, which removes bright details smaller than the element. Like SciPy's
+    ``grey_opening``. The dilation counts the origin from the element's other end, so that the result never
+    exceeds tensor for any origin. Kornia does not, so it differs for even sizes and off-centre origins.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
             uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
-            whole numbers are flat.
+            integer dtypes must be flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
-        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
-        border_value: the outside's value for "constant".
-        max_val: stands for infinity. For whole numbers their type's ends do.
-        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
-            "shift".
+        border_type: "geodesic" (pixels outside the image are ignored), "reflect", "replicate", "circular" or
+            "constant".
+        border_value: the value outside the image for "constant".
+        max_val: represents infinity. For integer dtypes, the limits of the dtype are used instead.
+        engine: not used, for compatibility with Kornia: "auto", "unfold", "convolution" or "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype.
@@ -63,24 +61,22 @@ def closing(
     max_val: float = 1e4,
     engine: str = "auto",
 ) -> Tensor:
-    """Close: erode the dilation, which removes what is darker and smaller than the element.
-
-    SciPy's ``grey_closing``. The dilation takes the origin from the element's other end, so that the result
-    is never below tensor wherever the origin is; Kornia's does not, which differs for even sizes and
-    off-centre origins.
+    """Close: dilation, then erosion, which removes dark details smaller than the element. Like SciPy's
+    ``grey_closing``. The dilation counts the origin from the element's other end, so that the result is never
+    below tensor for any origin. Kornia does not, so it differs for even sizes and off-centre origins.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
             uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
-            whole numbers are flat.
+            integer dtypes must be flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
-        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
-        border_value: the outside's value for "constant".
-        max_val: stands for infinity. For whole numbers their type's ends do.
-        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
-            "shift".
+        border_type: "geodesic" (pixels outside the image are ignored), "reflect", "replicate", "circular" or
+            "constant".
+        border_value: the value outside the image for "constant".
+        max_val: represents infinity. For integer dtypes, the limits of the dtype are used instead.
+        engine: not used, for compatibility with Kornia: "auto", "unfold", "convolution" or "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype.
@@ -110,25 +106,23 @@ def top_hat(
     max_val: float = 1e4,
     engine: str = "auto",
 ) -> Tensor:
-    """What the opening takes away: tensor - opening.
-
-    SciPy's ``white_tophat``.
+    """Top hat: tensor - opening, the bright details that the opening removes. Like SciPy's ``white_tophat``.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
             uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
-            whole numbers are flat.
+            integer dtypes must be flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
-        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
-        border_value: the outside's value for "constant".
-        max_val: stands for infinity. For whole numbers their type's ends do.
-        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
-            "shift".
+        border_type: "geodesic" (pixels outside the image are ignored), "reflect", "replicate", "circular" or
+            "constant".
+        border_value: the value outside the image for "constant".
+        max_val: represents infinity. For integer dtypes, the limits of the dtype are used instead.
+        engine: not used, for compatibility with Kornia: "auto", "unfold", "convolution" or "shift".
 
     Returns:
-        (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
+        (B, C, H, W), of tensor's dtype; for integer dtypes, saturated to its range.
 
     Raises:
         TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.
@@ -153,25 +147,23 @@ def bottom_hat(
     max_val: float = 1e4,
     engine: str = "auto",
 ) -> Tensor:
-    """What the closing fills: closing - tensor.
-
-    SciPy's ``black_tophat``.
+    """Bottom hat: closing - tensor, the dark details that the closing fills. Like SciPy's ``black_tophat``.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
             uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
-            whole numbers are flat.
+            integer dtypes must be flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
-        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
-        border_value: the outside's value for "constant".
-        max_val: stands for infinity. For whole numbers their type's ends do.
-        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
-            "shift".
+        border_type: "geodesic" (pixels outside the image are ignored), "reflect", "replicate", "circular" or
+            "constant".
+        border_value: the value outside the image for "constant".
+        max_val: represents infinity. For integer dtypes, the limits of the dtype are used instead.
+        engine: not used, for compatibility with Kornia: "auto", "unfold", "convolution" or "shift".
 
     Returns:
-        (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
+        (B, C, H, W), of tensor's dtype; for integer dtypes, saturated to its range.
 
     Raises:
         TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.
@@ -196,25 +188,24 @@ def gradient(
     max_val: float = 1e4,
     engine: str = "auto",
 ) -> Tensor:
-    """Dilation minus erosion: bright along edges.
-
-    SciPy's ``morphological_gradient`` for centred elements of odd size.
+    """Morphological gradient: dilation minus erosion, bright along edges. Like SciPy's
+    ``morphological_gradient`` for centred elements of odd size.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
             uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
-            whole numbers are flat.
+            integer dtypes must be flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
-        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
-        border_value: the outside's value for "constant".
-        max_val: stands for infinity. For whole numbers their type's ends do.
-        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
-            "shift".
+        border_type: "geodesic" (pixels outside the image are ignored), "reflect", "replicate", "circular" or
+            "constant".
+        border_value: the value outside the image for "constant".
+        max_val: represents infinity. For integer dtypes, the limits of the dtype are used instead.
+        engine: not used, for compatibility with Kornia: "auto", "unfold", "convolution" or "shift".
 
     Returns:
-        (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
+        (B, C, H, W), of tensor's dtype; for integer dtypes, saturated to its range.
 
     Raises:
         TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.

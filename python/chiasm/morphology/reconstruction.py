@@ -16,20 +16,20 @@ def reconstruction(
     method: str = "dilation",
     num_iters: Optional[int] = None,
 ) -> Tensor:
-    """Dilate a seed image again and again, never above a mask image, until nothing changes.
+    """Dilate a seed image repeatedly, limited by a mask image, until nothing changes.
 
-    L. Vincent, Morphological grayscale reconstruction in image analysis, IEEE TIP 2(2), 1993. scikit-image's
-    ``reconstruction``. A step moves values by one element, so a path as long as the image is large takes many
-    steps; the exported loop ends as soon as nothing changes. Kornia's ``check_every`` and ``engine`` have no
+    L. Vincent, Morphological grayscale reconstruction in image analysis, IEEE TIP 2(2), 1993. Like
+    scikit-image's ``reconstruction``. A step moves values by one element, so a long path takes many steps;
+    the exported loop ends as soon as nothing changes. Kornia's ``check_every`` and ``engine`` have no
     counterpart.
 
     Args:
-        seed: (B, C, H, W), floating point; where it is beyond mask it is cut to mask.
+        seed: (B, C, H, W), floating point; it is limited to mask.
         mask: (B, C, H, W), floating point, without NaN, of magnitude below 1e4.
-        kernel: (kh, kw) flat neighbourhood, nonzero where it has a point, the centre among them; 3x3 ones by
+        kernel: (kh, kw) flat neighbourhood, nonzero at its points, which include the centre; 3x3 ones by
             default.
-        method: "dilation", or "erosion", which erodes the seed and never goes below mask.
-        num_iters: the most steps; None is as many as it takes.
+        method: "dilation", or "erosion", which erodes the seed, never below mask.
+        num_iters: the maximum number of steps; None means no limit.
 
     Returns:
         (B, C, H, W).

@@ -10,13 +10,13 @@ def skeletonize(input: Tensor, num_iters: int = 10000) -> Tensor:
     """Thin shapes to lines one pixel wide, by peeling their outlines until nothing changes.
 
     Not in Kornia. T. Y. Zhang, C. Y. Suen, A fast parallel algorithm for thinning digital patterns, CACM
-    27(3), 1984, as printed there: squares of 2 x 2 pixels vanish, and scikit-image's
-    ``skeletonize(method="zhang")``, whose table also takes some corners, differs by single pixels. A round
-    peels a pixel from every side, so half a shape's width of rounds is enough.
+    27(3), 1984, exactly as published: squares of 2 x 2 pixels vanish, and scikit-image's
+    ``skeletonize(method="zhang")``, whose table also removes some corners, differs by single pixels. A round
+    removes a pixel from every side, so the number of rounds is about half the width of a shape.
 
     Args:
-        input: (B, C, H, W), floating point; pixels above 0 are set. Outside the image none is.
-        num_iters: the most rounds.
+        input: (B, C, H, W), floating point; pixels above 0 are set. Pixels outside the image are not set.
+        num_iters: the maximum number of rounds.
 
     Returns:
         (B, C, H, W), 0 or 1.
@@ -38,11 +38,11 @@ def thin(input: Tensor, num_iters: int = 10000) -> Tensor:
     """Thin shapes to lines one pixel wide, keeping every connected shape.
 
     Not in Kornia. Z. Guo, R. W. Hall, Parallel thinning with two-subiteration algorithms, CACM 32(3), 1989;
-    scikit-image's ``thin``.
+    Like scikit-image's ``thin``.
 
     Args:
-        input: (B, C, H, W), floating point; pixels above 0 are set. Outside the image none is.
-        num_iters: the most rounds.
+        input: (B, C, H, W), floating point; pixels above 0 are set. Pixels outside the image are not set.
+        num_iters: the maximum number of rounds.
 
     Returns:
         (B, C, H, W), 0 or 1.

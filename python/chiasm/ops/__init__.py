@@ -1,5 +1,5 @@
-"""What comes after a network: torchvision.ops' functions of boxes, suppression in fixed slots, decoders,
-trackers."""
+"""Postprocessing of networks: the box functions of torchvision.ops, non-maximum suppression with a fixed
+number of slots, decoders, trackers."""
 
 from ..primitives.core.modules import lazy_modules
 from .assignment import linear_assignment

@@ -49,7 +49,8 @@ from .tracking import byte_track as byte_track
 from .tracking import sort_track as sort_track
 
 class BatchedNms(nn.Module):
-    """`batched_nms` as a module: Non-maximum suppression, each class for itself."""
+    """`batched_nms` as a module: Non-maximum suppression for each class separately. The number of kept
+    boxes depends on the data, so this function cannot be exported; `batched_nms_fixed` can."""
 
     iou_threshold: float
     def __init__(self, iou_threshold: float) -> None: ...
@@ -57,8 +58,9 @@ class BatchedNms(nn.Module):
     def __call__(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tensor: ...
 
 class BatchedNmsFixed(nn.Module):
-    """`batched_nms_fixed` as a module: `batched_nms` of a batch of images, with a fixed number of slots
-    for what is kept."""
+    """`batched_nms_fixed` as a module: `batched_nms` for a batch of images, with a fixed number of slots
+    for the kept boxes. Native code compares each box with the kept boxes of its class; its memory grows
+    with N. Other engines compare all pairs at once, which takes N * N bytes."""
 
     iou_threshold: float
     max_output: int
@@ -74,7 +76,7 @@ class BoxArea(nn.Module):
     def __call__(self, boxes: Tensor) -> Tensor: ...
 
 class BoxConvert(nn.Module):
-    """`box_convert` as a module: Boxes in another format."""
+    """`box_convert` as a module: Convert boxes between formats."""
 
     in_fmt: str
     out_fmt: str
@@ -83,7 +85,8 @@ class BoxConvert(nn.Module):
     def __call__(self, boxes: Tensor) -> Tensor: ...
 
 class BoxIou(nn.Module):
-    """`box_iou` as a module: Intersection over union of each box of one set with each of another."""
+    """`box_iou` as a module: Intersection over union (IoU) of each box of one set with each box of
+    another set."""
     def __init__(self) -> None: ...
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
@@ -129,7 +132,7 @@ class ByteTrack(nn.Module):
     ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]: ...
 
 class ClipBoxesToImage(nn.Module):
-    """`clip_boxes_to_image` as a module: Boxes with their corners moved into an image."""
+    """`clip_boxes_to_image` as a module: Clip the corners of boxes to an image."""
 
     size: Tuple[int, int]
     def __init__(self, size: Tuple[int, int]) -> None: ...
@@ -137,8 +140,8 @@ class ClipBoxesToImage(nn.Module):
     def __call__(self, boxes: Tensor) -> Tensor: ...
 
 class CompleteBoxIou(nn.Module):
-    """`complete_box_iou` as a module: ``distance_box_iou`` less a penalty for another aspect ratio,
-    whose weight has no gradient."""
+    """`complete_box_iou` as a module: Complete IoU: ``distance_box_iou`` minus a penalty for different
+    aspect ratios. The weight of the penalty has no gradient."""
 
     eps: float
     def __init__(self, eps: float = 1e-07) -> None: ...
@@ -146,8 +149,8 @@ class CompleteBoxIou(nn.Module):
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
 class CompleteBoxIouLoss(nn.Module):
-    """`complete_box_iou_loss` as a module: ``distance_box_iou_loss`` plus a penalty for another aspect
-    ratio, whose weight has no gradient."""
+    """`complete_box_iou_loss` as a module: Complete IoU loss: ``distance_box_iou_loss`` plus a penalty
+    for different aspect ratios. The weight of the penalty has no gradient."""
 
     reduction: str
     eps: float
@@ -156,8 +159,8 @@ class CompleteBoxIouLoss(nn.Module):
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
 class CtcBeamDecode(nn.Module):
-    """`ctc_beam_decode` as a module: The most likely sequences of labels, over all their alignments, by
-    prefix beam search."""
+    """`ctc_beam_decode` as a module: CTC beam search: the most likely label sequences, summed over all
+    their alignments."""
 
     beam: int
     blank: int
@@ -166,8 +169,8 @@ class CtcBeamDecode(nn.Module):
     def __call__(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class CtcGreedyDecode(nn.Module):
-    """`ctc_greedy_decode` as a module: The labels of the most likely alignment: the best class of each
-    step, repetitions once, without blanks."""
+    """`ctc_greedy_decode` as a module: Greedy CTC decoding: take the best class of each step, merge
+    repetitions, remove blanks."""
 
     blank: int
     def __init__(self, blank: int = 0) -> None: ...
@@ -175,8 +178,8 @@ class CtcGreedyDecode(nn.Module):
     def __call__(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class DecodeDb(nn.Module):
-    """`decode_db` as a module: The boxes of the text lines that a DB network has found: rectangles of
-    least area around 8-connected shapes, made larger."""
+    """`decode_db` as a module: Decode the probability map of a DB network to boxes of text lines:
+    enlarged minimum-area rectangles."""
 
     threshold: float
     box_threshold: float
@@ -195,8 +198,8 @@ class DecodeDb(nn.Module):
     def __call__(self, probability: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class DecodeDetr(nn.Module):
-    """`decode_detr` as a module: The objects that RT-DETR or Deformable DETR has found: the highest of
-    all scores of classes."""
+    """`decode_detr` as a module: Decode the output of RT-DETR or Deformable DETR: the highest scores
+    over all queries and classes."""
 
     size: Tuple[int, int]
     score_threshold: float
@@ -208,8 +211,8 @@ class DecodeDetr(nn.Module):
     def __call__(self, logits: Tensor, pred_boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class DecodeHeatmaps(nn.Module):
-    """`decode_heatmaps` as a module: The position of the largest value of each heat map, to a fraction
-    of a pixel."""
+    """`decode_heatmaps` as a module: Decode heat maps to keypoints: the subpixel position of the largest
+    value of each map."""
 
     refinement: str
     kernel_size: int
@@ -218,7 +221,7 @@ class DecodeHeatmaps(nn.Module):
     def __call__(self, heatmaps: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class DecodeSimcc(nn.Module):
-    """`decode_simcc` as a module: The position of the largest value of each key point's distributions
+    """`decode_simcc` as a module: Decode SimCC outputs to keypoints: the positions of the largest values
     along x and along y."""
 
     split_ratio: float
@@ -227,8 +230,8 @@ class DecodeSimcc(nn.Module):
     def __call__(self, simcc_x: Tensor, simcc_y: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class DecodeSsd(nn.Module):
-    """`decode_ssd` as a module: The objects that SSD has found: softmax, every class of every anchor,
-    boxes about anchors, suppression."""
+    """`decode_ssd` as a module: Decode the output of SSD: softmax, boxes from anchors, every class of
+    every anchor, suppression."""
 
     size: Tuple[int, int]
     score_threshold: float
@@ -251,7 +254,7 @@ class DecodeSsd(nn.Module):
     ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class DecodeYolov5(nn.Module):
-    """`decode_yolov5` as a module: The objects that YOLO v5, v6 or v7 has found. Otherwise as
+    """`decode_yolov5` as a module: Decode the output of YOLO v5, v6 or v7. Otherwise as
     ``decode_yolov8``."""
 
     score_threshold: float
@@ -269,8 +272,8 @@ class DecodeYolov5(nn.Module):
     def __call__(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class DecodeYolov8(nn.Module):
-    """`decode_yolov8` as a module: The objects that YOLO v8, v9 or v11 has found: the best class of each
-    place, thresholds, suppression."""
+    """`decode_yolov8` as a module: Decode the output of YOLO v8, v9 or v11: best class of each place,
+    score threshold, suppression."""
 
     score_threshold: float
     iou_threshold: float
@@ -287,8 +290,8 @@ class DecodeYolov8(nn.Module):
     def __call__(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class DeformConv2d(nn.Module):
-    """`deform_conv2d` as a module: Correlation with taps that are moved by offsets and, with a mask,
-    weighed at each place."""
+    """`deform_conv2d` as a module: Deformable convolution: taps are shifted by offsets and, with a mask,
+    weighted at each place."""
 
     bias: Optional[Tensor]
     stride: Tuple[int, int]
@@ -307,8 +310,8 @@ class DeformConv2d(nn.Module):
     def __call__(self, input: Tensor, offset: Tensor, weight: Tensor) -> Tensor: ...
 
 class DistanceBoxIou(nn.Module):
-    """`distance_box_iou` as a module: ``box_iou`` less the squared distance of the centres over that of
-    the corners around both."""
+    """`distance_box_iou` as a module: Distance IoU: ``box_iou`` minus (distance of the centres /
+    diagonal of the enclosing box)^2."""
 
     eps: float
     def __init__(self, eps: float = 1e-07) -> None: ...
@@ -316,8 +319,8 @@ class DistanceBoxIou(nn.Module):
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
 class DistanceBoxIouLoss(nn.Module):
-    """`distance_box_iou_loss` as a module: 1 less the intersection over union of each box with its
-    target, plus the squared distance of their centres over that of the corners around both."""
+    """`distance_box_iou_loss` as a module: Distance IoU loss: 1 minus IoU, plus (distance of the centres
+    / diagonal of the enclosing box)^2."""
 
     reduction: str
     eps: float
@@ -326,15 +329,15 @@ class DistanceBoxIouLoss(nn.Module):
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
 class GeneralizedBoxIou(nn.Module):
-    """`generalized_box_iou` as a module: ``box_iou`` less the part of the smallest box around both that
-    neither covers."""
+    """`generalized_box_iou` as a module: Generalized IoU: ``box_iou`` minus the fraction of the smallest
+    enclosing box that neither box covers."""
     def __init__(self) -> None: ...
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
 class GeneralizedBoxIouLoss(nn.Module):
-    """`generalized_box_iou_loss` as a module: 1 less the generalised intersection over union of each box
-    with its target."""
+    """`generalized_box_iou_loss` as a module: Generalized IoU loss: 1 minus the generalized intersection
+    over union of each box with its target."""
 
     reduction: str
     eps: float
@@ -343,8 +346,8 @@ class GeneralizedBoxIouLoss(nn.Module):
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
 class KalmanPredict(nn.Module):
-    """`kalman_predict` as a module: A state after a step of time: F x, and its covariance F P F' + Q.
-    Computed in float64."""
+    """`kalman_predict` as a module: Predict a state after one time step: F x, with the covariance F P F'
+    + Q. Computed in float64."""
     def __init__(self) -> None: ...
     def forward(
         self, mean: Tensor, covariance: Tensor, transition: Tensor, process_noise: Tensor
@@ -354,8 +357,8 @@ class KalmanPredict(nn.Module):
     ) -> Tuple[Tensor, Tensor]: ...
 
 class KalmanUpdate(nn.Module):
-    """`kalman_update` as a module: A state after a measurement z of H x: x + K (z - H x), with the gain
-    K = P H' (H P H' + R)^-1."""
+    """`kalman_update` as a module: Update a state by a measurement z of H x: x + K (z - H x), with the
+    gain K = P H' (H P H' + R)^-1."""
     def __init__(self) -> None: ...
     def forward(
         self,
@@ -375,8 +378,8 @@ class KalmanUpdate(nn.Module):
     ) -> Tuple[Tensor, Tensor]: ...
 
 class LinearAssignment(nn.Module):
-    """`linear_assignment` as a module: For each row a column of its own, so that the sum of their costs
-    is least; SciPy calls it ``linear_sum_assignment``."""
+    """`linear_assignment` as a module: Assign to each row a different column with the least sum of
+    costs, like SciPy's ``linear_sum_assignment``."""
 
     rows: Optional[Tensor]
     columns: Optional[Tensor]
@@ -391,8 +394,8 @@ class LinearAssignment(nn.Module):
     def __call__(self, cost: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class MasksFromPrototypes(nn.Module):
-    """`masks_from_prototypes` as a module: Masks of detections, put together from an image's prototypes:
-    YOLACT's, and those of YOLO's segmentation."""
+    """`masks_from_prototypes` as a module: Compute masks of detections from an image's prototypes, as in
+    YOLACT and in YOLO segmentation."""
 
     size: Tuple[int, int]
     def __init__(self, size: Tuple[int, int]) -> None: ...
@@ -400,15 +403,16 @@ class MasksFromPrototypes(nn.Module):
     def __call__(self, prototypes: Tensor, coefficients: Tensor, boxes: Tensor) -> Tensor: ...
 
 class MasksToBoxes(nn.Module):
-    """`masks_to_boxes` as a module: The smallest boxes around masks, by the numbers of the pixels in
-    their corners."""
+    """`masks_to_boxes` as a module: The bounding boxes of masks, as indices of their corner pixels. As
+    in torchvision, the corner x2, y2 is the last pixel of the mask, not the one after it. torchvision
+    raises an error for an empty mask."""
     def __init__(self) -> None: ...
     def forward(self, masks: Tensor) -> Tensor: ...
     def __call__(self, masks: Tensor) -> Tensor: ...
 
 class MasksToPolygons(nn.Module):
-    """`masks_to_polygons` as a module: The outlines of the 8-connected shapes in masks, and of the holes
-    in them, the largest first."""
+    """`masks_to_polygons` as a module: The outlines of 8-connected shapes in masks and of their holes,
+    as polygons, the largest first."""
 
     max_polygons: int
     max_points: int
@@ -417,8 +421,10 @@ class MasksToPolygons(nn.Module):
     def __call__(self, masks: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class Merge(nn.Module):
-    """`merge` as a module: Put an image together from its tiles, as ``tile`` cuts them, seams
-    blended."""
+    """`merge` as a module: Merge tiles, as cut by ``tile``, into an image, and blend the seams. Each
+    pixel is a weighted mean of the tiles that contain it. Along each axis a tile's weight falls towards
+    its ends, over ``overlap`` pixels in equal steps to 1 / (overlap + 1); the weights of a pixel are
+    divided by their sum. So equal pixels of overlapping tiles stay unchanged, within rounding."""
 
     image_size: Tuple[int, int]
     overlap: Union[int, Tuple[int, int]]
@@ -427,8 +433,10 @@ class Merge(nn.Module):
     def __call__(self, tiles: Tensor) -> Tensor: ...
 
 class MergeDetections(nn.Module):
-    """`merge_detections` as a module: The objects of a large image, from those that a detector has found
-    in each of its tiles."""
+    """`merge_detections` as a module: Merge the detections of tiles into the detections of the large
+    image. Boxes are shifted by the positions of their tiles. Then non-maximum suppression for each class
+    keeps the highest score of overlapping boxes, from any tile. At the border of a tile only a part of
+    an object is detected: so the overlap of tiles should be as large as the objects."""
 
     iou_threshold: float
     max_output: int
@@ -441,8 +449,9 @@ class MergeDetections(nn.Module):
     ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class Nms(nn.Module):
-    """`nms` as a module: Non-maximum suppression: from the highest score on, drop every box that
-    overlaps one that was kept."""
+    """`nms` as a module: Non-maximum suppression: in descending order of score, drop every box that
+    overlaps a kept box. The number of kept boxes depends on the data, so this function cannot be
+    exported; `batched_nms_fixed` and `geometry.bbox.nms_fixed` can."""
 
     iou_threshold: float
     def __init__(self, iou_threshold: float) -> None: ...
@@ -450,8 +459,8 @@ class Nms(nn.Module):
     def __call__(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
 
 class PasteMasks(nn.Module):
-    """`paste_masks` as a module: Masks that were predicted for boxes, in the image: Mask R-CNN's last
-    step."""
+    """`paste_masks` as a module: Paste masks that were predicted for boxes into the image: the last step
+    of Mask R-CNN."""
 
     size: Tuple[int, int]
     def __init__(self, size: Tuple[int, int]) -> None: ...
@@ -459,8 +468,7 @@ class PasteMasks(nn.Module):
     def __call__(self, masks: Tensor, boxes: Tensor) -> Tensor: ...
 
 class PsRoiAlign(nn.Module):
-    """`ps_roi_align` as a module: The means of points in the bins of boxes, each read bilinearly, each
-    bin of channels of its own."""
+    """`ps_roi_align` as a module: Position-sensitive RoIAlign: each bin has its own channels."""
 
     output_size: Union[int, Tuple[int, int]]
     spatial_scale: float
@@ -472,8 +480,8 @@ class PsRoiAlign(nn.Module):
     def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
 
 class PsRoiPool(nn.Module):
-    """`ps_roi_pool` as a module: The means of the pixels in the bins of boxes, each bin of channels of
-    its own."""
+    """`ps_roi_pool` as a module: Position-sensitive RoIPool: the means of the pixels in the bins of
+    boxes; each bin has its own channels."""
 
     output_size: Union[int, Tuple[int, int]]
     spatial_scale: float
@@ -482,8 +490,8 @@ class PsRoiPool(nn.Module):
     def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
 
 class RemoveSmallBoxes(nn.Module):
-    """`remove_small_boxes` as a module: The numbers of the boxes of which both sides are at least
-    ``min_size``."""
+    """`remove_small_boxes` as a module: The indices of the boxes whose sides are both at least
+    ``min_size``. Their number depends on the data, so this function cannot be exported."""
 
     min_size: float
     def __init__(self, min_size: float) -> None: ...
@@ -491,7 +499,8 @@ class RemoveSmallBoxes(nn.Module):
     def __call__(self, boxes: Tensor) -> Tensor: ...
 
 class RoiAlign(nn.Module):
-    """`roi_align` as a module: The means of points in the bins of boxes, each read bilinearly."""
+    """`roi_align` as a module: RoIAlign: the means of points in the bins of boxes; each point is read by
+    bilinear interpolation."""
 
     output_size: Union[int, Tuple[int, int]]
     spatial_scale: float
@@ -508,7 +517,7 @@ class RoiAlign(nn.Module):
     def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
 
 class RoiPool(nn.Module):
-    """`roi_pool` as a module: The maxima of the pixels in the bins of boxes."""
+    """`roi_pool` as a module: RoIPool: the maxima of the pixels in the bins of boxes."""
 
     output_size: Union[int, Tuple[int, int]]
     spatial_scale: float
@@ -517,14 +526,17 @@ class RoiPool(nn.Module):
     def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
 
 class RotatedIou(nn.Module):
-    """`rotated_iou` as a module: Intersection over union of each rotated box of one set with each of
-    another."""
+    """`rotated_iou` as a module: Intersection over union of each rotated box of one set with each
+    rotated box of another set. One box is clipped by the sides of the other (I. Sutherland, G. Hodgman,
+    Reentrant Polygon Clipping, CACM 17(1), 1974). This takes memory for about 50 * N * M values."""
     def __init__(self) -> None: ...
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
 class RotatedNmsFixed(nn.Module):
-    """`rotated_nms_fixed` as a module: `batched_nms_fixed` of rotated boxes."""
+    """`rotated_nms_fixed` as a module: `batched_nms_fixed` for rotated boxes. Each step keeps the box
+    with the highest score and drops the boxes of its class that overlap it. There is one step for each
+    filled slot, in float64; memory grows with N."""
 
     iou_threshold: float
     max_output: int
@@ -535,7 +547,11 @@ class RotatedNmsFixed(nn.Module):
 
 class SoftNms(nn.Module):
     """`soft_nms` as a module: Soft non-maximum suppression of a batch of images, with a fixed number of
-    slots for what is kept."""
+    slots for the kept boxes. N. Bodla et al., Soft-NMS, ICCV 2017. Each step takes the box with the
+    highest score (of equal scores the first one) and multiplies the scores of the remaining boxes by a
+    factor of their IoU o with this box: "gaussian" exp(-o^2 / sigma), "linear" 1 - o if o is at least
+    ``iou_threshold``. Computed in float64, with one step for each filled slot; memory grows with N + K,
+    in native code too."""
 
     max_output: int
     method: str
@@ -581,7 +597,8 @@ class SortTrack(nn.Module):
     ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]: ...
 
 class Tile(nn.Module):
-    """`tile` as a module: Cut an image into tiles of one size, row after row, which cover it."""
+    """`tile` as a module: Cut an image into tiles of one size, row by row, which cover it. The last tile
+    of a row or column is shifted into the image, so that it overlaps the one before by more."""
 
     size: Union[int, Tuple[int, int]]
     overlap: Union[int, Tuple[int, int]]

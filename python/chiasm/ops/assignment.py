@@ -1,4 +1,4 @@
-"""Which of some things belong to which of others, so that the costs are least."""
+"""Linear assignment: pairs of rows and columns with the least total cost."""
 
 from typing import Optional, Tuple
 
@@ -15,26 +15,27 @@ def linear_assignment(
     columns: Optional[Tensor] = None,
     max_cost: Optional[float] = None,
 ) -> Tuple[Tensor, Tensor]:
-    """For each row a column of its own, so that the sum of their costs is least; SciPy calls it
+    """Assign to each row a different column with the least sum of costs, like SciPy's
     ``linear_sum_assignment``.
 
-    By shortest augmenting paths: D. F. Crouse, On implementing 2D rectangular assignment algorithms, IEEE
-    Transactions on Aerospace and Electronic Systems 52 (4), 2016; R. Jonker and A. Volgenant, Computing 38,
-    1987. Exact but for the rounding of float64, in which it is computed, and the same from run to run: of
-    paths of equal length one to a column that is free comes first, then that of the lowest column. Of each
-    matrix it takes at most 2 N^2 steps that look at N + M numbers.
+    The algorithm is that of shortest augmenting paths: D. F. Crouse, On implementing 2D rectangular
+    assignment algorithms, IEEE Transactions on Aerospace and Electronic Systems 52 (4), 2016; R. Jonker and
+    A. Volgenant, Computing 38, 1987. It is exact except for rounding in float64, and deterministic: among
+    paths of equal length, a path to a free column comes first, then the path to the lowest column. For each
+    matrix it takes at most 2 N^2 steps, and each step reads N + M numbers.
 
-    As many pairs are made as can be, and of such assignments the cheapest. Where SciPy raises because some
-    row or column has no partner, that one stays alone.
+    The result has the largest possible number of pairs and, among such assignments, the least cost. If a row
+    or column has no possible partner, it stays unassigned; SciPy raises an error.
 
     Args:
-        cost: (B, N, M), floating point; of a pair that cannot be, infinity or NaN.
+        cost: (B, N, M), floating point; infinity or NaN for a forbidden pair.
         rows: (B, N), bool: the rows that take part; all by default.
         columns: (B, M), bool: the columns that take part; all by default.
-        max_cost: pairs that cost more cannot be.
+        max_cost: pairs that cost more are forbidden.
 
     Returns:
-        (B, N), int64, the column of each row, 0 of those that have none; and (B, N), bool, which have one.
+        (B, N), int64, the column of each row, 0 for rows without one; and (B, N), bool, a mask of the rows
+        that have a column.
 
     Raises:
         TypeError: if cost is not floating point, or rows or columns not bool.
@@ -68,7 +69,7 @@ def linear_assignment(
 
 
 def cheapest(costs: Tensor, alone: Tensor) -> Tuple[Tensor, Tensor]:
-    """The assignment of least cost where a row may also be left without a column.
+    """The assignment of least cost if a row may also stay without a column.
 
     Args:
         costs: (B, N, M), float64: less than ``alone``, or infinite; N and M are not 0.
@@ -98,7 +99,8 @@ def check_mask(mask: Tensor, batch: int, size: int, name: str) -> None:
 
 
 def _cost_alone(values: Tensor, can_be: Tensor) -> Tensor:
-    """(B, 1): so much for a row without a column that no exchange of other pairs makes up for it."""
+    """(B, 1): a cost for a row without a column that is so high that no exchange of other pairs compensates
+    it."""
     nothing = torch.zeros_like(values)
     size = torch.where(can_be, values.abs(), nothing).flatten(1).amax(1, keepdim=True)
     scale = size[:, :, None]
@@ -109,15 +111,15 @@ def _cost_alone(values: Tensor, can_be: Tensor) -> Tensor:
 
 
 def _greedy(costs: Tensor, alone: Tensor, rows: Tensor, columns: Tensor) -> Tensor:
-    """The state in which each row has its cheapest column where no row before it has the same, and rows that
-    can have none are left alone.
+    """The initial state: each row has its cheapest column unless an earlier row has the same one; rows
+    without a possible column are left alone.
 
-    A state is (B, 7, N + M), float64, first of the rows, then of the columns. Of both the dual values (0) and
-    what they are assigned (1): a column or row, -1 if none, -2 of rows left alone. Of columns the length of
-    the shortest path to each (2), the row before it on that path (3), and 1 where the path is final (4). In
-    the place of rows, N times each, what there is one of: the row that is looked at, -1 between paths (2);
-    the length of the path to it (3); that of the shortest path to a row which would be left alone (4), and
-    that row (5); and the column that is to get another row, -1 if there is none (6).
+    A state is (B, 7, N + M), float64, first for the rows, then for the columns. For both: the dual values (0)
+    and the assignment (1), which is a column or row, -1 for none, -2 for rows left alone. For columns: the
+    length of the shortest path to the column (2), the row before it on this path (3), and 1 if the path is
+    final (4). The row part holds scalars, repeated N times: the current row, -1 between paths (2); the length
+    of the path to it (3); the length of the shortest path to a row that would be left alone (4), and this row
+    (5); and the column that gets another row, -1 if there is none (6).
     """
     least = costs.amin(2)
     has_any = least < float("inf")
@@ -139,10 +141,9 @@ def _greedy(costs: Tensor, alone: Tensor, rows: Tensor, columns: Tensor) -> Tens
 def _augmented(
     state: Tensor, k: Tensor, costs: Tensor, alone: Tensor, rows: Tensor, columns: Tensor
 ) -> Tensor:
-    """The state after one row more is looked at, and one column more has got its row of the path found.
-
-    The numbers of rows and columns come in: a loop that asks for the size of its costs may be traced to ask
-    for a stride instead, which ONNX has not.
+    """The state after one more row is processed, or one more column of a found path has its new row. The
+    numbers of rows and columns are arguments: if the loop asked for the size of the costs, tracing could turn
+    this into a stride, which ONNX does not have.
     """
     n = rows.size(0)
     dual, match, nows, reacheds, leavings, leavers, givings = state[:, :, :n].unbind(1)
@@ -151,7 +152,7 @@ def _augmented(
     leaver, giving = leavers[:, :1], givings[:, :1]
     minus_one, infinite = torch.full_like(now, -1.0), torch.full_like(length, float("inf"))
 
-    # A path begins at the first row that waits.
+    # A path begins at the first row that is not assigned yet.
     waits = (match == -1.0).to(torch.float64)
     root = waits.argmax(1, keepdim=True).to(torch.float64)
     looks = (giving < 0.0) & (waits.amax(1, keepdim=True) > 0.0)
@@ -171,7 +172,7 @@ def _augmented(
     leaving = torch.where(leaves_here, alone_here, leaving)
     leaver = torch.where(leaves_here, row, leaver)
 
-    # The nearest column, one that is free before others
+    # The nearest column; a free column comes before others
     open = torch.where(is_final, infinite, lengths)
     nearest = open.amin(1, keepdim=True)
     preference = torch.where(owner < 0.0, torch.full_like(owner, 2.0), torch.ones_like(owner))
@@ -182,7 +183,7 @@ def _augmented(
     ends = looks & (gives_up | (owners < 0.0))
     goes_on = looks & ~ends
 
-    # Where the path ends, all duals move, so that its pairs cost nothing more.
+    # At the end of a path all dual values change, so that its pairs have reduced cost zero.
     total = torch.minimum(leaving, nearest)
     matched = match.clamp(min=0.0).to(torch.int64)
     in_tree = (match >= 0.0) & (final.gather(1, matched) > 0.0)
@@ -192,7 +193,8 @@ def _augmented(
     duals = torch.where(ends, dual + rise, dual)
     prices = torch.where(ends & is_final, price - (total - lengths), price)
 
-    # Whoever is left alone gives his column up; a column found gets its row, whose old column is next.
+    # A row that is left alone releases its column; a found column gets its row, and the old column of this
+    # row is next.
     left = ends & gives_up & (rows == leaver)
     old = match.gather(1, leaver.clamp(min=0.0).to(torch.int64))
     giving = torch.where(ends, torch.where(gives_up, minus_one, column.to(torch.float64)), giving)

@@ -1,4 +1,4 @@
-"""Boxes x1, y1, x2, y2: areas, formats, and how much two of them overlap."""
+"""Boxes x1, y1, x2, y2: areas, formats, and overlap measures."""
 
 import math
 from typing import Tuple
@@ -17,7 +17,7 @@ def box_area(boxes: Tensor) -> Tensor:
         boxes: (N, 4) as x1, y1, x2, y2, floating point.
 
     Returns:
-        (N,); negative where just one side is.
+        (N,); negative if exactly one side is negative.
 
     Raises:
         TypeError: if boxes is not floating point.
@@ -32,13 +32,13 @@ def box_area(boxes: Tensor) -> Tensor:
 
 
 def box_convert(boxes: Tensor, in_fmt: str, out_fmt: str) -> Tensor:
-    """Boxes in another format.
+    """Convert boxes between formats.
 
     Args:
         boxes: (..., 4), floating point.
         in_fmt: "xyxy", two corners; "xywh", the top left corner, width and height; or "cxcywh", the centre,
             width and height.
-        out_fmt: likewise.
+        out_fmt: the same choices.
 
     Returns:
         (..., 4).
@@ -70,7 +70,7 @@ def box_convert(boxes: Tensor, in_fmt: str, out_fmt: str) -> Tensor:
 
 
 def clip_boxes_to_image(boxes: Tensor, size: Tuple[int, int]) -> Tensor:
-    """Boxes with their corners moved into an image.
+    """Clip the corners of boxes to an image.
 
     Args:
         boxes: (..., 4) as x1, y1, x2, y2, floating point.
@@ -94,9 +94,8 @@ def clip_boxes_to_image(boxes: Tensor, size: Tuple[int, int]) -> Tensor:
 
 
 def remove_small_boxes(boxes: Tensor, min_size: float) -> Tensor:
-    """The numbers of the boxes of which both sides are at least ``min_size``.
-
-    How many they are depends on the data, so it cannot be exported.
+    """The indices of the boxes whose sides are both at least ``min_size``. Their number depends on the data,
+    so this function cannot be exported.
 
     Args:
         boxes: (N, 4) as x1, y1, x2, y2, floating point.
@@ -119,7 +118,7 @@ def remove_small_boxes(boxes: Tensor, min_size: float) -> Tensor:
 
 
 def box_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
-    """Intersection over union of each box of one set with each of another.
+    """Intersection over union (IoU) of each box of one set with each box of another set.
 
     Args:
         boxes1: (N, 4) as x1, y1, x2, y2, floating point.
@@ -141,7 +140,7 @@ def box_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
 
 
 def generalized_box_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
-    """``box_iou`` less the part of the smallest box around both that neither covers.
+    """Generalized IoU: ``box_iou`` minus the fraction of the smallest enclosing box that neither box covers.
 
     H. Rezatofighi et al., Generalized Intersection over Union, CVPR 2019.
 
@@ -167,14 +166,14 @@ def generalized_box_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
 
 
 def distance_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tensor:
-    """``box_iou`` less the squared distance of the centres over that of the corners around both.
+    """Distance IoU: ``box_iou`` minus (distance of the centres / diagonal of the enclosing box)^2.
 
     Z. Zheng et al., Distance-IoU Loss, AAAI 2020.
 
     Args:
         boxes1: (N, 4) as x1, y1, x2, y2, floating point.
         boxes2: (M, 4).
-        eps: is added to what the distance is divided by.
+        eps: added to the denominator of the distance.
 
     Returns:
         (N, M), in [-1, 1].
@@ -193,14 +192,15 @@ def distance_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tenso
 
 
 def complete_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tensor:
-    """``distance_box_iou`` less a penalty for another aspect ratio, whose weight has no gradient.
+    """Complete IoU: ``distance_box_iou`` minus a penalty for different aspect ratios. The weight of the
+    penalty has no gradient.
 
     Z. Zheng et al., Distance-IoU Loss, AAAI 2020, equations 10 to 12.
 
     Args:
         boxes1: (N, 4) as x1, y1, x2, y2, floating point.
         boxes2: (M, 4).
-        eps: is added to what is divided by.
+        eps: added to the denominators.
 
     Returns:
         (N, M).
@@ -220,13 +220,14 @@ def complete_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tenso
 
 
 def hull_sides(boxes1: Tensor, boxes2: Tensor) -> Tensor:
-    """The sides (..., 2) of the smallest box around two (..., 4), which broadcast."""
+    """The sides (..., 2) of the smallest box around two boxes (..., 4), which broadcast."""
     low = torch.minimum(boxes1[..., :2], boxes2[..., :2])
     return torch.maximum(boxes1[..., 2:], boxes2[..., 2:]) - low
 
 
 def centre_distance(boxes1: Tensor, boxes2: Tensor, sides: Tensor, eps: float) -> Tensor:
-    """The squared distance of two boxes' centres over that of the corners around both, of such ``sides``."""
+    """The squared distance of two boxes' centres, divided by the squared diagonal of the enclosing box with
+    ``sides``."""
     apart = (boxes1[..., :2] + boxes1[..., 2:]) * 0.5 - (boxes2[..., :2] + boxes2[..., 2:]) * 0.5
     return (apart[..., 0] ** 2 + apart[..., 1] ** 2) / (sides[..., 0] ** 2 + sides[..., 1] ** 2 + eps)
 
@@ -254,5 +255,5 @@ def _pairs(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _hulls(boxes1: Tensor, boxes2: Tensor) -> Tensor:
-    """Sides (N, M, 2) of the smallest box around each two, at least 0."""
+    """Sides (N, M, 2) of the smallest box around each pair, at least 0."""
     return hull_sides(boxes1[:, None], boxes2).clamp(min=0.0)

@@ -1,4 +1,4 @@
-"""Label sequences of connectionist temporal classification (CTC): a class or a blank at each time step."""
+"""Decoders of connectionist temporal classification (CTC), which has a class or a blank at each time step."""
 
 from typing import Tuple
 
@@ -12,18 +12,18 @@ from ..primitives.numbers.slots import chosen_first
 
 
 def ctc_greedy_decode(log_probs: Tensor, lengths: Tensor, blank: int = 0) -> Tuple[Tensor, Tensor, Tensor]:
-    """The labels of the most likely alignment: the best class of each step, repetitions once, without blanks.
+    """Greedy CTC decoding: take the best class of each step, merge repetitions, remove blanks.
 
     A. Graves et al., Connectionist Temporal Classification, ICML 2006, best path decoding.
 
     Args:
         log_probs: (B, T, C), floating point: logarithms of the probabilities of C classes at T steps.
-        lengths: (B,), int64: how many steps of each sample count; less than 0 is none, more than T is T.
-        blank: the class that is no label.
+        lengths: (B,), int64: the number of valid steps of each sample, clamped to [0, T].
+        blank: the class that means no label.
 
     Returns:
-        Labels (B, T), int64, with ``blank`` after the last; how many there are (B,), int64; and the logarithm
-        of the alignment's probability (B,). Of equal classes the first counts.
+        Labels (B, T), int64, with ``blank`` after the last; the number of labels (B,), int64; and the
+        logarithm of the alignment's probability (B,). Of equally likely classes the first one is used.
 
     Raises:
         TypeError: if log_probs is not floating point, or lengths not int64.
@@ -51,24 +51,26 @@ def ctc_greedy_decode(log_probs: Tensor, lengths: Tensor, blank: int = 0) -> Tup
 def ctc_beam_decode(
     log_probs: Tensor, lengths: Tensor, beam: int = 10, blank: int = 0
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """The most likely sequences of labels, over all their alignments, by prefix beam search.
+    """CTC beam search: the most likely label sequences, summed over all their alignments.
 
     A. Hannun et al., First-Pass Large Vocabulary Continuous Speech Recognition using Bi-Directional Recurrent
-    DNNs, arXiv:1408.2873, 2014, algorithm 1 without a language model. At each step the ``beam`` most likely
-    prefixes are kept, of all classes. What a prefix loses while it is not kept is lost, so a score is the
-    sequence's probability only where the beam is wide enough, and less otherwise. Computed in float64.
+    DNNs, arXiv:1408.2873, 2014, algorithm 1 without a language model. This is a prefix beam search: at each
+    step the ``beam`` most likely prefixes are kept, and all classes are tried. The probability of a dropped
+    prefix is lost, so a score equals the sequence's probability only if the beam is wide enough; otherwise it
+    is less. Computed in float64.
 
     Args:
         log_probs: (B, T, C), floating point: logarithms of the probabilities of C classes at T steps.
-        lengths: (B,), int64: how many steps of each sample count; less than 0 is none, more than T is T.
-        beam: the number K of prefixes that are kept, and of sequences that are given.
-        blank: the class that is no label.
+        lengths: (B,), int64: the number of valid steps of each sample, clamped to [0, T].
+        beam: the number K of prefixes that are kept, and of sequences that are returned.
+        blank: the class that means no label.
 
     Returns:
-        Labels (B, K, T), int64, with ``blank`` after the last; how many there are (B, K), int64; and the
-        logarithms of the sequences' probabilities (B, K), falling. Of equals prefixes that were kept come
-        first, in their order, then longer ones by prefix and class. Where there are fewer than K sequences of
-        a probability that is not 0, the slots left have no labels, and -inf.
+        Labels (B, K, T), int64, with ``blank`` after the last; the number of labels (B, K), int64; and the
+        logarithms of the sequences' probabilities (B, K), in descending order. For equal probabilities,
+        prefixes that were already kept come first, in their order, then longer ones by prefix and class. If
+        there are fewer than K sequences with a probability above 0, the remaining slots have no labels, and
+        -inf.
 
     Raises:
         TypeError: if log_probs is not floating point, or lengths not int64.
@@ -104,8 +106,8 @@ def ctc_beam_decode(
 
 @repeated
 def _extended(state: Tensor, k: Tensor, log_probs: Tensor, lengths: Tensor, beam: int, blank: int) -> Tensor:
-    """The prefixes after step k. A prefix is the logarithms of its probabilities with a blank and with a
-    label at the end, and its labels, with -1 after the last: (B, beam, 2 + T), float64."""
+    """The prefixes after step k. A prefix consists of the logarithms of its probabilities with a blank and
+    with a label at the end, and of its labels, with -1 after the last: (B, beam, 2 + T), float64."""
     now = log_probs.index_select(1, k.reshape(1))[:, 0]
     classes, steps = now.size(1), log_probs.size(1)
     with_blank, with_label, labels = state[..., 0], state[..., 1], state[..., 2:]
@@ -123,8 +125,8 @@ def _extended(state: Tensor, k: Tensor, log_probs: Tensor, lengths: Tensor, beam
     longer = torch.where(repeats, with_blank[..., None], total[..., None]) + now[:, None]
     longer = torch.where(index == blank, torch.full_like(longer, -float("inf")), longer).flatten(1)
 
-    # A longer prefix may be one that is kept already, at most one for each: parent[b, i, j] says that i with
-    # j's last label is j. What it has goes to j.
+    # An extended prefix may equal a prefix that is already kept: parent[b, i, j] says that prefix i plus the
+    # last label of j is prefix j. Then its probability is added to j.
     shorter = torch.where(is_last, torch.full_like(labels, -1.0), labels)
     is_used = total > -float("inf")
     parent = (labels[:, :, None] == shorter[:, None]).all(3)

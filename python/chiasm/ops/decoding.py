@@ -1,4 +1,4 @@
-"""What detectors give, as boxes, scores and labels in a fixed number of slots."""
+"""Decoders of detectors: boxes, scores and labels in a fixed number of slots."""
 
 from typing import Tuple
 
@@ -21,20 +21,21 @@ def decode_yolov8(
     max_output: int = 300,
     candidates: int = 1000,
 ) -> Detections:
-    """The objects that YOLO v8, v9 or v11 has found: the best class of each place, thresholds, suppression.
+    """Decode the output of YOLO v8, v9 or v11: best class of each place, score threshold, suppression.
 
     Args:
-        output: of the network, (B, 4 + C, N), floating point: centre, width and height of a box at each of N
-            places, and the scores of C classes, in [0, 1].
-        score_threshold: objects whose score is not above it are left out.
-        iou_threshold: of two boxes of a class that overlap by more than this part of their union, the one
-            with the higher score is kept.
+        output: the network's output, (B, 4 + C, N), floating point: centre, width and height of a box at each
+            of N places, and the scores of C classes, in [0, 1].
+        score_threshold: objects are dropped unless their score is above this.
+        iou_threshold: if the IoU (intersection over union) of two boxes of a class is greater than this, only
+            the one with the higher score is kept.
         max_output: the number K of slots for objects.
-        candidates: of so many places, those with the highest scores, boxes are compared.
+        candidates: only this many places, those with the highest scores, take part in the suppression.
 
     Returns:
         Boxes (B, K, 4) as x1, y1, x2, y2 in pixels of the network's input; scores (B, K); labels (B, K),
-        int64; and (B, K), bool, which slots hold an object. Objects come by falling score; empty slots are 0.
+        int64; and (B, K), bool, a mask of the slots that hold an object. Objects are in descending order of
+        score; empty slots are 0.
 
     Raises:
         TypeError: if output is not floating point.
@@ -63,19 +64,20 @@ def decode_yolov5(
     max_output: int = 300,
     candidates: int = 1000,
 ) -> Detections:
-    """The objects that YOLO v5, v6 or v7 has found. Otherwise as ``decode_yolov8``.
+    """Decode the output of YOLO v5, v6 or v7. Otherwise as ``decode_yolov8``.
 
     Args:
-        output: of the network, (B, N, 5 + C), floating point: centre, width and height of a box at each of N
-            places, how certain it is that there is an object, and the scores of C classes if so.
-        score_threshold: objects whose score, the product of both, is not above it are left out.
-        iou_threshold: of two boxes of a class that overlap by more than this part of their union, the one
-            with the higher score is kept.
+        output: the network's output, (B, N, 5 + C), floating point: centre, width and height of a box at each
+            of N places, the objectness (probability of an object), and the scores of C classes.
+        score_threshold: objects are dropped unless their score, objectness times class score, is above this.
+        iou_threshold: if the IoU (intersection over union) of two boxes of a class is greater than this, only
+            the one with the higher score is kept.
         max_output: the number K of slots for objects.
-        candidates: of so many places, those with the highest scores, boxes are compared.
+        candidates: only this many places, those with the highest scores, take part in the suppression.
 
     Returns:
-        Boxes (B, K, 4), scores (B, K), labels (B, K), and which slots hold an object, as ``decode_yolov8``.
+        Boxes (B, K, 4), scores (B, K), labels (B, K), and the mask of slots that hold an object, as in
+        ``decode_yolov8``.
 
     Raises:
         TypeError: if output is not floating point.
@@ -103,19 +105,19 @@ def decode_detr(
     score_threshold: float = 0.5,
     max_output: int = 300,
 ) -> Detections:
-    """The objects that RT-DETR or Deformable DETR has found: the highest of all scores of classes.
+    """Decode the output of RT-DETR or Deformable DETR: the highest scores over all queries and classes.
 
     Args:
-        logits: of the network, (B, Q, C), floating point: of C classes for each of Q queries, before the
-            sigmoid function.
-        pred_boxes: (B, Q, 4), floating point: centre, width and height as parts of the image's sides.
+        logits: the network's output, (B, Q, C), floating point: logits (before the sigmoid function) of C
+            classes for each of Q queries.
+        pred_boxes: (B, Q, 4), floating point: centre, width and height as fractions of the image's sides.
         size: height and width of the image.
-        score_threshold: objects whose score is not above it are left out.
+        score_threshold: objects are dropped unless their score is above this.
         max_output: the number K of slots for objects, at most Q * C.
 
     Returns:
         Boxes (B, K, 4) as x1, y1, x2, y2 in pixels, scores (B, K), labels (B, K), int64, and (B, K), bool,
-        which slots hold an object. Objects come by falling score; empty slots are 0.
+        a mask of the slots that hold an object. Objects are in descending order of score; empty slots are 0.
 
     Raises:
         TypeError: if logits or pred_boxes is not floating point.
@@ -154,7 +156,7 @@ def _check_output(output: Tensor, places: int, layout: str, least: int) -> None:
 
 
 def fewer(candidates: int, places: int) -> int:
-    """How many of the places boxes are compared at."""
+    """The number of places that take part in the suppression."""
     if candidates < 1:
         raise ValueError(f"candidates: expected a positive number, got {candidates}")
     return min(candidates, places)
@@ -169,9 +171,10 @@ def _selected(
     iou_threshold: float,
     max_output: int,
 ) -> Detections:
-    """Of boxes (B, N, 4), those at places (B, M), whose scores are (B, M, C), the highest of them values."""
-    # Converted first: exported, a part of a tensor and the boxes picked of it would be one operator, which
-    # OpenVINO refuses.
+    """The detections of boxes (B, N, 4) at places (B, M); their scores are (B, M, C), with the maxima
+    ``values``."""
+    # Converted first: otherwise the export would fuse the slice of the tensor and the selection of boxes into
+    # one operator, which OpenVINO rejects.
     chosen = boxes_at(box_convert(boxes, "cxcywh", "xyxy"), places)
     return suppressed(chosen, values, scores.argmax(2), iou_threshold, max_output, score_threshold)
 
@@ -184,13 +187,13 @@ def suppressed(
     max_output: int,
     score_threshold: float,
 ) -> Detections:
-    """What `batched_nms_fixed` keeps of boxes (B, N, 4), scores and labels (B, N)."""
+    """The boxes (B, N, 4), scores and labels (B, N) that `batched_nms_fixed` keeps."""
     slots, found = batched_nms_fixed(boxes, scores, labels, iou_threshold, max_output, score_threshold)
     return where_found(boxes_at(boxes, slots), scores.gather(1, slots), labels.gather(1, slots), found)
 
 
 def where_found(boxes: Tensor, scores: Tensor, labels: Tensor, found: Tensor) -> Detections:
-    """The same, with 0 in slots that are empty."""
+    """The same detections, with 0 in empty slots."""
     return (
         torch.where(found[..., None], boxes, torch.zeros_like(boxes)),
         torch.where(found, scores, torch.zeros_like(scores)),

@@ -1,4 +1,4 @@
-"""Convolution whose taps stand where the data says."""
+"""Deformable convolution: the positions of the taps depend on the data."""
 
 from typing import Optional, Tuple
 
@@ -20,22 +20,22 @@ def deform_conv2d(
     dilation: Tuple[int, int] = (1, 1),
     mask: Optional[Tensor] = None,
 ) -> Tensor:
-    """Correlation with taps that are moved by offsets and, with a mask, weighed at each place.
+    """Deformable convolution: taps are shifted by offsets and, with a mask, weighted at each place.
 
-    J. Dai et al., Deformable Convolutional Networks, ICCV 2017; with a mask version 2, X. Zhu et al., CVPR
-    2019. Taps are read bilinearly, 0 outside of the input, and multiplied with the weights as matrices: B *
-    C * kh * kw * OH * OW values are stored, in exported gradients O times as many.
+    J. Dai et al., Deformable Convolutional Networks, ICCV 2017; with a mask, version 2, X. Zhu et al., CVPR
+    2019. Taps are read by bilinear interpolation, 0 outside the input, and multiplied with the weights as
+    matrices: B * C * kh * kw * OH * OW values are stored; exported gradients store O times as many.
 
     Args:
         input: (B, C, H, W), floating point.
-        offset: (B, 2 * G * kh * kw, OH, OW): of each of G groups of channels, of each tap, what is added to
-            its row and to its column.
-        weight: (O, C / groups, kh, kw): how many groups of channels there are follows.
+        offset: (B, 2 * G * kh * kw, OH, OW): the row and column offsets of each tap, for each of G groups of
+            channels.
+        weight: (O, C / groups, kh, kw); its shape determines the number of groups.
         bias: (O,).
-        stride: how many rows and columns lie between places.
-        padding: rows above and below, and columns at the sides, where places also are.
-        dilation: how many rows and columns lie between taps.
-        mask: (B, G * kh * kw, OH, OW), what each tap is multiplied by.
+        stride: the steps between places, in rows and columns.
+        padding: the number of rows above and below, and of columns at both sides, that are added with zeros.
+        dilation: the steps between taps, in rows and columns.
+        mask: (B, G * kh * kw, OH, OW), the factor of each tap.
 
     Returns:
         (B, O, OH, OW), with OH = (H + 2 * padding - dilation * (kh - 1) - 1) // stride + 1.
@@ -100,7 +100,7 @@ def deform_conv2d(
 
 
 def _places(size: int, taps: int, stride: int, padding: int, dilation: int) -> int:
-    """How many places there are along an axis."""
+    """The number of places along an axis."""
     if stride < 1 or dilation < 1:
         raise ValueError(f"stride, dilation: expected positive numbers, got {stride} and {dilation}")
     if padding < 0:
@@ -111,7 +111,7 @@ def _places(size: int, taps: int, stride: int, padding: int, dilation: int) -> i
 def _check_taps(
     value: Tensor, batch: int, multiple: int, rows: int, columns: int, name: str, layout: str
 ) -> None:
-    """Raise unless ``value`` holds a multiple of so many numbers for each place."""
+    """Raise unless ``value`` has a multiple of this many numbers for each place."""
     check_rank(value, 4, layout, name)
     check_floating(value, name)
     if (

@@ -1,4 +1,4 @@
-"""The two steps of a Kalman filter: what is known of a state after time has passed, and after a measurement.
+"""The two steps of a Kalman filter: the prediction and the measurement update.
 
 R. E. Kalman, A New Approach to Linear Filtering and Prediction Problems, Journal of Basic Engineering 82,
 1960; in the notation of Y. Bar-Shalom et al., Estimation with Applications to Tracking and Navigation, 2001.
@@ -20,13 +20,13 @@ from ..primitives.linalg.matrices import small_matmul, solve
 def kalman_predict(
     mean: Tensor, covariance: Tensor, transition: Tensor, process_noise: Tensor
 ) -> Tuple[Tensor, Tensor]:
-    """A state after a step of time: F x, and its covariance F P F' + Q. Computed in float64.
+    """Predict a state after one time step: F x, with the covariance F P F' + Q. Computed in float64.
 
     Args:
-        mean: (*, D), floating point, x: of any number of states, as (B, N, D).
+        mean: (*, D), floating point, x: any number of states, for example (B, N, D).
         covariance: (*, D, D), P, symmetric.
         transition: (D, D) for all, or (*, D, D) for each, F: the state is multiplied by it.
-        process_noise: likewise, Q, symmetric: the covariance of what the transition does not say.
+        process_noise: (D, D) or (*, D, D), Q, symmetric: the covariance of the process noise.
 
     Returns:
         The state (*, D) and its covariance (*, D, D), symmetric.
@@ -54,16 +54,16 @@ def kalman_predict(
 def kalman_update(
     mean: Tensor, covariance: Tensor, measurement: Tensor, observation: Tensor, measurement_noise: Tensor
 ) -> Tuple[Tensor, Tensor]:
-    """A state after a measurement z of H x: x + K (z - H x), with the gain K = P H' (H P H' + R)^-1.
+    """Update a state by a measurement z of H x: x + K (z - H x), with the gain K = P H' (H P H' + R)^-1.
 
-    Its covariance is computed in Joseph's form, (I - K H) P (I - K H)' + K R K', which stays positive
-    definite whatever is rounded. Computed in float64.
+    The covariance is computed in Joseph's form, (I - K H) P (I - K H)' + K R K', which stays positive
+    definite despite rounding. Computed in float64.
 
     Args:
-        mean: (*, D), floating point, x: of any number of states, as (B, N, D).
+        mean: (*, D), floating point, x: any number of states, for example (B, N, D).
         covariance: (*, D, D), P, symmetric.
-        measurement: (*, E), floating point, z: one of each state.
-        observation: (E, D) for all, or (*, E, D) for each, H: what is measured of a state.
+        measurement: (*, E), floating point, z: one for each state.
+        observation: (E, D) for all, or (*, E, D) for each, H: the matrix from a state to its measurement.
         measurement_noise: (E, E) for all, or (*, E, E) for each, R, symmetric and positive definite: the
             covariance of a measurement's error.
 
@@ -113,7 +113,7 @@ def _symmetric(m: Tensor) -> Tensor:
 
 
 def _check_state(mean: Tensor, covariance: Tensor) -> int:
-    """Raise unless the covariance is that of the states; their size D."""
+    """Raise unless the covariance fits the states; returns their size D."""
     check_floating(mean, "mean")
     if mean.dim() < 1:
         raise ValueError(f"mean: expected shape (*, D), got {list(mean.shape)}")

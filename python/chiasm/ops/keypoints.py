@@ -1,4 +1,4 @@
-"""Key points: from heat maps, and from two distributions along the axes."""
+"""Keypoints from heat maps, and from two distributions along the axes."""
 
 from typing import Tuple
 
@@ -15,20 +15,20 @@ from ..primitives.resampling.warping import position_dtype
 def decode_heatmaps(
     heatmaps: Tensor, refinement: str = "none", kernel_size: int = 11
 ) -> Tuple[Tensor, Tensor]:
-    """The position of the largest value of each heat map, to a fraction of a pixel.
+    """Decode heat maps to keypoints: the subpixel position of the largest value of each map.
 
-    * "none": the pixel, of equal values the first, row by row.
-    * "quarter": 1/4 of a pixel from there towards the higher of its two neighbours, along each axis for
-      itself, if both are in the image and they differ (A. Newell et al., Stacked Hourglass Networks, ECCV
-      2016; B. Xiao et al., Simple Baselines for Human Pose Estimation, ECCV 2018).
-    * "dark": one step by Newton's method to the maximum of the logarithm of the map, which a Gaussian smooths
-      and its range is made 0 to 1 of (F. Zhang et al., Distribution-Aware Coordinate Representation, CVPR
-      2020, equations 8 to 10). Derivatives are differences of neighbours one pixel apart. There is no step
-      where a neighbour is outside the image, or the logarithm is not curved downwards in every direction. A
-      step ends at the centres of the outermost pixels.
+    * "none": the pixel of the largest value; of equal values the first, row by row.
+    * "quarter": this pixel moved by 1/4 pixel towards the higher of its two neighbours, independently along
+      each axis, if both neighbours are in the image and differ (A. Newell et al., Stacked Hourglass Networks,
+      ECCV 2016; B. Xiao et al., Simple Baselines for Human Pose Estimation, ECCV 2018).
+    * "dark": one Newton step to the maximum of the logarithm of the map, after smoothing by a Gaussian and
+      scaling to the range 0 to 1 (F. Zhang et al., Distribution-Aware Coordinate Representation, CVPR 2020,
+      equations 8 to 10). Derivatives are differences of neighbours one pixel apart. There is no step if a
+      neighbour is outside the image, or if the logarithm does not curve downwards in every direction. A step
+      is limited to the centres of the outermost pixels.
 
     Args:
-        heatmaps: (B, K, H, W), floating point, one of each key point. Half precision is computed in float32.
+        heatmaps: (B, K, H, W), floating point, one for each keypoint. Half precision is computed in float32.
         refinement: "none", "quarter" or "dark".
         kernel_size: of the smoothing of "dark", odd: the Gaussian should be as wide as those that the network
             was trained with. Its standard deviation is 0.15 kernel_size + 0.35 pixels, OpenCV's rule: 2 for
@@ -71,21 +71,21 @@ def decode_heatmaps(
 
 
 def decode_simcc(simcc_x: Tensor, simcc_y: Tensor, split_ratio: float = 2.0) -> Tuple[Tensor, Tensor]:
-    """The position of the largest value of each key point's distributions along x and along y.
+    """Decode SimCC outputs to keypoints: the positions of the largest values along x and along y.
 
     Y. Li et al., SimCC: a Simple Coordinate Classification Perspective for Human Pose Estimation, ECCV 2022;
-    the score is that of RTMPose (T. Jiang et al., arXiv:2303.07399), which says of points whose score is not
-    positive that there are none.
+    the score is that of RTMPose (T. Jiang et al., arXiv:2303.07399), which treats keypoints whose score is
+    not positive as missing.
 
     Args:
-        simcc_x: (B, K, Wx), floating point: for each of K key points the values of Wx places from left to
+        simcc_x: (B, K, Wx), floating point: for each of K keypoints the values of Wx places from left to
             right.
-        simcc_y: (B, K, Hy), floating point: those from top to bottom.
-        split_ratio: how many places there are to a pixel.
+        simcc_y: (B, K, Hy), floating point: the values of Hy places from top to bottom.
+        split_ratio: the number of places for each pixel.
 
     Returns:
-        Points (B, K, 2), x and y in pixels, of equal values the first; and scores (B, K), the lesser of the
-        largest values along x and along y.
+        Points (B, K, 2), x and y in pixels (of equal values the first place is used); and scores (B, K), the
+        smaller of the largest values along x and along y.
 
     Raises:
         TypeError: if simcc_x or simcc_y is not floating point.
@@ -139,17 +139,17 @@ def _towards_the_higher(values: Tensor, row: Tensor, column: Tensor) -> Tensor:
 
 
 def _newton_step(values: Tensor, row: Tensor, column: Tensor) -> Tensor:
-    """(B, K, 2): from a pixel to the maximum of the quadratic that the logarithm is about it."""
+    """(B, K, 2): from a pixel to the maximum of the quadratic approximation of the logarithm."""
     low, high = least(values, [2, 3])[..., 0], greatest(values, [2, 3])[..., 0]
     span = torch.where(high > low, high - low, torch.ones_like(high))
-    # Zhang et al. multiply by the largest value of the map, which derivatives of the logarithm lose again.
+    # Zhang et al. multiply by the largest value of the map, which cancels in derivatives of the logarithm.
     f = torch.log(((_around(values, row, column) - low) / span).clamp(min=1e-10)).unbind(2)
     gx, gy = 0.5 * (f[5] - f[3]), 0.5 * (f[7] - f[1])
     xx, yy = f[5] - 2.0 * f[4] + f[3], f[7] - 2.0 * f[4] + f[1]
     xy = 0.25 * (f[8] - f[6] - f[2] + f[0])
     determinant = xx * yy - xy * xy
     inside = (column > 0) & (column < values.size(3) - 1) & (row > 0) & (row < values.size(2) - 1)
-    # What is flat but for rounding has no maximum.
+    # A map that is flat within rounding has no maximum.
     curved = (xx < -1e-5) & (yy < -1e-5) & (determinant > 1e-3 * xx * yy) & inside[..., 0]
     divisor = torch.where(curved, determinant, torch.ones_like(determinant))
     step = torch.stack([(xy * gy - yy * gx) / divisor, (xy * gx - xx * gy) / divisor], 2)

@@ -1,4 +1,4 @@
-"""Losses of predicted boxes, each beside its own target."""
+"""Losses of predicted boxes, each with its own target."""
 
 from typing import Tuple
 
@@ -13,7 +13,7 @@ from .boxes import aspect_penalty, centre_distance, hull_sides
 def generalized_box_iou_loss(
     boxes1: Tensor, boxes2: Tensor, reduction: str = "none", eps: float = 1e-7
 ) -> Tensor:
-    """1 less the generalised intersection over union of each box with its target.
+    """Generalized IoU loss: 1 minus the generalized intersection over union of each box with its target.
 
     H. Rezatofighi et al., Generalized Intersection over Union, CVPR 2019.
 
@@ -21,10 +21,10 @@ def generalized_box_iou_loss(
         boxes1: (..., 4) as x1, y1, x2, y2, floating point.
         boxes2: (..., 4), the targets.
         reduction: "none", "mean" or "sum".
-        eps: is added to what is divided by.
+        eps: added to the denominators.
 
     Returns:
-        (...), or a number.
+        (...), or a scalar tensor.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -44,8 +44,7 @@ def generalized_box_iou_loss(
 def distance_box_iou_loss(
     boxes1: Tensor, boxes2: Tensor, reduction: str = "none", eps: float = 1e-7
 ) -> Tensor:
-    """1 less the intersection over union of each box with its target, plus the squared distance of their
-    centres over that of the corners around both.
+    """Distance IoU loss: 1 minus IoU, plus (distance of the centres / diagonal of the enclosing box)^2.
 
     Z. Zheng et al., Distance-IoU Loss, AAAI 2020.
 
@@ -53,10 +52,10 @@ def distance_box_iou_loss(
         boxes1: (..., 4) as x1, y1, x2, y2, floating point.
         boxes2: (..., 4), the targets.
         reduction: "none", "mean" or "sum".
-        eps: is added to what is divided by.
+        eps: added to the denominators.
 
     Returns:
-        (...), or a number.
+        (...), or a scalar tensor.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -73,7 +72,8 @@ def distance_box_iou_loss(
 def complete_box_iou_loss(
     boxes1: Tensor, boxes2: Tensor, reduction: str = "none", eps: float = 1e-7
 ) -> Tensor:
-    """``distance_box_iou_loss`` plus a penalty for another aspect ratio, whose weight has no gradient.
+    """Complete IoU loss: ``distance_box_iou_loss`` plus a penalty for different aspect ratios. The weight of
+    the penalty has no gradient.
 
     Z. Zheng et al., Distance-IoU Loss, AAAI 2020, equations 10 to 12.
 
@@ -81,10 +81,10 @@ def complete_box_iou_loss(
         boxes1: (..., 4) as x1, y1, x2, y2, floating point.
         boxes2: (..., 4), the targets.
         reduction: "none", "mean" or "sum".
-        eps: is added to what is divided by.
+        eps: added to the denominators.
 
     Returns:
-        (...), or a number.
+        (...), or a scalar tensor.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.

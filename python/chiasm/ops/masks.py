@@ -1,4 +1,4 @@
-"""Masks of instances: their boxes, YOLACT's prototypes, and masks pasted into an image."""
+"""Instance masks: their boxes, masks from YOLACT's prototypes, and masks pasted into an image."""
 
 from typing import Tuple
 
@@ -13,13 +13,11 @@ from ..primitives.resampling.warping import position_dtype, sample_image
 
 
 def masks_to_boxes(masks: Tensor) -> Tensor:
-    """The smallest boxes around masks, by the numbers of the pixels in their corners.
-
-    The corner x2, y2 is the last pixel of the mask, not the one after it, as in torchvision, which refuses an
-    empty mask.
+    """The bounding boxes of masks, as indices of their corner pixels. As in torchvision, the corner x2, y2 is
+    the last pixel of the mask, not the one after it. torchvision raises an error for an empty mask.
 
     Args:
-        masks: (N, H, W), any dtype: what is not 0 belongs to the mask.
+        masks: (N, H, W), any dtype: nonzero pixels belong to the mask.
 
     Returns:
         (N, 4) as x1, y1, x2, y2, float32; zeros for an empty mask.
@@ -44,16 +42,16 @@ def masks_to_boxes(masks: Tensor) -> Tensor:
 def masks_from_prototypes(
     prototypes: Tensor, coefficients: Tensor, boxes: Tensor, size: Tuple[int, int]
 ) -> Tensor:
-    """Masks of detections, put together from an image's prototypes: YOLACT's, and those of YOLO's
-    segmentation.
+    """Compute masks of detections from an image's prototypes, as in YOLACT and in YOLO segmentation.
 
-    D. Bolya et al., YOLACT, ICCV 2019, equation 1: the sigmoid function of the coefficients' product with the
-    prototypes. It is resized bilinearly, by pixels' outer edges, and cut: column j is inside a box where x1
-    <= j < x2, and rows likewise. Where a mask is above 0.5 an object is usually taken to be.
+    D. Bolya et al., YOLACT, ICCV 2019, equation 1: the sigmoid of the product of coefficients and prototypes.
+    It is resized by bilinear interpolation (aligned at the pixels' outer edges) and cropped: column j is
+    inside a box if x1 <= j < x2; the same for rows. Usually a pixel belongs to the object if the mask is
+    above 0.5.
 
     Args:
         prototypes: (B, P, h, w), floating point.
-        coefficients: (B, N, P), of each detection.
+        coefficients: (B, N, P), those of each detection.
         boxes: (B, N, 4) as x1, y1, x2, y2 in pixels of the result. They have no gradient.
         size: the result's height H and width W.
 
@@ -99,16 +97,16 @@ def masks_from_prototypes(
 
 
 def paste_masks(masks: Tensor, boxes: Tensor, size: Tuple[int, int]) -> Tensor:
-    """Masks that were predicted for boxes, in the image: Mask R-CNN's last step.
+    """Paste masks that were predicted for boxes into the image: the last step of Mask R-CNN.
 
-    K. He et al., Mask R-CNN, ICCV 2017. The mask is stretched over its box and read bilinearly at the centres
-    of the image's pixels, as ``grid_sample`` does with zeros around it. torchvision's
-    ``paste_masks_in_image`` rounds boxes to pixels first, and so differs by up to a pixel; that a box keeps
-    its fractions is more exact, and has a gradient.
+    K. He et al., Mask R-CNN, ICCV 2017. The mask is stretched to its box and read by bilinear interpolation
+    at the centres of the image's pixels, like ``grid_sample`` with zero padding. torchvision's
+    ``paste_masks_in_image`` rounds boxes to pixels first, and so differs by up to a pixel; without this
+    rounding, the result is more exact and has a gradient.
 
     Args:
         masks: (N, 1, M, M), floating point; the sides may differ.
-        boxes: (N, 4) as x1, y1, x2, y2 in pixels, whose centres are halves.
+        boxes: (N, 4) as x1, y1, x2, y2 in pixels; pixel centres are at half-integers.
         size: the image's height H and width W.
 
     Returns:
@@ -142,7 +140,7 @@ def paste_masks(masks: Tensor, boxes: Tensor, size: Tuple[int, int]) -> Tensor:
 
 
 def _first_and_last(present: Tensor) -> Tuple[Tensor, Tensor]:
-    """The first and the last place (N,) of those that are true in (N, L); 0 where none is."""
+    """The first and the last index (N,) of true values in (N, L); 0 if there are none."""
     place = torch.arange(present.size(1), device=present.device)
     last = torch.where(present, place, torch.zeros_like(place)).amax(1)
     first = torch.where(present, place, torch.full_like(place, present.size(1))).amin(1)
@@ -150,7 +148,7 @@ def _first_and_last(present: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _in_mask(low: Tensor, high: Tensor, pixels: int, side: int) -> Tensor:
-    """Where the centres of an axis's pixels lie in masks (N, pixels), outside where a box has no extent."""
+    """The positions (N, pixels) of an axis's pixel centres in the masks; outside if a box has no extent."""
     centre = torch.arange(pixels, device=low.device).to(low.dtype) + 0.5
     extent = high - low
     stretched = (centre - low) / torch.where(extent > 0, extent, torch.ones_like(extent)) * side - 0.5

@@ -1,4 +1,4 @@
-"""Polygons around the shapes in masks."""
+"""Outlines of the shapes in masks as polygons."""
 
 from typing import Tuple
 
@@ -12,24 +12,24 @@ from ..primitives.features.borders import outlines
 def masks_to_polygons(
     masks: Tensor, max_polygons: int = 16, max_points: int = 256
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """The outlines of the 8-connected shapes in masks, and of the holes in them, the largest first.
+    """The outlines of 8-connected shapes in masks and of their holes, as polygons, the largest first.
 
-    A polygon goes through the centres of the border's pixels, those of the shape also around a hole:
-    anticlockwise around a shape and clockwise around a hole, as one sees them. It is what OpenCV's
-    findContours gives by CHAIN_APPROX_SIMPLE, which keeps the ends of horizontal, vertical and diagonal runs
-    (S. Suzuki and K. Abe, Topological structural analysis of digitized binary images by border following,
-    CVGIP 1985). A map of scores becomes masks by a comparison: ``masks_to_polygons(scores > 0.5)``.
+    A polygon goes through the centres of border pixels; around a hole, these are also pixels of the shape. As
+    seen, it runs counterclockwise around a shape and clockwise around a hole. It is the result of OpenCV's
+    findContours with CHAIN_APPROX_SIMPLE, which keeps the ends of horizontal, vertical and diagonal runs (S.
+    Suzuki and K. Abe, Topological structural analysis of digitized binary images by border following, CVGIP
+    1985). For a map of scores, call ``masks_to_polygons(scores > 0.5)``.
 
     Args:
         masks: (N, H, W), any dtype: what is not 0 belongs to the mask.
-        max_polygons: the number P of slots a mask. Those with the most pixels inside come first, of equals
-            the one whose first pixel is first, row by row.
-        max_points: the number M of slots a polygon. One of more points is drawn through M of them, evenly
-            chosen by their number.
+        max_polygons: the number P of slots for each mask. Polygons with the most pixels inside come first; of
+            equal ones, the one whose first pixel comes first, row by row.
+        max_points: the number M of slots for each polygon. If a polygon has more points, M of them are
+            selected, evenly by their index.
 
     Returns:
-        Points (N, P, M, 2) as x, y, float32; the number of each polygon's points, (N, P), int64; and which
-        are around holes, (N, P), bool. Empty slots are 0.
+        Points (N, P, M, 2) as x, y, float32; the number of each polygon's points, (N, P), int64; and a mask
+        of the polygons around holes, (N, P), bool. Empty slots are 0.
 
     Raises:
         ValueError: if masks is not (N, H, W) with a pixel at least, or a number of slots is not positive.

@@ -1,4 +1,4 @@
-"""Regions read at points between pixels: bilinear means over the bins of boxes."""
+"""Region pooling by bilinear interpolation at points between pixels."""
 
 from typing import List, Tuple, Union
 
@@ -24,26 +24,25 @@ def roi_align(
     sampling_ratio: int = -1,
     aligned: bool = False,
 ) -> Tensor:
-    """The means of points in the bins of boxes, each read bilinearly.
+    """RoIAlign: the means of points in the bins of boxes; each point is read by bilinear interpolation.
 
-    K. He et al., Mask R-CNN, ICCV 2017. A point up to a pixel outside of the centres of the outer pixels
-    reads the nearest; further outside it is 0, but counts. Gradients are by the input alone, as in
-    torchvision.
+    K. He et al., Mask R-CNN, ICCV 2017. A point up to one pixel outside the centres of the border pixels
+    reads the nearest pixel; a point further outside counts as 0. There are gradients only with respect to the
+    input, as in torchvision.
 
-    With a positive ``sampling_ratio`` points are gathered: C * K * PH * PW * sampling_ratio^2 values. Else
-    how many there are depends on the box; their weights become matrices, whose products take K * PH * (B * H
-    + C * W) values. Of these each pixel of every image is a part: the input is to be finite.
+    With a positive ``sampling_ratio``, points are gathered: C * K * PH * PW * sampling_ratio^2 values.
+    Otherwise their number depends on the box; their weights become matrices, whose products take K * PH * (B
+    * H + C * W) values. Every pixel of every image takes part in these products: the input must be finite.
 
     Args:
         input: (B, C, H, W), floating point.
-        boxes: (K, 5) as image number, x1, y1, x2, y2, floating point. A number of no image is moved to the
-            nearest.
-        output_size: the rows and columns PH and PW of bins, or one number for both.
-        spatial_scale: what the boxes' coordinates are multiplied by for the input's pixels.
-        sampling_ratio: points of a bin along each axis; if not positive, as many as are less than a pixel
-            apart.
-        aligned: True where pixel centres are halves, so that half a pixel is taken off; then boxes may be
-            smaller than a pixel.
+        boxes: (K, 5) as image index, x1, y1, x2, y2, floating point. An index outside the batch is clamped.
+        output_size: the numbers PH and PW of rows and columns of bins, or one number for both.
+        spatial_scale: the factor from the boxes' coordinates to pixels of the input.
+        sampling_ratio: the number of points of a bin along each axis; if not positive, so many that their
+            distance is at most one pixel.
+        aligned: True if pixel centres are at half-integers, so that half a pixel is subtracted; then boxes
+            may be smaller than a pixel.
 
     Returns:
         (K, C, PH, PW).
@@ -74,7 +73,7 @@ def roi_align(
         return _gathered(flat, plane, y, x, height, width)
     y, x = _weights(down, rows, shift, least, height), _weights(across, columns, shift, least, width)
     y, x = y.to(input.dtype), x.to(input.dtype)
-    # Of all images one below the other each box reads its own.
+    # All images are stacked vertically, and each box reads its own image.
     own = _own_image(y, image, input.size(0)).flatten(0, 1)
     stacked = input.transpose(1, 2).reshape(input.size(0) * height, input.size(1) * width)
     read = small_matmul(own, stacked).reshape(boxes.size(0), rows * input.size(1), width)
@@ -89,20 +88,20 @@ def ps_roi_align(
     spatial_scale: float = 1.0,
     sampling_ratio: int = -1,
 ) -> Tensor:
-    """The means of points in the bins of boxes, each read bilinearly, each bin of channels of its own.
+    """Position-sensitive RoIAlign: each bin has its own channels.
 
     Z. Li et al., Light-Head R-CNN, 2017. Channel (c * PH + i) * PW + j is channel c of bin (i, j). Pixel
-    centres are halves, as in ``roi_align`` with ``aligned``, which also says what is read outside, and what
-    memory it takes. Gradients are by the input.
+    centres are at half-integers, as in ``roi_align`` with ``aligned``; points outside and memory are also as
+    described there. There are gradients only with respect to the input.
 
     Args:
         input: (B, C * PH * PW, H, W), floating point.
-        boxes: (K, 5) as image number, x1, y1, x2, y2, floating point. A number of no image is moved to the
-            nearest.
-        output_size: the rows and columns PH and PW of bins, or one number for both.
-        spatial_scale: what the boxes' coordinates are multiplied by for the input's pixels.
-        sampling_ratio: points of a bin along each axis; if not positive, as many as are less than a pixel
-            apart, of a box without area none: it is 0, where torchvision has NaN.
+        boxes: (K, 5) as image index, x1, y1, x2, y2, floating point. An index outside the batch is clamped.
+        output_size: the numbers PH and PW of rows and columns of bins, or one number for both.
+        spatial_scale: the factor from the boxes' coordinates to pixels of the input.
+        sampling_ratio: the number of points of a bin along each axis; if not positive, so many that their
+            distance is at most one pixel; a box without area has no points: its result is 0, in torchvision
+            NaN.
 
     Returns:
         (K, C, PH, PW).
@@ -143,7 +142,7 @@ def ps_roi_align(
 
 
 def _bins(sides: Tensor, bins: int, shift: float, least: float) -> Tuple[Tensor, Tensor]:
-    """Where boxes whose sides are (K, 2) begin, and the size of a bin: (K, 1) each."""
+    """The start of boxes whose sides are (K, 2), and the size of a bin: (K, 1) each."""
     first = sides[:, :1] - shift
     return first, (sides[:, 1:] - shift - first).clamp(min=least) / bins
 
@@ -185,11 +184,9 @@ def _gathered(flat: Tensor, plane: Tensor, y: Tensor, x: Tensor, height: int, wi
 
 
 def _weights(sides: Tensor, bins: int, shift: float, least: float, size: int) -> Tensor:
-    """What each pixel of an axis weighs in each bin, (K, bins, size), where points are less than a pixel
-    apart.
-
-    Of the points of a bin only some are near enough to a pixel: the first of them follows from the distance
-    of the points, which is more than a half unless there is just one.
+    """The weight of each pixel of an axis in each bin, (K, bins, size), for points less than a pixel apart.
+    Only some points of a bin are near enough to a pixel: the first of them is computed from the distance of
+    the points, which is more than a half unless there is only one point.
     """
     first, extent = _bins(sides, bins, shift, least)
     count = torch.ceil(extent)
@@ -197,12 +194,12 @@ def _weights(sides: Tensor, bins: int, shift: float, least: float, size: int) ->
     number = torch.arange(bins, device=sides.device).to(sides.dtype)
     begin = (first + number * extent)[:, :, None]
     pixel = torch.arange(size, device=sides.device).to(sides.dtype)
-    # A step of nothing is that of a single point, the first.
+    # A step of zero means a single point, the first.
     reach = (pixel - 1.0 - begin) / torch.where(step > 0, step, torch.ones_like(step))[:, :, None]
     nearest = torch.floor(known_or(reach, 0.0) - 0.5).clamp(min=0.0)
     nearest = torch.where((count > 1.0)[:, :, None], nearest, torch.zeros_like(nearest))
     total = torch.zeros_like(nearest)
-    # Within a pixel of a centre lie at most 4, and 2 more for rounding.
+    # At most 4 points lie within a pixel of a centre, and 2 more because of rounding.
     for k in range(6):
         point = nearest + k
         position = begin + (point + 0.5) * extent[:, :, None] / count.clamp(min=1.0)[:, :, None]
@@ -213,6 +210,6 @@ def _weights(sides: Tensor, bins: int, shift: float, least: float, size: int) ->
 
 
 def _own_image(weights: Tensor, image: Tensor, images: int) -> Tensor:
-    """Weights (K, bins, H) of rows as those of the rows of all images, (K, bins, images * H)."""
+    """Weights (K, bins, H) of rows, placed into the rows of all images, (K, bins, images * H)."""
     is_own = (image[:, None] == torch.arange(images, device=image.device)).to(weights.dtype)
     return (weights[:, :, None] * is_own[:, None, :, None]).flatten(2)

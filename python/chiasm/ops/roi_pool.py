@@ -1,4 +1,4 @@
-"""Regions pooled over whole pixels: maxima, and means of position-sensitive channels."""
+"""Region pooling over whole pixels: maxima, and means of position-sensitive channels."""
 
 from typing import List, Tuple, Union
 
@@ -21,19 +21,19 @@ from ..primitives.numbers.rounding import to_index
 def roi_pool(
     input: Tensor, boxes: Tensor, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0
 ) -> Tensor:
-    """The maxima of the pixels in the bins of boxes.
+    """RoIPool: the maxima of the pixels in the bins of boxes.
 
-    R. Girshick, Fast R-CNN, ICCV 2015. Corners are rounded to pixels, halves away from zero, and both belong
-    to the box. A bin takes all pixels that it touches; one that touches none is 0, one with NaN is NaN. Takes
-    memory for K * C * PH * W values, and for as many copies of the input as the logarithm of its height
-    (exported for 16, so that H is at most 32768). Gradients are by the input; equal maxima share them.
+    R. Girshick, Fast R-CNN, ICCV 2015. Corners are rounded to pixels (halves away from zero), and both corner
+    pixels belong to the box. A bin contains all pixels that it touches; a bin that touches no pixel is 0, a
+    bin with NaN is NaN. The op takes memory for K * C * PH * W values, and for log2(H) copies of the input
+    (in exports 16, so that H is at most 32768). There are gradients with respect to the input; equal maxima
+    share them.
 
     Args:
         input: (B, C, H, W), floating point.
-        boxes: (K, 5) as image number, x1, y1, x2, y2, floating point. A number of no image is moved to the
-            nearest.
-        output_size: the rows and columns PH and PW of bins, or one number for both.
-        spatial_scale: what the boxes' coordinates are multiplied by for the input's pixels.
+        boxes: (K, 5) as image index, x1, y1, x2, y2, floating point. An index outside the batch is clamped.
+        output_size: the numbers PH and PW of rows and columns of bins, or one number for both.
+        spatial_scale: the factor from the boxes' coordinates to pixels of the input.
 
     Returns:
         (K, C, PH, PW).
@@ -56,7 +56,7 @@ def roi_pool(
     top, bottom = _whole_bins(down, bin_rows, 1.0)
     left, right = to_index(left, width + 1), to_index(right, width + 1)
     top, bottom = to_index(top, height + 1), to_index(bottom, height + 1)
-    # Where a bin is empty some row is read, and left out below.
+    # For an empty bin some row is read, and ignored below.
     first = top.clamp(max=height - 1).flatten()
     image = image_numbers(input, boxes)[:, None].expand(-1, bin_rows).flatten()
     rows = window_maxima(
@@ -77,19 +77,19 @@ def roi_pool(
 def ps_roi_pool(
     input: Tensor, boxes: Tensor, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0
 ) -> Tensor:
-    """The means of the pixels in the bins of boxes, each bin of channels of its own.
+    """Position-sensitive RoIPool: the means of the pixels in the bins of boxes; each bin has its own
+    channels.
 
     J. Dai et al., R-FCN, NIPS 2016. Channel (c * PH + i) * PW + j is channel c of bin (i, j). Corners are
-    rounded to pixels, halves away from zero; a bin takes all pixels that it touches, none of the input's last
-    row and column, as in torchvision, and is 0 where it touches none. Sums are differences of a summed-area
-    table in float64, so the input is to be finite. Gradients are by the input.
+    rounded to pixels (halves away from zero). A bin contains all pixels that it touches, except the input's
+    last row and column, as in torchvision; it is 0 if it touches none. Sums are differences of a summed-area
+    table in float64, so the input must be finite. There are gradients with respect to the input.
 
     Args:
         input: (B, C * PH * PW, H, W), floating point.
-        boxes: (K, 5) as image number, x1, y1, x2, y2, floating point. A number of no image is moved to the
-            nearest.
-        output_size: the rows and columns PH and PW of bins, or one number for both.
-        spatial_scale: what the boxes' coordinates are multiplied by for the input's pixels.
+        boxes: (K, 5) as image index, x1, y1, x2, y2, floating point. An index outside the batch is clamped.
+        output_size: the numbers PH and PW of rows and columns of bins, or one number for both.
+        spatial_scale: the factor from the boxes' coordinates to pixels of the input.
 
     Returns:
         (K, C, PH, PW).
@@ -114,7 +114,7 @@ def ps_roi_pool(
     top, bottom = _whole_bins(down, bin_rows, 0.0)
     left, right = to_index(left, width)[:, None], to_index(right, width)[:, None]
     top, bottom = to_index(top, height)[:, :, None], to_index(bottom, height)[:, :, None]
-    # A row and a column of zeros before the first: a sum is that of four corners.
+    # A row and a column of zeros before the first, so that each sum is computed from four corners.
     padded = torch.nn.functional.pad(input.to(torch.float64), [1, 0, 1, 0])
     table = integral(padded).unflatten(1, [channels, bin_rows * bin_columns]).transpose(0, 1)
     flat = table.reshape(channels, input.size(0) * bin_rows * bin_columns * (height + 1) * (width + 1))
@@ -130,11 +130,11 @@ def ps_roi_pool(
 
 
 def _whole_bins(sides: Tensor, bins: int, ends: float) -> Tuple[Tensor, Tensor]:
-    """Where the ``bins`` bins of boxes whose sides are (K, 2) begin and end, (K, bins), in whole pixels;
-    ``ends`` is 1 where the last pixel belongs to a box, else 0."""
+    """The start and the end of the ``bins`` bins of boxes whose sides are (K, 2): (K, bins), in whole pixels;
+    ``ends`` is 1 if the last pixel belongs to a box, otherwise 0."""
     rounded = whole(sides)
     first, last = rounded[:, :1], rounded[:, 1:]
-    # As torchvision rounds: the quotient first.
+    # The quotient is computed first, as in torchvision, for the same rounding.
     size = (last - first + ends).clamp(min=1.0) / bins
     number = torch.arange(bins, device=sides.device).to(sides.dtype)
     return torch.floor(number * size) + first, torch.ceil((number + 1.0) * size) + first

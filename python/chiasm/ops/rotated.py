@@ -1,4 +1,4 @@
-"""Rotated boxes, as OpenCV's RotatedRect: how much they overlap, and which of them are kept."""
+"""Rotated boxes, like OpenCV's RotatedRect: intersection over union, and non-maximum suppression."""
 
 from typing import Tuple
 
@@ -13,14 +13,14 @@ from .suppression import check_candidates, check_slots
 
 
 def rotated_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
-    """Intersection over union of each rotated box of one set with each of another.
-
-    The corners of one box are cut by the sides of the other (I. Sutherland, G. Hodgman, Reentrant Polygon
-    Clipping, CACM 17(1), 1974). Takes memory for some 50 * N * M values.
+    """Intersection over union of each rotated box of one set with each rotated box of another set. One box is
+    clipped by the sides of the other (I. Sutherland, G. Hodgman, Reentrant Polygon Clipping, CACM 17(1),
+    1974). This takes memory for about 50 * N * M values.
 
     Args:
-        boxes1: (N, 5) as cx, cy, width, height, angle in degrees, floating point; sides are not negative. An
-            angle turns the x axis to the y axis, as in OpenCV's RotatedRect: clockwise where y points down.
+        boxes1: (N, 5) as cx, cy, width, height, angle in degrees, floating point; sides are not negative. A
+            positive angle rotates from the x axis towards the y axis, as in OpenCV's RotatedRect: clockwise
+            if y points down.
         boxes2: (M, 5).
 
     Returns:
@@ -49,24 +49,22 @@ def rotated_nms_fixed(
     max_output: int,
     score_threshold: float = 0.0,
 ) -> Tuple[Tensor, Tensor]:
-    """`batched_nms_fixed` of rotated boxes.
-
-    Again and again the box of the highest score is kept, and those of its class that it overlaps are dropped:
-    a step for each slot that is filled, in float64, in memory that grows with N.
+    """`batched_nms_fixed` for rotated boxes. Each step keeps the box with the highest score and drops the
+    boxes of its class that overlap it. There is one step for each filled slot, in float64; memory grows with
+    N.
 
     Args:
-        boxes: (B, N, 5) as cx, cy, width, height, angle in degrees, floating point; as `rotated_iou` takes
-            them.
+        boxes: (B, N, 5) as cx, cy, width, height, angle in degrees, floating point; as in `rotated_iou`.
         scores: (B, N), floating point.
         idxs: (B, N), int64: the class of each box.
-        iou_threshold: boxes are dropped whose intersection with a kept one of their class is more than this
-            part of the union.
-        max_output: the number K of slots: of the boxes kept the first K by falling score.
-        score_threshold: boxes whose score is not above it are dropped first.
+        iou_threshold: a box is dropped if its IoU (intersection over union) with a kept box of its class is
+            greater than this.
+        max_output: the number K of slots, for the K kept boxes with the highest scores.
+        score_threshold: boxes are dropped unless their score is above this.
 
     Returns:
-        (B, K), int64, the indices of the boxes kept, by falling score, of equal scores the first first, 0 in
-        slots that are empty; and (B, K), bool, which slots hold one.
+        (B, K), int64, the indices of the boxes kept, in descending order of score, equal scores in their
+        original order, 0 in empty slots; and (B, K), bool, a mask of the slots that hold a box.
 
     Raises:
         TypeError: if boxes or scores is not floating point, or idxs not int64.
@@ -98,7 +96,7 @@ def _check_rotated(boxes: Tensor, rank: int, layout: str, name: str) -> None:
 def _kept(
     state: Tensor, k: Tensor, boxes: Tensor, groups: Tensor, iou_threshold: float, slots: int
 ) -> Tensor:
-    """The state of slots after the k-th is filled."""
+    """The state of the slots after the k-th slot is filled."""
     values = state[:, : boxes.size(1)]
     best, score = highest(state, boxes.size(1))
     common, union = rotated_overlaps(boxes.gather(1, best[:, :, None].expand(-1, -1, 5)), boxes)

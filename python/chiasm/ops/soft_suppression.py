@@ -1,4 +1,4 @@
-"""Soft non-maximum suppression: overlapped boxes lose score instead of being dropped."""
+"""Soft non-maximum suppression: the scores of overlapping boxes decrease, instead of dropping the boxes."""
 
 from typing import Tuple
 
@@ -21,25 +21,24 @@ def soft_nms(
     iou_threshold: float = 0.3,
     score_threshold: float = 0.001,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """Soft non-maximum suppression of a batch of images, with a fixed number of slots for what is kept.
-
-    N. Bodla et al., Soft-NMS, ICCV 2017. Again and again the box of the highest score is taken, of equals the
-    first, and the scores of those left are multiplied by a factor of their overlap o with it, intersection
-    over union: "gaussian" exp(-o^2 / sigma), "linear" 1 - o where o is at least ``iou_threshold``. Computed
-    in float64, a step for each slot that is filled; native code too takes memory that grows with N + K.
+    """Soft non-maximum suppression of a batch of images, with a fixed number of slots for the kept boxes. N.
+    Bodla et al., Soft-NMS, ICCV 2017. Each step takes the box with the highest score (of equal scores the
+    first one) and multiplies the scores of the remaining boxes by a factor of their IoU o with this box:
+    "gaussian" exp(-o^2 / sigma), "linear" 1 - o if o is at least ``iou_threshold``. Computed in float64, with
+    one step for each filled slot; memory grows with N + K, in native code too.
 
     Args:
         boxes: (B, N, 4) as x1, y1, x2, y2, floating point.
         scores: (B, N), floating point.
         max_output: the number K of slots.
         method: "gaussian" or "linear".
-        sigma: how much overlap "gaussian" forgives, positive.
-        iou_threshold: the least overlap that "linear" minds.
-        score_threshold: boxes are dropped whose score is not above it, or no longer.
+        sigma: the width of "gaussian", positive; a larger value decreases scores less.
+        iou_threshold: the least IoU for which "linear" decreases scores.
+        score_threshold: boxes are dropped as soon as their score is not above this.
 
     Returns:
-        (B, K), int64, the indices of the boxes kept, by falling score, 0 in slots that are empty; (B, K), the
-        scores that they are left with, 0 in slots that are empty; and (B, K), bool, which slots hold one.
+        (B, K), int64, the indices of the boxes kept, in descending order of score, 0 in empty slots; (B, K),
+        their decreased scores, 0 in empty slots; and (B, K), bool, a mask of the slots that hold a box.
 
     Raises:
         TypeError: if boxes or scores is not floating point.
@@ -99,6 +98,6 @@ def _taken(
         factor = torch.exp(-overlap * overlap / sigma)
     else:
         factor = torch.where(overlap >= iou_threshold, 1.0 - overlap, torch.ones_like(overlap))
-    # What is no longer there stays so: minus infinity times 0 would be NaN, which is not above anything.
+    # A dropped box stays dropped: minus infinity times 0 would be NaN, which is not above any number.
     values = above_or_nothing(state[:, :count] * factor, score_threshold)
     return taken(state, values, best, score, k, slots)

@@ -24,29 +24,30 @@ def decode_ssd(
     max_output: int = 200,
     candidates: int = 1000,
 ) -> Detections:
-    """The objects that SSD has found: softmax, every class of every anchor, boxes about anchors, suppression.
+    """Decode the output of SSD: softmax, boxes from anchors, every class of every anchor, suppression.
 
-    W. Liu et al., SSD: Single Shot MultiBox Detector, ECCV 2016, with torchvision's weights: a box is as far
-    from its anchor as a tenth of the first two deltas says, in the anchor's sides, and as much larger as the
-    exponentials of a fifth of the last two, at most 62.5 times. As torchvision's, but that ``candidates`` are
-    of all classes together, not of each.
+    W. Liu et al., SSD: Single Shot MultiBox Detector, ECCV 2016, with torchvision's weights: the box centre
+    is the anchor's centre plus one tenth of the first two deltas times the anchor's sides; the box sides are
+    the anchor's sides times the exponential of one fifth of the last two deltas, at most 62.5 times. This is
+    as in torchvision, except that ``candidates`` counts all classes together, not each class.
 
     Args:
-        logits: of the network, (B, N, C), floating point: of C classes at each of N anchors, the first of
-            which is the background, before the softmax function.
-        deltas: of the network, (B, N, 4), floating point: along x, along y, of the width, of the height.
+        logits: the network's output, (B, N, C), floating point: logits (before the softmax function) of C
+            classes at each of N anchors; the first class is the background.
+        deltas: the network's output, (B, N, 4), floating point: of x, of y, of the width, of the height.
         anchors: (N, 4) as x1, y1, x2, y2 in pixels, floating point.
         size: height and width of the image, into which boxes are clipped.
-        score_threshold: objects whose score is not above it are left out.
-        iou_threshold: of two boxes of a class that overlap by more than this part of their union, the one
-            with the higher score is kept.
+        score_threshold: objects are dropped unless their score is above this.
+        iou_threshold: if the IoU (intersection over union) of two boxes of a class is greater than this, only
+            the one with the higher score is kept.
         max_output: the number K of slots for objects.
-        candidates: of so many pairs of an anchor and a class, those with the highest scores, boxes are
-            compared.
+        candidates: only this many pairs of an anchor and a class, those with the highest scores, take part in
+            the suppression.
 
     Returns:
         Boxes (B, K, 4) as x1, y1, x2, y2 in pixels, scores (B, K), labels (B, K), int64, from 1 to C - 1, and
-        (B, K), bool, which slots hold an object. Objects come by falling score; empty slots are 0.
+        (B, K), bool, a mask of the slots that hold an object. Objects are in descending order of score; empty
+        slots are 0.
 
     Raises:
         TypeError: if logits, deltas or anchors is not floating point.
@@ -87,9 +88,9 @@ def decode_ssd(
 
 
 def _about(anchors: Tensor, deltas: Tensor) -> Tensor:
-    """Boxes (B, M, 4) about anchors (B, M, 4)."""
+    """Boxes (B, M, 4) from anchors (B, M, 4) and deltas."""
     sides = anchors[..., 2:] - anchors[..., :2]
     centre = anchors[..., :2] + 0.5 * sides + deltas[..., :2] / 10.0 * sides
-    # Beyond this an untrained network's sides would be infinite.
+    # Without this limit, the sides from an untrained network would be infinite.
     half = 0.5 * sides * torch.exp((deltas[..., 2:] / 5.0).clamp(max=math.log(62.5)))
     return torch.cat([centre - half, centre + half], 2)

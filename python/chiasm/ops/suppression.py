@@ -1,4 +1,4 @@
-"""Non-maximum suppression of boxes, of one class or of several."""
+"""Non-maximum suppression of boxes, for one class or several classes."""
 
 from typing import Tuple
 
@@ -12,19 +12,18 @@ from ..primitives.numbers.slots import chosen_first
 
 
 def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:
-    """Non-maximum suppression: from the highest score on, drop every box that overlaps one that was kept.
-
-    How many are left depends on the data, so it cannot be exported: `batched_nms_fixed` and
+    """Non-maximum suppression: in descending order of score, drop every box that overlaps a kept box. The
+    number of kept boxes depends on the data, so this function cannot be exported; `batched_nms_fixed` and
     `geometry.bbox.nms_fixed` can.
 
     Args:
         boxes: (N, 4) as x1, y1, x2, y2, floating point.
         scores: (N,).
-        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the
-            union.
+        iou_threshold: a box is dropped if its IoU (intersection over union) with a kept box is greater than
+            this.
 
     Returns:
-        (K,), int64: indices of the boxes kept, by falling score; of equal scores the first comes first.
+        (K,), int64: indices of the boxes kept, in descending order of score; equal scores keep their order.
 
     Raises:
         TypeError, ValueError: if boxes is not a floating-point (N, 4) tensor or scores is not (N,).
@@ -41,19 +40,18 @@ def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:
 
 
 def batched_nms(boxes: Tensor, scores: Tensor, idxs: Tensor, iou_threshold: float) -> Tensor:
-    """Non-maximum suppression, each class for itself.
-
-    How many are left depends on the data, so it cannot be exported: `batched_nms_fixed` can.
+    """Non-maximum suppression for each class separately. The number of kept boxes depends on the data, so
+    this function cannot be exported; `batched_nms_fixed` can.
 
     Args:
         boxes: (N, 4) as x1, y1, x2, y2, floating point.
         scores: (N,), floating point.
         idxs: (N,), int64: the class of each box. Boxes of other classes do not suppress each other.
-        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the
-            union.
+        iou_threshold: a box is dropped if its IoU (intersection over union) with a kept box is greater than
+            this.
 
     Returns:
-        (K,), int64: indices of the boxes kept, by falling score; of equal scores the first comes first.
+        (K,), int64: indices of the boxes kept, in descending order of score; equal scores keep their order.
 
     Raises:
         TypeError: if boxes or scores is not floating point, or idxs not int64.
@@ -76,23 +74,22 @@ def batched_nms_fixed(
     max_output: int,
     score_threshold: float = 0.0,
 ) -> Tuple[Tensor, Tensor]:
-    """`batched_nms` of a batch of images, with a fixed number of slots for what is kept.
-
-    Native code compares each box with those of its class that are kept, in a memory that grows with N.
-    Elsewhere all pairs are compared at once, N * N bytes.
+    """`batched_nms` for a batch of images, with a fixed number of slots for the kept boxes. Native code
+    compares each box with the kept boxes of its class; its memory grows with N. Other engines compare all
+    pairs at once, which takes N * N bytes.
 
     Args:
         boxes: (B, N, 4) as x1, y1, x2, y2, floating point.
         scores: (B, N), floating point.
         idxs: (B, N), int64: the class of each box.
-        iou_threshold: boxes are dropped whose intersection with a kept one of their class is more than this
-            part of the union.
-        max_output: the number K of slots: of the boxes kept the first K by falling score.
-        score_threshold: boxes whose score is not above it are dropped first.
+        iou_threshold: a box is dropped if its IoU (intersection over union) with a kept box of its class is
+            greater than this.
+        max_output: the number K of slots, for the K kept boxes with the highest scores.
+        score_threshold: boxes are dropped unless their score is above this.
 
     Returns:
-        (B, K), int64, the indices of the boxes kept, by falling score, of equal scores the first first, 0 in
-        slots that are empty; and (B, K), bool, which slots hold one.
+        (B, K), int64, the indices of the boxes kept, in descending order of score, equal scores in their
+        original order, 0 in empty slots; and (B, K), bool, a mask of the slots that hold a box.
 
     Raises:
         TypeError: if boxes or scores is not floating point, or idxs not int64.
@@ -119,7 +116,7 @@ def one_class(scores: Tensor) -> Tensor:
 
 
 def ranked(boxes: Tensor, scores: Tensor, idxs: Tensor, threshold: float) -> Tuple[Tensor, Tensor]:
-    """Of one image the order (N,) by falling score, and which boxes are kept."""
+    """For one image: the indices (N,) in descending order of score, and a mask of the kept boxes."""
     check_rank(boxes, 2, "(N, 4)", "boxes")
     for name, each in [("scores", scores), ("idxs", idxs)]:
         if each.dim() != 1 or each.size(0) != boxes.size(0):
@@ -133,7 +130,7 @@ def ranked(boxes: Tensor, scores: Tensor, idxs: Tensor, threshold: float) -> Tup
 def _ranked(
     boxes: Tensor, scores: Tensor, idxs: Tensor, threshold: float, most: int
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """The scores (B, N) by falling score, the order of the boxes, and which of them are kept."""
+    """The scores (B, N) in descending order, the order of the boxes, and a mask of the kept ones."""
     check_last(boxes, 4, "boxes")
     check_candidates(boxes, scores, idxs)
     values, order = stable_topk(scores, scores.size(1))

@@ -1,4 +1,4 @@
-"""Boxes of text lines from probability maps, by differentiable binarisation (DB)."""
+"""Boxes of text lines from probability maps, by differentiable binarization (DB)."""
 
 from typing import Tuple
 
@@ -20,29 +20,28 @@ def decode_db(
     max_candidates: int = 100,
     min_size: float = 3.0,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """The boxes of the text lines that a DB network has found: rectangles of least area around 8-connected
-    shapes, made larger.
+    """Decode the probability map of a DB network to boxes of text lines: enlarged minimum-area rectangles.
 
-    M. Liao et al., Real-time Scene Text Detection with Differentiable Binarization, AAAI 2020. A rectangle is
-    that of OpenCV's minAreaRect of the centres of a shape's pixels, exactly; of equal areas the one that is
-    turned least from the axes, clockwise. Its score is the mean probability of the pixels whose centres are
-    in it. Each side is then moved outwards by area * unclip_ratio / perimeter, equation 10: the
-    rectangle of least area around the polygon with round corners that Vatti's clipping makes. Unlike the
-    authors', the outlines of holes are no candidates.
+    M. Liao et al., Real-time Scene Text Detection with Differentiable Binarization, AAAI 2020. There is one
+    rectangle for each 8-connected shape: exactly that of OpenCV's minAreaRect of the shape's pixel centres;
+    of equal areas, the one with the least clockwise rotation from the axes. Its score is the mean probability
+    of the pixels whose centres are in it. Each side is then moved outwards by area * unclip_ratio /
+    perimeter, equation 10: this is the minimum-area rectangle around the polygon with round corners of
+    Vatti's clipping. Unlike in the authors' code, the outlines of holes are not candidates.
 
     Args:
-        probability: of the network, (B, 1, H, W), floating point, in [0, 1]; NaN is 0.
-        threshold: pixels above it are set.
-        box_threshold: boxes of a lower score are left out.
-        unclip_ratio: how far boxes are made larger, 0 or more.
-        max_candidates: the number N of slots, and of shapes that are looked at: those with the most pixels,
-            of equals the first, row by row.
-        min_size: boxes whose shorter side is less, before they are made larger, are left out.
+        probability: the network's output, (B, 1, H, W), floating point, in [0, 1]; NaN is 0.
+        threshold: pixels above this belong to a shape.
+        box_threshold: boxes with a lower score are dropped.
+        unclip_ratio: how much boxes are enlarged, 0 or more.
+        max_candidates: the number N of slots and of shapes that are used: those with the most pixels; of
+            equal ones the first, row by row.
+        min_size: boxes whose shorter side, before they are enlarged, is less are dropped.
 
     Returns:
-        Corners (B, N, 4, 2), x and y in pixels, which may lie outside of the image: of the two leftmost the
-        upper one first, then clockwise; scores (B, N); and (B, N), bool, which slots hold a box. Boxes come
-        by falling score; empty slots are 0.
+        Corners (B, N, 4, 2), x and y in pixels, which may lie outside the image: first the upper one of the
+        two leftmost corners, then clockwise; scores (B, N); and (B, N), bool, a mask of the slots that hold a
+        box. Boxes are in descending order of score; empty slots are 0.
 
     Raises:
         TypeError: if probability is not floating point.
@@ -95,13 +94,14 @@ def decode_db(
 
 
 def _largest_shapes(mask: Tensor, most: int) -> Tuple[Tensor, Tensor, Tensor]:
-    """Of the shapes in (B, 1, H, W) the ``most`` with the most pixels: for each pixel the number of its shape
-    from 1 on, or 0, (B, H, W); the first pixel of each (B, most); and which there are (B, most)."""
+    """The ``most`` shapes of (B, 1, H, W) with the most pixels: for each pixel the number of its shape, from
+    1, or 0, (B, H, W); the first pixel of each shape (B, most); and a mask of the shapes that exist (B,
+    most)."""
     labels = numbered_components(mask.to(torch.float32), 2147483647).flatten(1)
     inside = labels > 0
     root = (labels - 1).clamp(min=0)
     # A small image may have fewer pixels than there are slots.
-    # In 32 bits, in which compiled code can add.
+    # In 32 bits, since compiled code can add these.
     none = torch.zeros(
         [mask.size(0), mask.size(2) * mask.size(3) + most], dtype=torch.int32, device=mask.device
     )
@@ -116,10 +116,10 @@ def _largest_shapes(mask: Tensor, most: int) -> Tuple[Tensor, Tensor, Tensor]:
 
 def _row_ends(slot: Tensor, roots: Tensor, most: int) -> Tuple[Tensor, Tensor]:
     """The first and the last pixel of each shape in each row of (B, H, W), x and y (B, most, 2 H), float64;
-    where a row has none the shape's first pixel."""
+    for a row without pixels of the shape, the shape's first pixel."""
     height, width = slot.size(1), slot.size(2)
-    # Within a row by falling shape, then from left to right, no two keys the same: a shape's ends stand where
-    # another begins.
+    # Sort keys within a row: by descending shape, then from left to right, all different; so a shape ends
+    # where another one begins.
     across = torch.arange(width, device=slot.device)
     column = stable_topk((slot * width + (width - 1 - across)).to(torch.float64), width)[1]
     shape = slot.gather(2, column)
@@ -153,7 +153,7 @@ def _means_inside(values: Tensor, a: Tensor, b: Tensor, low: Tensor, high: Tenso
     """
     height, width = values.size(1), values.size(2)
     y = torch.arange(height, device=values.device).to(values.dtype)
-    # In a row both pairs of sides leave an interval; whole quotients are exact.
+    # In a row, each pair of sides limits x to an interval; integer quotients are exact.
     left = torch.ceil((low[..., :1] - b * y) / a)
     right = torch.floor((high[..., :1] - b * y) / a)
     slanted = b > 0
@@ -177,7 +177,8 @@ def _corners(a: Tensor, b: Tensor, low: Tensor, high: Tensor) -> Tensor:
     along = torch.stack([low[..., 0], high[..., 0], high[..., 0], low[..., 0]], 2)
     across = torch.stack([low[..., 1], low[..., 1], high[..., 1], high[..., 1]], 2)
     corners = torch.stack([a * along - b * across, b * along + a * across], 3)
-    # The last is the leftmost. Where the first comes next to it, it is the upper one of the two.
+    # The last corner is the leftmost. If the first corner is equally far left, it is the upper one of the
+    # two.
     ahead = corners[:, :, :1, :1] <= corners[:, :, 2:3, :1] + 1e-9
     before = torch.cat([corners[:, :, 3:], corners[:, :, :3]], 2)
     return torch.where(ahead, corners, before)

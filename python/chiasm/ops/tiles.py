@@ -1,4 +1,4 @@
-"""Large images in tiles: cutting them, and putting together what a network made of each."""
+"""Large images in tiles: cut images into tiles, and merge the results of a network for the tiles."""
 
 from typing import Tuple, Union
 
@@ -15,14 +15,13 @@ from .decoding import Detections, suppressed
 def tile(
     image: Tensor, size: Union[int, Tuple[int, int]], overlap: Union[int, Tuple[int, int]] = 0
 ) -> Tuple[Tensor, Tensor]:
-    """Cut an image into tiles of one size, row after row, which cover it.
-
-    The last tile of a row or column is moved into the image, so it overlaps the one before by more.
+    """Cut an image into tiles of one size, row by row, which cover it. The last tile of a row or column is
+    shifted into the image, so that it overlaps the one before by more.
 
     Args:
         image: (B, C, H, W), floating point or uint8.
         size: (rows, columns) of a tile, or one number for both.
-        overlap: by how many pixels neighbours overlap, (down, right) or one number for both.
+        overlap: the overlap of neighbours in pixels, (vertical, horizontal) or one number for both.
 
     Returns:
         Tiles (B, T, C, rows, columns); and the positions (T, 2), int64, of their upper left pixels, x and y.
@@ -57,16 +56,15 @@ def tile(
 
 
 def merge(tiles: Tensor, image_size: Tuple[int, int], overlap: Union[int, Tuple[int, int]] = 0) -> Tensor:
-    """Put an image together from its tiles, as ``tile`` cuts them, seams blended.
-
-    Each pixel is the mean of the tiles that have it. Along each axis a tile's weight falls towards its ends,
-    over ``overlap`` pixels in equal steps to 1 / (overlap + 1); the weights of a pixel are divided by their
-    sum. So tiles that agree give what they agree on, within rounding.
+    """Merge tiles, as cut by ``tile``, into an image, and blend the seams. Each pixel is a weighted mean of
+    the tiles that contain it. Along each axis a tile's weight falls towards its ends, over ``overlap`` pixels
+    in equal steps to 1 / (overlap + 1); the weights of a pixel are divided by their sum. So equal pixels of
+    overlapping tiles stay unchanged, within rounding.
 
     Args:
         tiles: (B, T, C, rows, columns), floating point.
         image_size: (H, W) of the image.
-        overlap: as the tiles were cut.
+        overlap: the overlap with which the tiles were cut.
 
     Returns:
         (B, C, H, W).
@@ -112,25 +110,25 @@ def merge_detections(
     iou_threshold: float = 0.45,
     max_output: int = 300,
 ) -> Detections:
-    """The objects of a large image, from those that a detector has found in each of its tiles.
-
-    Boxes are moved to where their tiles are. Of those of a class that overlap the highest score is kept, from
-    whichever tile. An object that ends with a tile is found in part there: the overlap of tiles should be as
-    large as the objects.
+    """Merge the detections of tiles into the detections of the large image. Boxes are shifted by the
+    positions of their tiles. Then non-maximum suppression for each class keeps the highest score of
+    overlapping boxes, from any tile. At the border of a tile only a part of an object is detected: so the
+    overlap of tiles should be as large as the objects.
 
     Args:
         boxes: (B, T, N, 4) as x1, y1, x2, y2 in pixels of the tiles, floating point.
         scores: (B, T, N), floating point.
         labels: (B, T, N), int64, the classes.
-        found: (B, T, N), bool, which slots hold an object; the others are left out.
-        origins: (T, 2), int64 or floating point: where the tiles begin in the image, x and y.
-        iou_threshold: boxes are dropped whose intersection with a kept one of their class is more than this
-            part of the union.
+        found: (B, T, N), bool, a mask of the slots that hold an object; the others are ignored.
+        origins: (T, 2), int64 or floating point: the upper left corners of the tiles in the image, x and y.
+        iou_threshold: a box is dropped if its IoU (intersection over union) with a kept box of its class is
+            greater than this.
         max_output: the number K of slots for objects.
 
     Returns:
-        Boxes (B, K, 4) in pixels of the image, scores (B, K), labels (B, K), int64, and (B, K), bool, which
-        slots hold an object, as ``decode_yolov8``: by falling score, empty slots 0.
+        Boxes (B, K, 4) in pixels of the image, scores (B, K), labels (B, K), int64, and (B, K), bool, a mask
+        of the slots that hold an object, as in ``decode_yolov8``: in descending order of score, empty slots
+        are 0.
 
     Raises:
         TypeError: if boxes or scores is not floating point, labels not int64, or found not bool.
@@ -174,7 +172,7 @@ def merge_detections(
 
 
 def _overlaps(overlap: Union[int, Tuple[int, int]], rows: int, columns: int) -> Tuple[int, int]:
-    """Down and right."""
+    """The vertical and the horizontal overlap."""
     if isinstance(overlap, int):
         down, right = overlap, overlap
     else:
@@ -187,13 +185,13 @@ def _overlaps(overlap: Union[int, Tuple[int, int]], rows: int, columns: int) -> 
 
 
 def _count(length: int, size: int, overlap: int) -> int:
-    """How many tiles cover an axis."""
+    """The number of tiles that cover an axis."""
     stride = size - overlap
     return (length - size + stride - 1) // stride + 1
 
 
 def _starts(length: int, size: int, overlap: int, device: torch.device) -> Tensor:
-    """Where along an axis tiles begin."""
+    """The first positions of tiles along an axis."""
     number = torch.arange(_count(length, size, overlap), device=device)
     return (number * (size - overlap)).clamp(max=length - size)
 
@@ -204,7 +202,7 @@ def _weighted_sum(x: Tensor, dim: int, length: int, size: int, overlap: int) -> 
     count = _count(length, size, overlap)
     position = torch.arange(length, device=x.device)
     latest = torch.div(position, stride, rounding_mode="floor")
-    # The last tile, which begins where it fits, and those before, which begin at multiples of the stride.
+    # The last tile begins where it fits; the tiles before begin at multiples of the stride.
     offset = position - (length - size)
     place = (count - 1) * size + offset.clamp(min=0)
     weight = _weight(offset, size, overlap, x.dtype)
@@ -223,7 +221,7 @@ def _weighted_sum(x: Tensor, dim: int, length: int, size: int, overlap: int) -> 
 
 
 def _weight(offset: Tensor, size: int, overlap: int, dtype: torch.dtype) -> Tensor:
-    """The weight of a tile so many pixels from its beginning."""
+    """The weight of a tile at an offset in pixels from its start."""
     nearest = torch.minimum(offset + 1, size - offset).clamp(max=overlap + 1)
     return nearest.to(dtype) / (overlap + 1)
 

@@ -1,7 +1,6 @@
-"""Trackers of boxes: which detections of a frame are the objects of the frames before.
-
-What is known of the objects goes into each call and comes out of it, in a fixed number of slots: four tensors
-that are zeros before the first frame.
+"""Trackers of boxes: they assign the detections of a frame to the objects of the frames before. The state of
+the objects is an input and an output of each call, in a fixed number of slots: four tensors, which are zeros
+before the first frame.
 """
 
 from typing import List, Tuple
@@ -15,8 +14,8 @@ from ..primitives.numbers.slots import chosen_first
 from .assignment import cheapest, check_mask
 from .kalman import kalman_predict, kalman_update
 
-#: The state of the filters, their covariances, the counters, the last identity given; boxes, which detections
-#: they are, and which are to be shown.
+#: The state of the filters, their covariances, the counters, the last identity; boxes, the indices of their
+#: detections, and a mask of the tracks to show.
 Tracks = Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]
 
 
@@ -33,32 +32,35 @@ def sort_track(
 ) -> Tracks:
     """One frame of the tracker SORT: A. Bewley et al., Simple Online and Realtime Tracking, ICIP 2016.
 
-    A Kalman filter follows each object: its centre, area and aspect ratio, and the speed of all but the last,
-    in pixels and frames. In a frame these change by noise of the variances 1 (the first four), 0.01 (the
-    speed of the centre) and 0.0001 (that of the area); measurements have variances 1, 1, 10 and 10, new
-    objects 10, and for their speeds 10000. Where the area would be gone, its speed is 0 first.
+    A Kalman filter follows each object. Its state is the centre, the area, the aspect ratio, and the speeds
+    of all but the aspect ratio, in pixels and frames. The process noise of each frame has the variances 1
+    (the first four), 0.01 (the speed of the centre) and 0.0001 (the speed of the area). Measurements have the
+    variances 1, 1, 10 and 10; new objects have 10, and 10000 for their speeds. If the area would become zero
+    or negative, its speed is first set to 0.
 
-    Detections are assigned to the boxes predicted so that the sum of their overlaps is greatest, and those
-    that overlap too little are rejected. What is left of the detections begins new tracks, in their order, as
-    long as there are slots: pass them by falling score, as decoders give them. Computed in float64.
+    Detections are assigned to the predicted boxes with the greatest sum of IoUs; pairs with too little
+    overlap are rejected. The remaining detections start new tracks, in their order, as long as there are free
+    slots: so pass detections in descending order of score, as decoders return them. Computed in float64.
 
     Args:
         mean: (B, K, 7), floating point, the state of the filters in K slots; zeros before the first frame.
-        covariance: (B, K, 7, 7), floating point, of the state; zeros before the first frame.
-        counters: (B, K, 4), int64: the track's identity, from 1 on, 0 in empty slots; its frames since the
-            first detection; its detections; and its frames since the last one. Zeros before the first frame.
-        last_id: (B,), int64, the last identity that was given; 0 before the first frame.
+        covariance: (B, K, 7, 7), floating point, the covariance of the state; zeros before the first frame.
+        counters: (B, K, 4), int64: the track's identity, from 1, 0 in empty slots; its frames since the first
+            detection; its detections; and its frames since the last one. Zeros before the first frame.
+        last_id: (B,), int64, the last identity in use; 0 before the first frame.
         boxes: (B, M, 4), floating point: the detections as x1, y1, x2, y2 in pixels.
-        found: (B, M), bool: which slots hold a detection. Boxes of no width or height are none.
-        iou_threshold: the least overlap, intersection over union, of a detection and its track; without any
-            they are never assigned.
-        max_age: tracks end that are not detected in so many frames one after the other. In the paper it is 1.
-        min_hits: how many detections show that there is an object; before, a frame without one ends a track.
+        found: (B, M), bool: a mask of the slots that hold a detection. Boxes without width or height are
+            ignored.
+        iou_threshold: the least IoU (intersection over union) of a detection and its track; a pair without
+            overlap is never assigned.
+        max_age: a track ends if it has no detection in this many consecutive frames. In the paper it is 1.
+        min_hits: the number of detections that confirm a track; before, a frame without a detection ends it.
 
     Returns:
         The new mean, covariance, counters and last_id, for the next frame; boxes (B, K, 4) of the tracks, 0
-        in empty slots; (B, K), int64, which detection each is in this frame, 0 where none; and (B, K), bool,
-        which tracks have a detection in this frame and at least ``min_hits`` in all: those to show.
+        in empty slots; (B, K), int64, the index of each track's detection in this frame, 0 if there is none;
+        and (B, K), bool, a mask of the tracks to show: those with a detection in this frame and at least
+        ``min_hits`` in total.
 
     Raises:
         TypeError: if a tensor's dtype is not as above.
@@ -100,26 +102,26 @@ def byte_track(
 ) -> Tracks:
     """One frame of the tracker BYTE: Y. Zhang et al., ByteTrack, ECCV 2022, algorithm 1.
 
-    First the tracks are assigned detections of high scores, then those that got none detections of low
-    scores, which are often objects that others cover. New tracks begin at detections of high scores alone.
-    The filter of each object and all else is `sort_track`'s, whose state it has.
+    First, detections with high scores are assigned to tracks. Then detections with low scores, which are
+    often occluded objects, are assigned to the remaining tracks. Only detections with high scores start new
+    tracks. The filter, the state and everything else are as in `sort_track`.
 
     Args:
-        mean: (B, K, 7), floating point, as ``sort_track``.
-        covariance: (B, K, 7, 7), floating point, as ``sort_track``.
-        counters: (B, K, 4), int64, as ``sort_track``.
-        last_id: (B,), int64, as ``sort_track``.
+        mean: (B, K, 7), floating point, as in ``sort_track``.
+        covariance: (B, K, 7, 7), floating point, as in ``sort_track``.
+        counters: (B, K, 4), int64, as in ``sort_track``.
+        last_id: (B,), int64, as in ``sort_track``.
         boxes: (B, M, 4), floating point: the detections as x1, y1, x2, y2 in pixels. A detector's threshold
             should be ``low_score``.
-        scores: (B, M), floating point: of the detections.
+        scores: (B, M), floating point: the scores of the detections.
         found: (B, M), bool: which slots hold a detection.
-        high_score: detections of a score above it come first.
-        low_score: of the others those of a score above it come second.
-        new_score: tracks begin at detections of high scores that are above it.
-        iou_threshold: the least overlap, intersection over union, of a detection and its track; without any
-            they are never assigned.
-        max_age: tracks end that are not detected in so many frames one after the other.
-        min_hits: how many detections show that there is an object; before, a frame without one ends a track.
+        high_score: detections with a score above this are assigned first.
+        low_score: the other detections with a score above this are assigned second.
+        new_score: detections with high scores start new tracks if their score is above this.
+        iou_threshold: the least IoU (intersection over union) of a detection and its track; a pair without
+            overlap is never assigned.
+        max_age: a track ends if it has no detection in this many consecutive frames.
+        min_hits: the number of detections that confirm a track; before, a frame without a detection ends it.
 
     Returns:
         As ``sort_track``.
@@ -195,28 +197,29 @@ def _check_shape(value: Tensor, shape: List[int], name: str) -> None:
 
 
 def _detections(boxes: Tensor, found: Tensor) -> Tuple[Tensor, Tensor]:
-    """The boxes in float64, and which are detections; one that is none where there are no slots."""
+    """The boxes in float64, and a mask of the detections; if there are no slots, one slot without a detection
+    is added."""
     x = boxes.detach().to(torch.float64)
     if x.size(1) == 0:
         x = torch.zeros([x.size(0), 1, 4], dtype=torch.float64, device=x.device)
         found = torch.zeros([x.size(0), 1], dtype=torch.bool, device=x.device)
     sides = x[..., 2:] - x[..., :2]
     has_area = (sides > 0.0).all(2) & (x.abs() < float("inf")).all(2)
-    # What is no detection may hold anything, also what is no number.
+    # A slot without a detection may hold any values, also NaN.
     none = torch.tensor([0.0, 0.0, 1.0, 1.0], dtype=torch.float64, device=x.device)
     valid = found & has_area
     return torch.where(valid[..., None], x, none), valid
 
 
 def _measured(boxes: Tensor) -> Tensor:
-    """Of boxes x1, y1, x2, y2 the centre, area and aspect ratio."""
+    """The centre, area and aspect ratio of boxes x1, y1, x2, y2."""
     sides = boxes[..., 2:] - boxes[..., :2]
     width, height = sides[..., :1], sides[..., 1:]
     return torch.cat([boxes[..., :2] + 0.5 * sides, width * height, width / height], -1)
 
 
 def _boxes(state: Tensor) -> Tensor:
-    """The boxes of states; NaN where there is no area."""
+    """The boxes of states; NaN if there is no area."""
     area, ratio = state[..., 2:3], state[..., 3:4]
     width = torch.sqrt(area * ratio)
     half = 0.5 * torch.cat([width, area / width], -1)
@@ -248,8 +251,8 @@ def _overlaps(tracks: Tensor, detections: Tensor) -> Tensor:
 def _associated(
     overlap: Tensor, tracks: Tensor, detections: Tensor, threshold: float
 ) -> Tuple[Tensor, Tensor]:
-    """Which detection each track is assigned, and which tracks are assigned one."""
-    # A pair without overlap is worth as much as none, so that it need not be looked at.
+    """The index of the detection of each track, and a mask of the tracks that have one."""
+    # A pair without overlap is worth the same as no pair, so it is not considered.
     pairs = (overlap > 0.0) & tracks[:, :, None] & detections[:, None]
     costs = torch.where(pairs, 1.0 - overlap, torch.full_like(overlap, float("inf")))
     alone = torch.ones([overlap.size(0), 1], dtype=overlap.dtype, device=overlap.device)
@@ -258,7 +261,7 @@ def _associated(
 
 
 def _used(index: Tensor, matched: Tensor, detections: Tensor) -> Tensor:
-    """Which detections have a track."""
+    """A mask of the detections that have a track."""
     number = torch.arange(detections.size(1), device=index.device)
     return ((index[..., None] == number) & matched[..., None]).any(1)
 
@@ -276,7 +279,7 @@ def _stepped(
     max_age: int,
     min_hits: int,
 ) -> Tracks:
-    """The tracks after their detections are known, and those that begin."""
+    """The tracks after the update by their detections, including new tracks."""
     sight = torch.eye(7, dtype=torch.float64, device=x.device)[:4]
     noise = _diagonal([1.0, 1.0, 10.0, 10.0], x)
     seen_x, seen_p = kalman_update(x, p, _measured(boxes_at(detections, index)), sight, noise)
@@ -289,7 +292,8 @@ def _stepped(
     since = torch.where(matched, zero, since + 1)
     stays = (id > 0) & (matched | ((since < max_age) & (hits >= min_hits)))
 
-    # The first detections that begin tracks, as many as there are slots, come into empty ones in order.
+    # The first detections that start tracks are put into the empty slots, in order, as long as slots are
+    # free.
     slots = id.size(1)
     begins = begins & (begins.to(torch.int64).cumsum(1) <= slots)
     number = torch.arange(begins.size(1), device=id.device).expand_as(begins)

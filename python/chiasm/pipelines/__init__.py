@@ -1,4 +1,4 @@
-"""Ready compositions of ops: of frames, and of two views of one thing."""
+"""Ready compositions of ops: for frames, and for two views of a scene."""
 
 from .. import primitives as _primitives  # noqa: F401  (says so where there is no torch)
 from .camera_letterbox import letterbox_i420, letterbox_nv12, letterbox_nv21, letterbox_yuyv

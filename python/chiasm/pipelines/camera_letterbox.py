@@ -1,5 +1,6 @@
-"""Letterboxes of what cameras and video decoders give: luma and chroma in bytes, as ``color.nv12_to_rgb`` and
-its like take them. Each is the conversion and then `letterbox`, so its numbers are OpenCV's for "bt601"."""
+"""Letterboxes for the formats of cameras and video decoders: luma and chroma as uint8, as in
+``color.nv12_to_rgb``. Each op is the colour conversion followed by `letterbox`, so that its values equal
+OpenCV's for "bt601"."""
 
 from typing import Tuple
 
@@ -21,16 +22,16 @@ def letterbox_nv12(
     std: Numbers = (1.0, 1.0, 1.0),
     standard: str = "bt601",
 ) -> Tuple[Tensor, Tensor]:
-    """``letterbox`` of frames in NV12, the format of hardware decoders.
+    """``letterbox`` for frames in NV12, the format of hardware decoders.
 
     Args:
         y: luma (B, H, W, 1), uint8.
         uv: chroma (B, h, w, 2), uint8: pairs U, V.
         size: height and width of the result.
-        value: of the bytes beside the image, 0 to 255, after the conversion.
+        value: the value of the pixels beside the image, 0 to 255, after the conversion.
         anchor: "center" or "top_left".
-        mean: of red, green and blue, of values in [0, 1].
-        std: of red, green and blue, likewise.
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
         standard: "bt601", "bt709" or "jpeg".
 
     Returns:
@@ -60,16 +61,16 @@ def letterbox_nv21(
     std: Numbers = (1.0, 1.0, 1.0),
     standard: str = "bt601",
 ) -> Tuple[Tensor, Tensor]:
-    """``letterbox`` of frames in NV21, the format of Android's cameras.
+    """``letterbox`` for frames in NV21, the format of Android's cameras.
 
     Args:
         y: luma (B, H, W, 1), uint8.
         vu: chroma (B, h, w, 2), uint8: pairs V, U.
         size: height and width of the result.
-        value: of the bytes beside the image, 0 to 255, after the conversion.
+        value: the value of the pixels beside the image, 0 to 255, after the conversion.
         anchor: "center" or "top_left".
-        mean: of red, green and blue, of values in [0, 1].
-        std: of red, green and blue, likewise.
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
         standard: "bt601", "bt709" or "jpeg".
 
     Returns:
@@ -100,17 +101,17 @@ def letterbox_i420(
     std: Numbers = (1.0, 1.0, 1.0),
     standard: str = "bt601",
 ) -> Tuple[Tensor, Tensor]:
-    """``letterbox`` of frames in I420, the format of video codecs.
+    """``letterbox`` for frames in I420, the format of video codecs.
 
     Args:
         y: luma (B, H, W, 1), uint8.
         u: chroma (B, h, w, 1), uint8.
         v: chroma (B, h, w, 1), uint8.
         size: height and width of the result.
-        value: of the bytes beside the image, 0 to 255, after the conversion.
+        value: the value of the pixels beside the image, 0 to 255, after the conversion.
         anchor: "center" or "top_left".
-        mean: of red, green and blue, of values in [0, 1].
-        std: of red, green and blue, likewise.
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
         standard: "bt601", "bt709" or "jpeg".
 
     Returns:
@@ -139,15 +140,15 @@ def letterbox_yuyv(
     std: Numbers = (1.0, 1.0, 1.0),
     standard: str = "bt601",
 ) -> Tuple[Tensor, Tensor]:
-    """``letterbox`` of frames in YUYV (YUY2), the format of cameras on USB.
+    """``letterbox`` for frames in YUYV (YUY2), the format of cameras on USB.
 
     Args:
         frame: pairs of pixels (B, H, W / 2, 4), uint8: luma, U, luma, V.
         size: height and width of the result.
-        value: of the bytes beside the image, 0 to 255, after the conversion.
+        value: the value of the pixels beside the image, 0 to 255, after the conversion.
         anchor: "center" or "top_left".
-        mean: of red, green and blue, of values in [0, 1].
-        std: of red, green and blue, likewise.
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
         standard: "bt601", "bt709" or "jpeg".
 
     Returns:

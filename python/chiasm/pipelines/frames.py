@@ -1,4 +1,4 @@
-"""Camera frames (uint8, H x W x BGR, as OpenCV delivers them) in and out."""
+"""Pipelines for camera frames (uint8, H x W x BGR, OpenCV's format)."""
 
 from typing import Tuple
 
@@ -17,13 +17,13 @@ def preprocess(
     mean: Tuple[float, float, float] = (0.485, 0.456, 0.406),
     std: Tuple[float, float, float] = (0.229, 0.224, 0.225),
 ) -> Tensor:
-    """A frame as the input of a classifier: RGB, 224 x 224 (bilinear, aspect not kept), in [0, 1], then
-    normalised.
+    """Convert a frame to the input of a classifier: RGB, 224 x 224 (bilinear), in [0, 1], then normalized.
+    The aspect ratio is not kept.
 
     Args:
         frame: (H, W, 3), uint8, BGR.
-        mean: per channel, R, G, B; ImageNet's by default.
-        std: per channel, R, G, B; ImageNet's by default.
+        mean: the means of R, G, B; those of ImageNet by default.
+        std: the standard deviations of R, G, B; those of ImageNet by default.
 
     Returns:
         (1, 3, 224, 224), float32.
@@ -41,7 +41,7 @@ def preprocess(
         if s <= 0.0:
             raise ValueError(f"std: expected numbers above 0, got {std}")
     image = resize_frame(frame, 224, 224)
-    # As one product and one sum of each plane, numbers that native code has in its loop.
+    # One product and one sum for each plane, with numbers that native code keeps in its loop.
     planes = [image[:, c : c + 1] * (1.0 / (255.0 * s)) - m / s for c, (m, s) in enumerate(zip(mean, std))]
     return join_channels(planes)
 

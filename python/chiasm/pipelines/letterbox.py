@@ -1,4 +1,5 @@
-"""Frames of any size as the input of a network of one size: letterboxes, centre crops, and boxes cut out."""
+"""Conversion of frames of any size to the input of a network: letterboxes, centre crops, and crops of
+boxes."""
 
 from typing import List, Tuple
 
@@ -20,26 +21,25 @@ def letterbox(
     std: Numbers = (1.0, 1.0, 1.0),
     color: str = "bgr",
 ) -> Tuple[Tensor, Tensor]:
-    """Frames as the input of a detector: resized into ``size`` with their aspect kept, the rest filled, RGB,
-    in [0, 1], normalised.
-
-    The side that is left over is round(ratio * side), halves to even, and half of the rest lies before the
-    image, rounded down: the recipe of YOLO's authors (resize, copyMakeBorder). Pixels are resized
-    bilinearly by weights in 1/256 and rounded, as OpenCV's INTER_LINEAR_EXACT does.
+    """Convert frames to the input of a detector: resize into ``size`` with the aspect ratio kept, fill the
+    rest. The result is RGB, in [0, 1], normalized. The shorter side of the resized image is round(ratio *
+    side), halves to even, and half of the rest, rounded down, lies before the image: the method of YOLO's
+    authors (resize, copyMakeBorder). Pixels are resized by bilinear interpolation with weights in multiples
+    of 1/256 and rounded, as in OpenCV's INTER_LINEAR_EXACT.
 
     Args:
         frame: (B, H, W, 3), uint8.
         size: height and width of the result.
-        value: of the bytes beside the image, 0 to 255.
-        anchor: where the image is: "center", or "top_left".
-        mean: of red, green and blue, of values in [0, 1].
-        std: of red, green and blue, likewise.
-        color: the order of a frame's channels: "bgr" as OpenCV has them, or "rgb".
+        value: the value of the pixels beside the image, 0 to 255.
+        anchor: the position of the image: "center" or "top_left".
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
+        color: the order of a frame's channels: "bgr" as in OpenCV, or "rgb".
 
     Returns:
-        (B, 3, height, width), float32, and (B, 3, 3), float32: from coordinates in the result to those in the
-        frame, in pixels, whose corner (0, 0) is the outer corner of the first pixel. It takes
-        ``geometry.bbox.transform_bbox`` and ``geometry.linalg.transform_points``.
+        (B, 3, height, width), float32, and (B, 3, 3), float32: the transform from coordinates in the result
+        to coordinates in the frame, in pixels, where (0, 0) is the outer corner of the first pixel. Use it
+        with ``geometry.bbox.transform_bbox`` and ``geometry.linalg.transform_points``.
 
     Raises:
         TypeError: if frame is not uint8.
@@ -75,19 +75,19 @@ def center_crop(
     std: Numbers = (0.229, 0.224, 0.225),
     color: str = "bgr",
 ) -> Tuple[Tensor, Tensor]:
-    """Frames as the input of a classifier: resized so that the shorter side is ``shortest``, and of that the
-    centre; RGB, in [0, 1], normalised, ImageNet's numbers by default.
+    """Convert frames to the input of a classifier: resize the shorter side to ``shortest``, then crop the
+    centre. The result is RGB, in [0, 1], normalized, by default with ImageNet's numbers.
 
-    The longer side becomes shortest * longer / shorter, rounded down, and the crop begins at half of what is
-    left over, halves to even, as in torchvision's Resize and CenterCrop. Pixels are resized as in
-    ``letterbox``; beyond a frame that is smaller than the crop is black.
+    The longer side becomes shortest * longer / shorter, rounded down, and the crop begins at half of the
+    remaining pixels, halves to even, as in torchvision's Resize and CenterCrop. Pixels are resized as in
+    ``letterbox``; pixels outside a frame that is smaller than the crop are black.
 
     Args:
         frame: (B, H, W, 3), uint8.
         size: height and width of the result.
-        shortest: of the resized frame's sides, in pixels.
-        mean: of red, green and blue, of values in [0, 1].
-        std: of red, green and blue, likewise.
+        shortest: the shorter side of the resized frame, in pixels.
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
         color: the order of a frame's channels: "bgr" or "rgb".
 
     Returns:
@@ -124,18 +124,17 @@ def crop_boxes(
     std: Numbers = (0.229, 0.224, 0.225),
     color: str = "bgr",
 ) -> Tensor:
-    """Boxes of one frame as a batch for the next network: each cut out and resized to ``size`` (aspect not
-    kept); RGB, in [0, 1], normalised, ImageNet's numbers by default.
-
-    Corners are rounded to pixels, halves to even; a box holds at least one pixel, and beyond the frame are
-    the pixels at its edge. Pixels are resized as in ``letterbox``.
+    """Crop boxes of one frame and resize each to ``size``, as a batch for the next network. The aspect ratio
+    is not kept. The result is RGB, in [0, 1], normalized, by default with ImageNet's numbers. Corners are
+    rounded to pixels (halves to even); a box has at least one pixel, and the border of the frame is
+    replicated outside. Pixels are resized as in ``letterbox``.
 
     Args:
         frame: (H, W, 3), uint8.
-        boxes: (N, 4), floating point: x1, y1, x2, y2 in pixels. What is not finite is 0.
+        boxes: (N, 4), floating point: x1, y1, x2, y2 in pixels. Coordinates that are not finite count as 0.
         size: height and width of the result.
-        mean: of red, green and blue, of values in [0, 1].
-        std: of red, green and blue, likewise.
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
         color: the order of a frame's channels: "bgr" or "rgb".
 
     Returns:
@@ -178,7 +177,7 @@ def _check_frame(frame: Tensor, size: Tuple[int, int], value: int) -> None:
 
 
 def _sides(frame: Tensor) -> Tuple[Tensor, Tensor]:
-    """Height and width as numbers of tensors: what is computed of them fixes no size."""
+    """Height and width as tensors, so that computations with them do not fix a size in exports."""
     one = torch.ones([1], dtype=torch.float64, device=frame.device)
     return one * frame.size(1), one * frame.size(2)
 
@@ -215,7 +214,7 @@ def _network_input(
 
 
 def _to_frame(boxes: Tensor) -> Tensor:
-    """(B, 3, 3): from where boxes come to, back to what is read."""
+    """(B, 3, 3): the transform from the placed boxes back to the boxes that are read."""
     numbers = boxes.to(torch.float64)
     across, down = numbers[:, 2] / numbers[:, 6], numbers[:, 3] / numbers[:, 7]
     zero, one = torch.zeros_like(across), torch.ones_like(across)

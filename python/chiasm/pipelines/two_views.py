@@ -27,25 +27,24 @@ def two_view_homography(
     inl_th: float = 3.0,
     double_image: bool = False,
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """Homography from one image to another: key points in scale space, oriented; RootSIFT; mutual nearest
-    neighbours; random sample consensus.
+    """Estimate the homography from one image to another: keypoints, RootSIFT, mutual matches, RANSAC.
 
-    ``detect_keypoints``, ``orient_laf``, ``sift_describe``, ``match_smnn`` and ``ransac_homography`` in one
-    piece, for one bundle.
+    This combines ``detect_keypoints``, ``orient_laf``, ``sift_describe``, ``match_smnn`` and
+    ``ransac_homography`` in one op, for one bundle.
 
     Args:
         image1, image2: grey images (B, 1, H, W), floating point, of any two sizes.
         uniforms: (B, S, 4), random numbers in [0, 1): see ``ransac_homography``.
-        max_keypoints: number K of slots for key points in each image.
+        max_keypoints: number K of slots for keypoints in each image.
         response, num_octaves, mr_size, threshold, double_image: see ``detect_keypoints``.
-        ratio: what ``match_smnn`` calls th; 1 takes all mutual nearest neighbours, which the consensus can
-            tell apart well.
+        ratio: the argument th of ``match_smnn``; 1 uses all mutual nearest neighbours, since RANSAC rejects
+            outliers well.
         inl_th: an inlier's distance in the second image, in pixels.
 
     Returns:
-        homography (B, 3, 3) from image1 to image2; points1 and points2 (B, K, 2), the key points of image1
-        and their matches in image2, zeros where there is none; matched (B, K) and inliers (B, K), bool, which
-        of them are matched, and which obey the homography.
+        homography (B, 3, 3) from image1 to image2; points1 and points2 (B, K, 2), the keypoints of image1 and
+        their matches in image2, zeros in empty slots; matched (B, K) and inliers (B, K), bool, masks of the
+        keypoints that are matched and of those that agree with the homography.
 
     Raises:
         TypeError: if an input is not floating point.

@@ -1,9 +1,8 @@
-"""What the ops share: checks, borders, stencils, sampling, selection, ranking, small linear algebra.
-
-Only these modules may give an engine another form of a computation. ``lowering.primitive`` says how: a
-definition, and lowerings beside it. ``padding.stencil`` makes of a stencil on a padded image the filter of a
-whole one, ``loops.repeated`` and ``loops.until_stable`` make of a step a loop. tests/ops/test_targets.py
-holds every lowering to its definition, and all other modules to asking for no target.
+"""The building blocks of the ops: checks, borders, stencils, sampling, selection, ranking, small linear
+algebra. Only these modules may give an engine another form of a computation, by ``lowering.primitive``: a
+definition with lowerings. ``padding.stencil`` turns a stencil on a padded image into a filter of a whole
+image; ``loops.repeated`` and ``loops.until_stable`` turn a step into a loop. tests/ops/test_targets.py
+compares every lowering with its definition, and checks that no other module asks for the target.
 """
 
 try:

@@ -1,7 +1,6 @@
-"""Boxes by their corners, in pixels: (B, 4, 2) clockwise from the top left, (B, 8, 3) so for the front and
-then for the back.
-
-The last pixel belongs to a box: one from x = 1 to x = 3 is 3 wide.
+"""Boxes as corners, in pixels: (B, 4, 2), clockwise from the top left; in volumes (B, 8, 3), first the front
+face in this order, then the back face. The last pixel belongs to the box: a box from x = 1 to x = 3 has width
+3.
 """
 
 from typing import Optional, Tuple
@@ -54,7 +53,7 @@ def bbox_generator(x_start: Tensor, y_start: Tensor, width: Tensor, height: Tens
 def bbox_generator3d(
     x_start: Tensor, y_start: Tensor, z_start: Tensor, width: Tensor, height: Tensor, depth: Tensor
 ) -> Tensor:
-    """Boxes in space from their front top left corners and sizes.
+    """3D boxes from their front top left corners and sizes.
 
     Args:
         x_start: (B,) or a scalar, any dtype.
@@ -84,12 +83,13 @@ def bbox_generator3d(
 
 
 def bbox_to_mask(boxes: Tensor, width: int, height: int) -> Tensor:
-    """1 for the pixels that boxes cover, their borders included, 0 elsewhere.
+    """Masks with 1 for the pixels that a box covers, including its border, and 0 elsewhere.
 
     Args:
-        boxes: (B, 4, 2) in pixels, with sides along the axes, floating point. They may leave the image.
-        width: of the masks.
-        height: of the masks.
+        boxes: (B, 4, 2) in pixels, with sides along the axes, floating point. Boxes may extend outside the
+            image.
+        width: width of the masks.
+        height: height of the masks.
 
     Returns:
         (B, height, width) in boxes' dtype.
@@ -112,10 +112,11 @@ def bbox_to_mask(boxes: Tensor, width: int, height: int) -> Tensor:
 
 
 def bbox_to_mask3d(boxes: Tensor, size: Tuple[int, int, int]) -> Tensor:
-    """1 for the voxels that boxes cover, their borders included, 0 elsewhere.
+    """Masks with 1 for the voxels that a box covers, including its border, and 0 elsewhere.
 
     Args:
-        boxes: (B, 8, 3) in voxels, with sides along the axes, floating point. They may leave the volume.
+        boxes: (B, 8, 3) in voxels, with sides along the axes, floating point. Boxes may extend outside the
+            volume.
         size: depth, height and width of the masks.
 
     Returns:
@@ -144,7 +145,7 @@ def infer_bbox_shape(boxes: Tensor) -> Tuple[Tensor, Tensor]:
         boxes: (B, 4, 2) in pixels, with sides along the axes, any dtype.
 
     Returns:
-        Heights (B,) and widths (B,), of which the last pixel is a part.
+        Heights (B,) and widths (B,); they include the last pixel.
 
     Raises:
         ValueError: if boxes is not (B, 4, 2).
@@ -158,13 +159,13 @@ def infer_bbox_shape(boxes: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def infer_bbox_shape3d(boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """Depths, heights and widths of boxes in space.
+    """Depths, heights and widths of 3D boxes.
 
     Args:
         boxes: (B, 8, 3) in voxels, with sides along the axes, any dtype.
 
     Returns:
-        Depths (B,), heights (B,) and widths (B,), of which the last voxel is a part.
+        Depths (B,), heights (B,) and widths (B,); they include the last voxel.
 
     Raises:
         ValueError: if boxes is not (B, 8, 3).
@@ -182,23 +183,23 @@ def infer_bbox_shape3d(boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 def transform_bbox(
     trans_mat: Tensor, boxes: Tensor, mode: str = "xyxy", restore_coordinates: Optional[bool] = None
 ) -> Tensor:
-    """Move two opposite corners of boxes by homographies. (Turned boxes are larger or smaller than what holds
-    the turned contents.)
+    """Transform two opposite corners of boxes by homographies. (After a rotation, the result is not the
+    bounding box of the rotated content.)
 
     Args:
         trans_mat: (B, 3, 3), floating point.
         boxes: (B, 4) or (B, N, 4) in pixels.
         mode: "xyxy", two opposite corners, or "xywh", the top left corner, width and height; width is x2 - x1
             here.
-        restore_coordinates: whether to put corners in order where a transform has mirrored the box, so that
-            x1 <= x2 and y1 <= y2; True by default.
+        restore_coordinates: True reorders the corners if the transform has mirrored the box, so that x1 <= x2
+            and y1 <= y2; True by default.
 
     Returns:
         Boxes of the same shape and mode.
 
     Raises:
-        TypeError, ValueError: if an argument is not floating point or not of the shape above, or mode is
-            neither.
+        TypeError, ValueError: if an argument is not floating point or not of the shape above, or mode is not
+            "xyxy" or "xywh".
 
     Example:
         >>> transform_bbox(
@@ -226,14 +227,14 @@ def transform_bbox(
 
 
 def is_bbox(boxes: Tensor) -> Tensor:
-    """Which boxes have opposite sides that are equal; `validate_bbox` for each, as a tensor that can be
-    exported.
+    """Whether the opposite sides of each box are equal: `validate_bbox` for each box, as a tensor, which can
+    be exported.
 
     Args:
         boxes: (B, 4, 2), clockwise from the top left, any dtype.
 
     Returns:
-        (B,), bool: whether both diagonals have the same middle, to 1e-4 + 1e-5 |coordinate|.
+        (B,), bool: whether both diagonals have the same midpoint, within 1e-4 + 1e-5 |coordinate|.
 
     Raises:
         ValueError: if boxes is not (B, 4, 2).
@@ -247,15 +248,15 @@ def is_bbox(boxes: Tensor) -> Tensor:
 
 
 def is_bbox3d(boxes: Tensor) -> Tensor:
-    """Which boxes in space have opposite edges that are equal; `validate_bbox3d` for each, as a tensor that
+    """Whether the opposite edges of each 3D box are equal: `validate_bbox3d` for each box, as a tensor, which
     can be exported.
 
     Args:
         boxes: (B, 8, 3), the front clockwise from the top left, then the back, any dtype.
 
     Returns:
-        (B,), bool: whether the front is as in `is_bbox` and all four edges to the back are the same, to 1e-4
-        + 1e-5 |coordinate|.
+        (B,), bool: whether the front passes `is_bbox` and all four edges to the back are equal, within 1e-4 +
+        1e-5 |coordinate|.
 
     Raises:
         ValueError: if boxes is not (B, 8, 3).
@@ -274,13 +275,13 @@ def is_bbox3d(boxes: Tensor) -> Tensor:
 
 
 def validate_bbox(boxes: Tensor) -> bool:
-    """Whether all boxes have opposite sides that are equal.
+    """Whether the opposite sides of all boxes are equal.
 
     Args:
         boxes: (B, 4, 2) or (B, N, 4, 2), clockwise from the top left, any dtype.
 
     Returns:
-        False also where the shape is another.
+        True or False; False also for another shape.
 
     Example:
         >>> validate_bbox(torch.tensor([[[1, 1], [3, 1], [3, 2], [1, 2]]]))
@@ -292,13 +293,13 @@ def validate_bbox(boxes: Tensor) -> bool:
 
 
 def validate_bbox3d(boxes: Tensor) -> bool:
-    """Whether all boxes in space have opposite edges that are equal.
+    """Whether the opposite edges of all 3D boxes are equal.
 
     Args:
         boxes: (B, 8, 3) or (B, N, 8, 3), the front clockwise from the top left, then the back, any dtype.
 
     Returns:
-        False also where the shape is another.
+        True or False; False also for another shape.
 
     Example:
         >>> one = torch.tensor([1])
@@ -317,7 +318,7 @@ def _moved(matrix: Tensor, points: Tensor) -> Tensor:
 
 
 def _agree(a: Tensor, b: Tensor) -> Tensor:
-    """(...) of (..., D): whether all coordinates are equal within rounding."""
+    """Whether all coordinates of points (..., D) are equal within rounding: (...)."""
     return ((a - b).abs() <= 1e-4 + 1e-5 * b.abs()).all(-1)
 
 

@@ -8,21 +8,21 @@ from ...ops.suppression import one_class, ranked
 
 
 def nms_fixed(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tuple[Tensor, Tensor]:
-    """`ops.nms` with results of a fixed size: all boxes by falling score, and which of them are kept.
+    """`ops.nms` with results of a fixed size: all boxes by descending score, and a mask of the kept boxes.
 
-    Native code compares each box with those that are kept. Elsewhere all pairs are compared at once, N * N
-    bytes of memory, and the decisions repeated until none changes, which takes as many steps as the longest
-    chain of boxes that decide about each other.
+    Native code compares each box with the boxes that are kept so far. Other engines compare all pairs at
+    once, which takes N * N bytes of memory, and repeat the decisions until none changes; the number of steps
+    is the length of the longest chain of boxes that suppress each other.
 
     Args:
         boxes: (N, 4) as x1, y1, x2, y2, floating point.
         scores: (N,).
-        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the
-            union.
+        iou_threshold: a box is dropped if its IoU (intersection over union) with a kept box is greater than
+            this.
 
     Returns:
-        Indices (N,), int64, of all boxes by falling score, of equal scores the first first; and (N,), bool,
-        in the same order: which are kept.
+        Indices (N,), int64, of all boxes by descending score (equal scores keep their order), and a mask
+        (N,), bool, in the same order: True for kept boxes.
 
     Raises:
         TypeError, ValueError: if boxes is not a floating-point (N, 4) tensor or scores is not (N,).

@@ -24,7 +24,7 @@ from .planes import unproject_points_z1 as unproject_points_z1
 from .stereo import StereoCamera as StereoCamera
 
 class Cam2pixel(nn.Module):
-    """`cam2pixel` as a module: Pixels of another camera at which the points of a frame are seen."""
+    """`cam2pixel` as a module: Project points of one camera's frame to pixels of another camera."""
 
     eps: float
     def __init__(self, eps: float = 1e-12) -> None: ...
@@ -46,42 +46,42 @@ class DistortPointsKannalaBrandt(nn.Module):
     def __call__(self, projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor: ...
 
 class DxDistortPointsAffine(nn.Module):
-    """`dx_distort_points_affine` as a module: Derivative of :func:`distort_points_affine` by the point:
-    diag(fx, fy)."""
+    """`dx_distort_points_affine` as a module: Derivative of :func:`distort_points_affine` with respect
+    to the point: diag(fx, fy)."""
     def __init__(self) -> None: ...
     def forward(self, projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor: ...
     def __call__(self, projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor: ...
 
 class DxDistortPointsKannalaBrandt(nn.Module):
     """`dx_distort_points_kannala_brandt` as a module: Derivative of
-    :func:`distort_points_kannala_brandt` by the point."""
+    :func:`distort_points_kannala_brandt` with respect to the point."""
     def __init__(self) -> None: ...
     def forward(self, projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor: ...
     def __call__(self, projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor: ...
 
 class DxProjectPointsOrthographic(nn.Module):
-    """`dx_project_points_orthographic` as a module: Derivative of the projected x by the point's x, as
-    of the projected y by its y: ones."""
+    """`dx_project_points_orthographic` as a module: Derivative of the projected x with respect to x, and
+    of the projected y with respect to y: ones."""
     def __init__(self) -> None: ...
     def forward(self, points_in_camera: Tensor) -> Tensor: ...
     def __call__(self, points_in_camera: Tensor) -> Tensor: ...
 
 class DxProjectPointsZ1(nn.Module):
-    """`dx_project_points_z1` as a module: Derivative of :func:`project_points_z1` by the point."""
+    """`dx_project_points_z1` as a module: Derivative of :func:`project_points_z1` with respect to the
+    point."""
     def __init__(self) -> None: ...
     def forward(self, points_in_camera: Tensor) -> Tensor: ...
     def __call__(self, points_in_camera: Tensor) -> Tensor: ...
 
 class Pixel2cam(nn.Module):
-    """`pixel2cam` as a module: Points in a camera's frame that are seen at given pixels with given
-    depths."""
+    """`pixel2cam` as a module: Points in a camera's frame from pixels and depths."""
     def __init__(self) -> None: ...
     def forward(self, depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Tensor: ...
     def __call__(self, depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Tensor: ...
 
 class ProjectPoints(nn.Module):
-    """`project_points` as a module: Pixels at which points in a camera's frame are seen: (fx x / z + cx,
-    fy y / z + cy)."""
+    """`project_points` as a module: Project points in a camera's frame to pixels: (fx x / z + cx, fy y /
+    z + cy)."""
     def __init__(self) -> None: ...
     def forward(self, point_3d: Tensor, camera_matrix: Tensor) -> Tensor: ...
     def __call__(self, point_3d: Tensor, camera_matrix: Tensor) -> Tensor: ...
@@ -99,15 +99,16 @@ class ProjectPointsZ1(nn.Module):
     def __call__(self, points_in_camera: Tensor) -> Tensor: ...
 
 class UndistortPointsAffine(nn.Module):
-    """`undistort_points_affine` as a module: Points of the plane z = 1 that are seen at pixels; the
-    inverse of :func:`distort_points_affine`."""
+    """`undistort_points_affine` as a module: Points of the plane z = 1 from pixels; the inverse of
+    :func:`distort_points_affine`."""
     def __init__(self) -> None: ...
     def forward(self, distorted_points_in_camera: Tensor, params: Tensor) -> Tensor: ...
     def __call__(self, distorted_points_in_camera: Tensor, params: Tensor) -> Tensor: ...
 
 class UndistortPointsKannalaBrandt(nn.Module):
     """`undistort_points_kannala_brandt` as a module: Points of the plane z = 1 that a fisheye camera
-    sees at given pixels; the inverse of :func:`distort_points_kannala_brandt`."""
+    sees at given pixels. The inverse of :func:`distort_points_kannala_brandt`. The angle is computed by
+    Newton's method; its last step carries the gradient."""
 
     num_iters: int
     def __init__(self, num_iters: int = 10) -> None: ...
@@ -115,8 +116,8 @@ class UndistortPointsKannalaBrandt(nn.Module):
     def __call__(self, distorted_points_in_camera: Tensor, params: Tensor) -> Tensor: ...
 
 class UnprojectPoints(nn.Module):
-    """`unproject_points` as a module: Points in a camera's frame that are seen at given pixels with
-    given depths; the inverse of :func:`project_points`."""
+    """`unproject_points` as a module: Points in a camera's frame from pixels and depths; the inverse of
+    :func:`project_points`."""
 
     normalize: bool
     def __init__(self, normalize: bool = False) -> None: ...

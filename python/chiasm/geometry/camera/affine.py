@@ -32,7 +32,7 @@ def distort_points_affine(projected_points_in_camera_z1_plane: Tensor, params: T
 
 
 def undistort_points_affine(distorted_points_in_camera: Tensor, params: Tensor) -> Tensor:
-    """Points of the plane z = 1 that are seen at pixels; the inverse of :func:`distort_points_affine`.
+    """Points of the plane z = 1 from pixels; the inverse of :func:`distort_points_affine`.
 
     Args:
         distorted_points_in_camera: (*, 2) pixels, floating point.
@@ -55,7 +55,7 @@ def undistort_points_affine(distorted_points_in_camera: Tensor, params: Tensor) 
 
 
 def dx_distort_points_affine(projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor:
-    """Derivative of :func:`distort_points_affine` by the point: diag(fx, fy).
+    """Derivative of :func:`distort_points_affine` with respect to the point: diag(fx, fy).
 
     Args:
         projected_points_in_camera_z1_plane: (*, 2), floating point.

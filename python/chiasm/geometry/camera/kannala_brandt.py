@@ -21,7 +21,7 @@ def distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor, p
         params: (*, 8): fx, fy, cx, cy, k1, k2, k3, k4.
 
     Returns:
-        (*, 2). Differentiable in both, at the principal point too.
+        (*, 2). Differentiable in both, also at the principal point.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its last dimension is not as above.
@@ -43,10 +43,9 @@ def distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor, p
 def undistort_points_kannala_brandt(
     distorted_points_in_camera: Tensor, params: Tensor, num_iters: int = 10
 ) -> Tensor:
-    """Points of the plane z = 1 that a fisheye camera sees at given pixels; the inverse of
-    :func:`distort_points_kannala_brandt`.
-
-    The angle is found by Newton's method, whose last step carries the gradient.
+    """Points of the plane z = 1 that a fisheye camera sees at given pixels. The inverse of
+    :func:`distort_points_kannala_brandt`. The angle is computed by Newton's method; its last step carries the
+    gradient.
 
     Args:
         distorted_points_in_camera: (*, 2) pixels less than 90 degrees from the optical axis, floating point.
@@ -74,17 +73,18 @@ def undistort_points_kannala_brandt(
         raise ValueError(f"num_iters: expected at least 1, got {num_iters}")
     xy = (distorted_points_in_camera - params[..., 2:4]) / params[..., 0:2]
     squared = (xy * xy).sum(-1)
-    small = squared < 1e-4  # here and below: a series takes over
+    small = squared < 1e-4  # here and below, a series is used instead
     radius = torch.sqrt(torch.where(small, torch.ones_like(squared), squared))
     fixed_radius, fixed_params = radius.detach(), params.detach()
-    # Where d is nearly linear the radius is the angle; where it bends upwards a quarter turn bounds it.
+    # If d is nearly linear, the radius is close to the angle; if d bends upwards, 90 degrees is an upper
+    # bound.
     angle = fixed_radius.clamp(max=1.5707963267948966)
     for _ in range(num_iters - 1):
         distorted, slope = _distorted_angle(angle, fixed_params)
         angle = angle - (distorted - fixed_radius) / slope
     distorted, slope = _distorted_angle(angle, params)
     angle = angle - (distorted - radius) / slope.detach()
-    # tan(t) / d for d near 0, t being the inverse series of d.
+    # tan(t) / d for d near 0, where t is the inverse series of d.
     k1, k2 = params[..., 4], params[..., 5]
     inverse = (1.0 / 3.0 - k1) * squared + (2.0 / 15.0 - k1 + 3.0 * k1 * k1 - k2) * squared * squared
     series = 1.0 + torch.where(small, inverse, torch.zeros_like(inverse))
@@ -92,7 +92,7 @@ def undistort_points_kannala_brandt(
 
 
 def dx_distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor:
-    """Derivative of :func:`distort_points_kannala_brandt` by the point.
+    """Derivative of :func:`distort_points_kannala_brandt` with respect to the point.
 
     Args:
         projected_points_in_camera_z1_plane: (*, 2), floating point.
@@ -134,7 +134,7 @@ def _distorted_angle(angle: Tensor, params: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _ratio_and_slope(squared: Tensor, params: Tensor) -> Tuple[Tensor, Tensor]:
-    """d(atan r) / r as a function of r^2, and its derivative by r^2."""
+    """d(atan r) / r as a function of r^2, and its derivative with respect to r^2."""
     small = squared < 1e-4
     q = torch.where(small, squared, torch.zeros_like(squared))
     k1, k2, k3 = params[..., 4], params[..., 5], params[..., 6]

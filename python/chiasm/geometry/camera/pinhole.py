@@ -1,6 +1,6 @@
 # An attribute of an nn.Module is declared as a Tensor or a Module, whichever it is.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
-"""Between points in space and pixels of a pinhole camera."""
+"""Conversions between 3D points and pixels of a pinhole camera."""
 
 from typing import Optional
 
@@ -24,14 +24,14 @@ from ..linalg import inverse_transformation, transform_points
 
 
 def project_points(point_3d: Tensor, camera_matrix: Tensor) -> Tensor:
-    """Pixels at which points in a camera's frame are seen: (fx x / z + cx, fy y / z + cy).
+    """Project points in a camera's frame to pixels: (fx x / z + cx, fy y / z + cy).
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 6.1. As in OpenCV and Kornia, of the camera
-    matrix only focal lengths and principal point are read.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 6.1. As in OpenCV and Kornia, only the focal
+    lengths and the principal point of the camera matrix are used.
 
     Args:
         point_3d: (*, 3), floating point. A depth below 1e-8 counts as 1e-8, with its sign.
-        camera_matrix: (*, 3, 3) with the same leading dimensions, or such as broadcast.
+        camera_matrix: (*, 3, 3), with leading dimensions that are the same or broadcast.
 
     Returns:
         (*, 2). Differentiable in both.
@@ -53,8 +53,7 @@ def project_points(point_3d: Tensor, camera_matrix: Tensor) -> Tensor:
 def unproject_points(
     point_2d: Tensor, depth: Tensor, camera_matrix: Tensor, normalize: bool = False
 ) -> Tensor:
-    """Points in a camera's frame that are seen at given pixels with given depths; the inverse of
-    :func:`project_points`.
+    """Points in a camera's frame from pixels and depths; the inverse of :func:`project_points`.
 
     Args:
         point_2d: (*, 2) pixels, floating point.
@@ -85,7 +84,7 @@ def unproject_points(
 
 
 def cam2pixel(cam_coords_src: Tensor, dst_proj_src: Tensor, eps: float = 1e-12) -> Tensor:
-    """Pixels of another camera at which the points of a frame are seen.
+    """Project points of one camera's frame to pixels of another camera.
 
     Args:
         cam_coords_src: (B, H, W, 3), points in the source camera's frame, floating point.
@@ -112,7 +111,7 @@ def cam2pixel(cam_coords_src: Tensor, dst_proj_src: Tensor, eps: float = 1e-12) 
 
 
 def pixel2cam(depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Tensor:
-    """Points in a camera's frame that are seen at given pixels with given depths.
+    """Points in a camera's frame from pixels and depths.
 
     Args:
         depth: (B, 1, H, W), floating point.
@@ -142,13 +141,13 @@ def pixel2cam(depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Te
 
 
 class PinholeCamera(nn.Module):
-    """B cameras without distortion, each at its place in the world; called with points it is ``project``.
+    """B cameras without distortion, each with its own pose; a call with points is ``project``.
 
     E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. A
-    tensor that is an ``nn.Parameter`` is learned with the module.
+    tensor that is an ``nn.Parameter`` becomes a learnable parameter of the module.
 
     Args:
-        intrinsics: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point; skew is not read, as in
+        intrinsics: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point; skew is ignored, as in
             :func:`project_points`.
         extrinsics: (B, 4, 4), rigid, from the world to the cameras' frames.
         height, width: (B,), sizes of the images in pixels.
@@ -198,8 +197,8 @@ class PinholeCamera(nn.Module):
         device: Optional[torch.device] = None,
         dtype: Optional[torch.dtype] = None,
     ) -> "PinholeCamera":
-        """Equal cameras that look along the world's z axis, by numbers: pixels, and the translation in the
-        world's unit."""
+        """Equal cameras that look along the world's z axis, from numbers: intrinsics in pixels, and the
+        translation in the world's unit."""
         intrinsics, extrinsics = torch.eye(4, dtype=torch.float64), torch.eye(4, dtype=torch.float64)
         intrinsics[0, 0], intrinsics[1, 1], intrinsics[0, 2], intrinsics[1, 2] = fx, fy, cx, cy
         extrinsics[0, 3], extrinsics[1, 3], extrinsics[2, 3] = tx, ty, tz
@@ -236,17 +235,17 @@ class PinholeCamera(nn.Module):
 
     @property
     def tx(self) -> Tensor:
-        """(B,), where the world's origin is along x in the cameras' frames."""
+        """(B,), the x coordinate of the world's origin in the cameras' frames."""
         return self.extrinsics[:, 0, 3]
 
     @property
     def ty(self) -> Tensor:
-        """(B,), the same along y."""
+        """(B,), the y coordinate of the world's origin in the cameras' frames."""
         return self.extrinsics[:, 1, 3]
 
     @property
     def tz(self) -> Tensor:
-        """(B,), the same along z."""
+        """(B,), the z coordinate of the world's origin in the cameras' frames."""
         return self.extrinsics[:, 2, 3]
 
     @property
@@ -261,7 +260,7 @@ class PinholeCamera(nn.Module):
 
     @property
     def translation_vector(self) -> Tensor:
-        """(B, 3, 1), where the world's origin is in the cameras' frames."""
+        """(B, 3, 1), the world's origin in the cameras' frames."""
         return self.extrinsics[:, :3, 3:]
 
     @property
@@ -276,8 +275,8 @@ class PinholeCamera(nn.Module):
 
     @torch.jit.export
     def project(self, point_3d: Tensor) -> Tensor:
-        """Pixels (B, *, 2) at which points of the world (B, *, 3) are seen, as by :func:`project_points`; a
-        batch of 1 goes with any B."""
+        """Project points of the world (B, *, 3) to pixels (B, *, 2), as :func:`project_points`; a batch of 1
+        broadcasts to any B."""
         seen = transform_points(self.extrinsics, point_3d)
         return project_points(seen, self._matrices(seen))
 
@@ -297,12 +296,12 @@ class PinholeCamera(nn.Module):
 
     @torch.jit.unused
     def device(self) -> torch.device:
-        """Where the matrices are."""
+        """The device of the matrices."""
         return self.camera_matrix.device
 
     @torch.jit.unused
     def clone(self) -> "PinholeCamera":
-        """Cameras with tensors of their own."""
+        """A copy of the cameras, with copied tensors."""
         parts = (self.intrinsics, self.extrinsics, self.height, self.width)
         return PinholeCamera(*[part.clone() for part in parts])
 
@@ -310,7 +309,8 @@ class PinholeCamera(nn.Module):
         return self.project(point_3d)
 
     def _matrices(self, points: Tensor) -> Tensor:
-        """The camera matrices with dimensions for those of points between batch and coordinates."""
+        """The camera matrices, with extra dimensions for the dimensions of points between batch and
+        coordinates."""
         m = self.camera_matrix
         for _ in range(points.dim() - 2):
             m = m.unsqueeze(1)

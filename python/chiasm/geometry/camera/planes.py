@@ -54,7 +54,7 @@ def unproject_points_z1(points_in_cam_canonical: Tensor, extension: Optional[Ten
 
 
 def dx_project_points_z1(points_in_camera: Tensor) -> Tensor:
-    """Derivative of :func:`project_points_z1` by the point.
+    """Derivative of :func:`project_points_z1` with respect to the point.
 
     Args:
         points_in_camera: (*, 3) with z not zero, floating point.
@@ -121,7 +121,7 @@ def unproject_points_orthographic(points_in_camera: Tensor, extension: Tensor) -
 
 
 def dx_project_points_orthographic(points_in_camera: Tensor) -> Tensor:
-    """Derivative of the projected x by the point's x, as of the projected y by its y: ones.
+    """Derivative of the projected x with respect to x, and of the projected y with respect to y: ones.
 
     Args:
         points_in_camera: (*, 3), floating point.

@@ -1,6 +1,6 @@
 # An attribute of an nn.Module is declared as a Tensor or a Module, whichever it is.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
-"""A rectified stereo pair: what disparities are points of."""
+"""A rectified stereo camera, which converts disparities to points."""
 
 import torch
 from torch import Tensor, nn
@@ -11,16 +11,15 @@ from ..stereo import reproject_disparity_to_3d
 
 
 class StereoCamera(nn.Module):
-    """B pairs of cameras side by side whose rows correspond; called with disparities it is
-    ``reproject_disparity_to_3D``.
+    """B rectified stereo pairs; a call with disparities is ``reproject_disparity_to_3D``.
 
-    :func:`chiasm.geometry.stereo.stereo_rectify` makes such projection matrices. A tensor that is an
-    ``nn.Parameter`` is learned with the module.
+    :func:`chiasm.geometry.stereo.stereo_rectify` computes such projection matrices. A tensor that is an
+    ``nn.Parameter`` becomes a learnable parameter of the module.
 
     Args:
         rectified_left_camera, rectified_right_camera: (B, 3, 4), projection matrices in pixels, floating
             point, both [fx 0 cx; 0 fy cy; 0 0 1 | last], whose last columns are (0, 0, 0) on the left, (-fx
-            tx, 0, 0) on the right. fx, fy and cy are read from the left one.
+            tx, 0, 0) on the right. fx, fy and cy are read from the left matrix.
 
     Raises:
         TypeError: if a matrix is not floating point.
@@ -83,12 +82,14 @@ class StereoCamera(nn.Module):
 
     @property
     def tx(self) -> Tensor:
-        """(B,), how far to the right the right cameras are, in the world's unit."""
+        """(B,), the baselines: how far the right cameras are to the right of the left ones, in the world's
+        unit."""
         return -self.rectified_right_camera[:, 0, 3] / self.fx
 
     @property
     def Q(self) -> Tensor:
-        """(B, 4, 4), from (x, y, disparity, 1) to homogeneous points; ``cv2.stereoRectify``'s."""
+        """(B, 4, 4), from (x, y, disparity, 1) to homogeneous points; the same as Q of
+        ``cv2.stereoRectify``."""
         zero, one = torch.zeros_like(self.tx), torch.ones_like(self.tx)
         shape = self.fx / self.fy
         rows = [
@@ -101,8 +102,8 @@ class StereoCamera(nn.Module):
 
     @torch.jit.export
     def reproject_disparity_to_3D(self, disparity_tensor: Tensor) -> Tensor:
-        """Points (B, H, W, 3) in the left cameras' frames of disparities: left column less right column, in
-        pixels, (B, 1, H, W), or (B, H, W, 1) as Kornia has them (H more than 1)."""
+        """Points (B, H, W, 3) in the left cameras' frames, from disparities (left column minus right column,
+        in pixels): (B, 1, H, W), or (B, H, W, 1) as in Kornia (then H must be more than 1)."""
         if disparity_tensor.dim() == 4 and disparity_tensor.size(1) != 1 and disparity_tensor.size(3) == 1:
             disparity_tensor = disparity_tensor.permute(0, 3, 1, 2)
         return reproject_disparity_to_3d(disparity_tensor, self.Q)

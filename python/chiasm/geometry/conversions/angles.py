@@ -14,13 +14,13 @@ def rad2deg(tensor: Tensor) -> Tensor:
     """Degrees from radians.
 
     Args:
-        tensor: any shape, floating point or whole numbers.
+        tensor: any shape, floating point or integer.
 
     Returns:
-        The same shape; of whole numbers float32.
+        The same shape; float32 for integer dtypes.
 
     Raises:
-        TypeError: if tensor is no tensor of numbers.
+        TypeError: if tensor is not a numeric tensor.
 
     Example:
         >>> rad2deg(torch.tensor([0.0, torch.pi]))
@@ -34,13 +34,13 @@ def deg2rad(tensor: Tensor) -> Tensor:
     """Radians from degrees.
 
     Args:
-        tensor: any shape, floating point or whole numbers.
+        tensor: any shape, floating point or integer.
 
     Returns:
-        The same shape; of whole numbers float32.
+        The same shape; float32 for integer dtypes.
 
     Raises:
-        TypeError: if tensor is no tensor of numbers.
+        TypeError: if tensor is not a numeric tensor.
 
     Example:
         >>> deg2rad(torch.tensor([0.0, 180.0]))
@@ -59,9 +59,8 @@ def _as_floats(tensor: Tensor) -> Tensor:
 
 
 def angle_to_rotation_matrix(angle: Tensor) -> Tensor:
-    """Rotation matrix [[cos a, sin a], [-sin a, cos a]] of an angle.
-
-    It turns counter-clockwise where y points down, as in images; `geometry.lie.so2_exp` is its transpose.
+    """Rotation matrix [[cos a, sin a], [-sin a, cos a]] of an angle. In images, where y points down, it
+    rotates counterclockwise; `geometry.lie.so2_exp` is its transpose.
 
     Args:
         angle: (*) in degrees, floating point.
@@ -89,8 +88,8 @@ def cart2pol(x: Tensor, y: Tensor, eps: float = 1e-8) -> Tuple[Tensor, Tensor]:
     Args:
         x: (*), floating point.
         y: (*), of x's shape or broadcast with it.
-        eps: at radii below this the gradients, which have no limit at the origin, are 0. The values are exact
-            everywhere.
+        eps: at radii below this the gradients are 0, since they have no limit at the origin. The values are
+            exact everywhere.
 
     Returns:
         rho, the distance from the origin, and phi, the angle from the x axis towards the y axis in radians,

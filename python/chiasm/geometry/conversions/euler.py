@@ -13,12 +13,13 @@ from ...primitives.geometry.angles import angle_of
 def euler_from_quaternion(w: Tensor, x: Tensor, y: Tensor, z: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """Roll, pitch and yaw of unit quaternions.
 
-    Where the pitch is a quarter turn (gimbal lock) only roll and yaw together are determined: there roll is
-    0. Unlike Kornia's, the angles describe the same rotation there too, and their gradients are finite.
+    If the pitch is +-90 degrees (gimbal lock), only a combination of roll and yaw is determined; then roll is
+    0. Unlike in Kornia, the angles also describe the same rotation in this case, and their gradients are
+    finite.
 
     Args:
         w: (*), the real part, floating point.
-        x: (*), of w's shape, as y and z are.
+        x: (*), of w's shape, like y and z.
         y: (*).
         z: (*).
 
@@ -44,7 +45,7 @@ def euler_from_quaternion(w: Tensor, x: Tensor, y: Tensor, z: Tensor) -> Tuple[T
     zero, one = torch.zeros_like(squared), torch.ones_like(squared)
     cosine = torch.where(locked, zero, torch.sqrt(torch.where(locked, one, squared)))
     roll = angle_of(torch.where(locked, zero, a), torch.where(locked, one, b))
-    # The y axis of R Rx(-roll) is (-sin yaw, cos yaw, 0), of length 1 wherever the pitch is.
+    # The y axis of R Rx(-roll) is (-sin yaw, cos yaw, 0), which has length 1 for every pitch.
     s, c = torch.sin(roll), torch.cos(roll)
     yaw_sine = 2.0 * (s * (x * z + w * y) - c * (x * y - w * z))
     yaw_cosine = c * (1.0 - 2.0 * (x * x + z * z)) - s * 2.0 * (y * z - w * x)

@@ -32,14 +32,15 @@ def convert_points_from_homogeneous(points: Tensor, eps: float = 1e-8) -> Tensor
 
     Args:
         points: (*, D + 1), floating point.
-        eps: where the last coordinate is not larger than this in absolute value, the others stay as they are.
+        eps: if the absolute value of the last coordinate is at most eps, the other coordinates are not
+            divided.
 
     Returns:
         (*, D).
 
     Raises:
         TypeError: if points is not floating point.
-        ValueError: if points does not have two coordinates or more.
+        ValueError: if points has fewer than two coordinates.
 
     Example:
         >>> convert_points_from_homogeneous(torch.tensor([[6.0, 8.0, 2.0], [6.0, 8.0, 0.0]]))

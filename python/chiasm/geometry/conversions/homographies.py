@@ -1,5 +1,4 @@
-"""Homographies between pixels as homographies between normalised coordinates, and back (see `pixels` for what
-normalised means)."""
+"""Conversion of homographies between pixel coordinates and normalized coordinates (defined in `pixels`)."""
 
 from typing import Tuple
 
@@ -16,13 +15,13 @@ def normalize_homography(
     dsize_dst: Tuple[int, int],
     align_corners: bool = True,
 ) -> Tensor:
-    """The homography between normalised coordinates for one between pixels.
+    """Convert a homography between pixel coordinates to one between normalized coordinates.
 
     Args:
         dst_pix_trans_src_pix: (B, 3, 3), from source to destination pixels, floating point.
         dsize_src: (height, width) of the source.
         dsize_dst: (height, width) of the destination.
-        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer
+        align_corners: True: -1 and 1 are the centres of the outermost pixels; False: -1 and 1 are their outer
             edges.
 
     Returns:
@@ -49,15 +48,15 @@ def denormalize_homography(
     dsize_dst: Tuple[int, int],
     align_corners: bool = True,
 ) -> Tensor:
-    """The homography between pixels for one between normalised coordinates: the inverse of
+    """Convert a homography between normalized coordinates to pixel coordinates: the inverse of
     `normalize_homography`.
 
     Args:
-        dst_pix_trans_src_pix: (B, 3, 3), from normalised source to normalised destination coordinates (the
+        dst_pix_trans_src_pix: (B, 3, 3), from normalized source to normalized destination coordinates (the
             name is Kornia's), floating point.
         dsize_src: (height, width) of the source.
         dsize_dst: (height, width) of the destination.
-        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer
+        align_corners: True: -1 and 1 are the centres of the outermost pixels; False: -1 and 1 are their outer
             edges.
 
     Returns:
@@ -81,7 +80,7 @@ def denormalize_homography(
 def normalize_homography3d(
     dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, int, int], dsize_dst: Tuple[int, int, int]
 ) -> Tensor:
-    """The homography between normalised coordinates for one between voxels, -1 and 1 at the outermost voxels'
+    """Convert a homography between voxels to normalized coordinates; -1 and 1 are the outermost voxels'
     centres.
 
     Args:
@@ -111,11 +110,10 @@ def normalize_homography3d(
 def denormalize_homography3d(
     dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, int, int], dsize_dst: Tuple[int, int, int]
 ) -> Tensor:
-    """The homography between voxels for one between normalised coordinates: the inverse of
-    `normalize_homography3d`.
+    """Convert a homography between normalized coordinates to voxels: the inverse of `normalize_homography3d`.
 
     Args:
-        dst_pix_trans_src_pix: (B, 4, 4), from normalised source to normalised destination coordinates (the
+        dst_pix_trans_src_pix: (B, 4, 4), from normalized source to normalized destination coordinates (the
             name is Kornia's), floating point.
         dsize_src: (depth, height, width) of the source.
         dsize_dst: (depth, height, width) of the destination.

@@ -1,8 +1,8 @@
-"""Pixel coordinates to and from the normalised range [-1, 1], and to and from the camera's plane.
+"""Pixel coordinates to and from the normalized range [-1, 1], and to and from the camera's plane.
 
-With `align_corners` -1 and 1 are the centres of the first and the last pixel: x = -1 + 2 i / (W - 1).
-Without, they are the outer edges of those pixels: x = -1 + (2 i + 1) / W. With `align_corners` an axis of one
-pixel is left as it is, its pixel at 0.
+With `align_corners`, -1 and 1 are the centres of the first and the last pixel: x = -1 + 2 i / (W - 1).
+Without it, they are the outer edges of those pixels: x = -1 + (2 i + 1) / W. With `align_corners`, the
+coordinate of an axis of one pixel is not changed: its pixel is at 0.
 """
 
 from typing import List, Optional, Tuple
@@ -21,15 +21,15 @@ def normal_transform_pixel(
     dtype: Optional[torch.dtype] = None,
     align_corners: bool = True,
 ) -> Tensor:
-    """The matrix that takes homogeneous pixel coordinates (x, y, 1) to normalised ones.
+    """The matrix that maps homogeneous pixel coordinates (x, y, 1) to normalized coordinates.
 
     Args:
-        height: of the image, in pixels.
-        width: of the image, in pixels.
-        eps: not used, here so that Kornia's calls work: an axis of one pixel is left as it is.
-        device: of the result.
-        dtype: of the result; torch's default by default.
-        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer
+        height: height of the image, in pixels.
+        width: width of the image, in pixels.
+        eps: not used, for compatibility with Kornia: an axis of one pixel is not changed.
+        device: the device of the result.
+        dtype: the dtype of the result; PyTorch's default dtype by default.
+        align_corners: True: -1 and 1 are the centres of the outermost pixels; False: -1 and 1 are their outer
             edges.
 
     Returns:
@@ -56,16 +56,16 @@ def normal_transform_pixel3d(
     device: Optional[torch.device] = None,
     dtype: Optional[torch.dtype] = None,
 ) -> Tensor:
-    """The matrix that takes homogeneous voxel coordinates (x, y, z, 1) to normalised ones, -1 and 1 at the
-    outermost voxels' centres.
+    """The matrix that maps homogeneous voxel coordinates (x, y, z, 1) to normalized coordinates. -1 and 1 are
+    the centres of the outermost voxels.
 
     Args:
-        depth: of the volume, in voxels.
-        height: of the volume, in voxels.
-        width: of the volume, in voxels.
-        eps: not used, here so that Kornia's calls work: an axis of one voxel is left as it is.
-        device: of the result.
-        dtype: of the result; torch's default by default.
+        depth: depth of the volume, in voxels.
+        height: height of the volume, in voxels.
+        width: width of the volume, in voxels.
+        eps: not used, for compatibility with Kornia: an axis of one voxel is not changed.
+        device: the device of the result.
+        dtype: the dtype of the result; PyTorch's default dtype by default.
 
     Returns:
         (1, 4, 4).
@@ -82,8 +82,8 @@ def normal_transform_pixel3d(
 
 
 def pixel_transform_normal(sizes: List[int], align_corners: bool, like: Tensor) -> Tensor:
-    """The inverse (1, n + 1, n + 1) of the matrices above for axes of the given sizes, width first, in like's
-    dtype.
+    """The inverse (1, n + 1, n + 1) of the matrices above, for axes of the given sizes (width first), in the
+    dtype of ``like``.
 
     >>> pixel_transform_normal([5, 3], True, torch.ones(1))[0, 0]
     tensor([2., 0., 2.])
@@ -95,13 +95,14 @@ def pixel_transform_normal(sizes: List[int], align_corners: bool, like: Tensor) 
 def normalize_pixel_coordinates(
     pixel_coordinates: Tensor, height: int, width: int, eps: float = 1e-8
 ) -> Tensor:
-    """Pixel coordinates to [-1, 1], -1 and 1 at the outermost pixels' centres (`align_corners=True`).
+    """Map pixel coordinates to [-1, 1]; -1 and 1 are the centres of the outermost pixels
+    (`align_corners=True`).
 
     Args:
         pixel_coordinates: (*, 2) in the order x, y, floating point.
-        height: of the image, in pixels.
-        width: of the image, in pixels.
-        eps: not used, here so that Kornia's calls work: an axis of one pixel is left as it is.
+        height: height of the image, in pixels.
+        width: width of the image, in pixels.
+        eps: not used, for compatibility with Kornia: an axis of one pixel is not changed.
 
     Returns:
         (*, 2).
@@ -128,9 +129,9 @@ def denormalize_pixel_coordinates(
     Args:
         pixel_coordinates: (*, 2) in the order x, y, floating point, -1 and 1 at the outermost pixels' centres
             (`align_corners=True`).
-        height: of the image, in pixels.
-        width: of the image, in pixels.
-        eps: not used, here so that Kornia's calls work: an axis of one pixel is left as it is.
+        height: height of the image, in pixels.
+        width: width of the image, in pixels.
+        eps: not used, for compatibility with Kornia: an axis of one pixel is not changed.
 
     Returns:
         (*, 2) in pixels.
@@ -152,14 +153,15 @@ def denormalize_pixel_coordinates(
 def normalize_pixel_coordinates3d(
     pixel_coordinates: Tensor, depth: int, height: int, width: int, eps: float = 1e-8
 ) -> Tensor:
-    """Voxel coordinates to [-1, 1], -1 and 1 at the outermost voxels' centres (`align_corners=True`).
+    """Map voxel coordinates to [-1, 1]; -1 and 1 are the centres of the outermost voxels
+    (`align_corners=True`).
 
     Args:
         pixel_coordinates: (*, 3) in the order z, x, y, as `create_meshgrid3d` makes them, floating point.
-        depth: of the volume, in voxels.
-        height: of the volume, in voxels.
-        width: of the volume, in voxels.
-        eps: not used, here so that Kornia's calls work: an axis of one voxel is left as it is.
+        depth: depth of the volume, in voxels.
+        height: height of the volume, in voxels.
+        width: width of the volume, in voxels.
+        eps: not used, for compatibility with Kornia: an axis of one voxel is not changed.
 
     Returns:
         (*, 3).
@@ -187,10 +189,10 @@ def denormalize_pixel_coordinates3d(
     Args:
         pixel_coordinates: (*, 3) in the order z, x, y, floating point, -1 and 1 at the outermost voxels'
             centres (`align_corners=True`).
-        depth: of the volume, in voxels.
-        height: of the volume, in voxels.
-        width: of the volume, in voxels.
-        eps: not used, here so that Kornia's calls work: an axis of one voxel is left as it is.
+        depth: depth of the volume, in voxels.
+        height: height of the volume, in voxels.
+        width: width of the volume, in voxels.
+        eps: not used, for compatibility with Kornia: an axis of one voxel is not changed.
 
     Returns:
         (*, 3) in voxels.
@@ -211,8 +213,8 @@ def denormalize_pixel_coordinates3d(
 
 
 def normalize_points_with_intrinsics(point_2d: Tensor, camera_matrix: Tensor) -> Tensor:
-    """Pixel coordinates to the plane z = 1 of the camera: ((x - cx) / fx, (y - cy) / fy). Skew is not taken
-    into account.
+    """Map pixel coordinates to the plane z = 1 of the camera: ((x - cx) / fx, (y - cy) / fy). Skew is
+    ignored.
 
     Args:
         point_2d: (*, 2) in pixels, floating point.
@@ -261,9 +263,8 @@ def normalisation(
     dtype: Optional[torch.dtype] = None,
     device: Optional[torch.device] = None,
 ) -> Tuple[Tensor, Tensor]:
-    """Per axis half the extent and the offset, so that normalised = pixel / half + offset.
-
-    The sizes may be symbolic: no Python branch depends on them but the check.
+    """For each axis half the extent and the offset, so that normalized = pixel / half + offset. The sizes may
+    be symbolic: only the check branches on them in Python.
 
     >>> normalisation([5, 1], True)
     (tensor([2., 1.]), tensor([-1.,  0.]))

@@ -1,7 +1,6 @@
-"""Poses of cameras: between (R, t) and 4x4 matrices, camera-to-world and world-to-camera, graphics' and
-vision's axes.
-
-Graphics' camera looks along -z with y up (OpenGL, ARKit), vision's along +z with y down (OpenCV, COLMAP).
+"""Conversions of camera poses: (R, t) and 4x4 matrices, camera-to-world and world-to-camera, the axes of
+graphics and of vision. In graphics (OpenGL, ARKit), the camera looks along -z and y points up; in vision
+(OpenCV, COLMAP), it looks along +z and y points down.
 """
 
 from typing import Tuple
@@ -58,7 +57,7 @@ def matrix4x4_to_Rt(extrinsics: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def camtoworld_graphics_to_vision_4x4(extrinsics_graphics: Tensor) -> Tensor:
-    """Camera-to-world matrices for vision's camera axes from those for graphics': y and z are turned round.
+    """Convert camera-to-world matrices from graphics axes to vision axes: the y and z axes are negated.
 
     Args:
         extrinsics_graphics: (*, 4, 4), floating point.
@@ -105,7 +104,7 @@ def camtoworld_graphics_to_vision_Rt(R: Tensor, t: Tensor) -> Tuple[Tensor, Tens
         t: (*, 3, 1).
 
     Returns:
-        R (*, 3, 3) and t (*, 3, 1), which stays what it is.
+        R (*, 3, 3) and t (*, 3, 1), which is unchanged.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.
@@ -126,7 +125,7 @@ def camtoworld_vision_to_graphics_Rt(R: Tensor, t: Tensor) -> Tuple[Tensor, Tens
         t: (*, 3, 1).
 
     Returns:
-        R (*, 3, 3) and t (*, 3, 1), which stays what it is.
+        R (*, 3, 3) and t (*, 3, 1), which is unchanged.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.
@@ -145,15 +144,15 @@ def camtoworld_to_worldtocam_Rt(R: Tensor, t: Tensor, check_rotation: bool = Fal
     Args:
         R: (*, 3, 3), rotations, floating point.
         t: (*, 3, 1).
-        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be
-            exported.
+        check_rotation: True checks the values and raises an error if a matrix is not a rotation; such a call
+            cannot be exported.
 
     Returns:
         R (*, 3, 3) and t (*, 3, 1).
 
     Raises:
-        TypeError, ValueError: if an argument is not floating point or not of the shape above, or R is found
-            to be no rotation.
+        TypeError, ValueError: if an argument is not floating point or not of the shape above, or
+            check_rotation finds that R is not a rotation.
 
     Example:
         >>> camtoworld_to_worldtocam_Rt(torch.eye(3), torch.ones(3, 1))[1][:, 0]
@@ -168,15 +167,15 @@ def worldtocam_to_camtoworld_Rt(R: Tensor, t: Tensor, check_rotation: bool = Fal
     Args:
         R: (*, 3, 3), rotations, floating point.
         t: (*, 3, 1).
-        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be
-            exported.
+        check_rotation: True checks the values and raises an error if a matrix is not a rotation; such a call
+            cannot be exported.
 
     Returns:
         R (*, 3, 3) and t (*, 3, 1).
 
     Raises:
-        TypeError, ValueError: if an argument is not floating point or not of the shape above, or R is found
-            to be no rotation.
+        TypeError, ValueError: if an argument is not floating point or not of the shape above, or
+            check_rotation finds that R is not a rotation.
 
     Example:
         >>> worldtocam_to_camtoworld_Rt(torch.eye(3), torch.ones(3, 1))[1][:, 0]
@@ -186,7 +185,7 @@ def worldtocam_to_camtoworld_Rt(R: Tensor, t: Tensor, check_rotation: bool = Fal
 
 
 def ARKitQTVecs_to_ColmapQTVecs(qvec: Tensor, tvec: Tensor) -> Tuple[Tensor, Tensor]:
-    """COLMAP's world-to-camera poses from ARKit's camera-to-world ones, whose camera axes are graphics'.
+    """Convert ARKit's camera-to-world poses (graphics axes) to COLMAP's world-to-camera poses (vision axes).
 
     Args:
         qvec: (*, 4), unit quaternions in the order w, x, y, z, floating point.

@@ -1,7 +1,7 @@
 """Rotations as axis-angle vectors, unit quaternions (w, x, y, z) and matrices.
 
-Values and gradients are finite at the identity and at half a turn: near a removable singularity a series
-takes over, and the other branch computes on a harmless input so that its gradient is no NaN times zero.
+Values and gradients are finite at the identity and at 180 degrees: near a removable singularity a series is
+used, and the other branch gets a harmless input, so that its gradient is not NaN times zero.
 """
 
 import torch
@@ -17,7 +17,7 @@ def normalize_quaternion(quaternion: Tensor, eps: float = 1e-12) -> Tensor:
 
     Args:
         quaternion: (*, 4), floating point.
-        eps: lengths below this divide by it instead.
+        eps: the least divisor; a smaller length is replaced by eps.
 
     Returns:
         (*, 4).
@@ -58,7 +58,7 @@ def axis_angle_to_quaternion(axis_angle: Tensor) -> Tensor:
 
 def _exponential(v: Tensor) -> Tensor:
     """(cos |v|, v sin |v| / |v|) of vectors (*, 3)."""
-    # The squares of large vectors are those of their directions, lest they overflow.
+    # For large vectors the squares are those of the unit direction, so that they do not overflow.
     largest = v.detach().abs().amax(-1, keepdim=True)
     scale = torch.where(largest > 50.0, largest, torch.ones_like(largest))
     u = v / scale
@@ -118,15 +118,15 @@ def rotation_matrix_to_axis_angle(rotation_matrix: Tensor, check_rotation: bool 
 
     Args:
         rotation_matrix: (*, 3, 3), orthonormal with determinant 1, floating point.
-        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be
-            exported.
+        check_rotation: True checks the values and raises an error if a matrix is not a rotation; such a call
+            cannot be exported.
 
     Returns:
         (*, 3).
 
     Raises:
-        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or is found to be
-            no rotation.
+        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or check_rotation
+            finds that it is not a rotation.
 
     Example:
         >>> rotation_matrix_to_axis_angle(torch.eye(3))
@@ -167,23 +167,23 @@ def rotation_matrix_to_quaternion(
 ) -> Tensor:
     """Unit quaternion with w >= 0 of a rotation matrix.
 
-    S. W. Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1(3), 1978: of the four rows that
-    are multiples of the quaternion, the one with the largest pivot. Kornia's may return the opposite sign,
-    the same rotation.
+    S. W. Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1(3), 1978: four vectors are
+    multiples of the quaternion; the one with the largest pivot is used. Kornia may return the opposite sign,
+    which is the same rotation.
 
     Args:
         rotation_matrix: (*, 3, 3), orthonormal with determinant 1, floating point.
-        eps: not used, here so that Kornia's calls work: the largest pivot is at least 1, so nothing small is
-            divided by.
-        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be
-            exported.
+        eps: not used, for compatibility with Kornia: the largest pivot is at least 1, so there is no small
+            divisor.
+        check_rotation: True checks the values and raises an error if a matrix is not a rotation; such a call
+            cannot be exported.
 
     Returns:
         (*, 4) in the order w, x, y, z.
 
     Raises:
-        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or is found to be
-            no rotation.
+        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or check_rotation
+            finds that it is not a rotation.
 
     Example:
         >>> rotation_matrix_to_quaternion(torch.eye(3))
@@ -213,7 +213,7 @@ def quaternion_log_to_exp(quaternion: Tensor, eps: float = 1e-8) -> Tensor:
 
     Args:
         quaternion: (*, 3), the vector part, floating point: half a rotation vector, in radians.
-        eps: not used, here so that Kornia's calls work: a series takes over near 0.
+        eps: not used, for compatibility with Kornia: near 0 a series is used.
 
     Returns:
         (*, 4) in the order w, x, y, z, of unit length.
@@ -234,10 +234,10 @@ def quaternion_exp_to_log(quaternion: Tensor, eps: float = 1e-8) -> Tensor:
     [0, pi].
 
     Args:
-        quaternion: (*, 4) in the order w, x, y, z, of unit length, floating point. Unlike as rotations, q and
-            -q differ here.
-        eps: near -1, where every vector of length pi would do, the vector part is divided by a length of at
-            least this.
+        quaternion: (*, 4) in the order w, x, y, z, of unit length, floating point. Although q and -q are the
+            same rotation, their logarithms differ.
+        eps: near -1, where every vector of length pi is a solution, the vector part is divided by a length of
+            at least eps.
 
     Returns:
         (*, 3): half a rotation vector, in radians; 0 for 1 and for -1.
@@ -280,7 +280,7 @@ def vector_to_skew_symmetric_matrix(vec: Tensor) -> Tensor:
 
 
 def require_rotation(matrix: Tensor, name: str) -> None:
-    """Raise ValueError unless every (3, 3) matrix is a rotation, within 1e-4 (1e-9 in float64). It looks at
+    """Raise ValueError unless every (3, 3) matrix is a rotation, within 1e-4 (1e-9 in float64). This reads
     the values.
 
     >>> require_rotation(torch.eye(3), "R")
@@ -310,7 +310,7 @@ def _angle_over_length(w: Tensor, squared: Tensor, eps: float) -> Tensor:
     return torch.where(small, (1.0 - r / 3.0 + r * r / 5.0 - r * r * r / 7.0) / safe, exact)
 
 
-# Names that Kornia keeps for its older callers.
+# Older names, which Kornia still has.
 angle_axis_to_quaternion = axis_angle_to_quaternion
 angle_axis_to_rotation_matrix = axis_angle_to_rotation_matrix
 quaternion_to_angle_axis = quaternion_to_axis_angle

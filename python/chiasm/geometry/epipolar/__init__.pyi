@@ -46,22 +46,25 @@ class KRtFromProjection(nn.Module):
     def __call__(self, P: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class ComputeCorrespondEpilines(nn.Module):
-    """`compute_correspond_epilines` as a module: Lines F x in the other image on which the partners of
-    points x lie."""
+    """`compute_correspond_epilines` as a module: Epipolar lines F x in the other image, on which the
+    partners of points x lie."""
     def __init__(self) -> None: ...
     def forward(self, points: Tensor, F_mat: Tensor) -> Tensor: ...
     def __call__(self, points: Tensor, F_mat: Tensor) -> Tensor: ...
 
 class CrossProductMatrix(nn.Module):
-    """`cross_product_matrix` as a module: The skew-symmetric matrix that takes y to the cross product x
-    x y."""
+    """`cross_product_matrix` as a module: The skew-symmetric matrix that maps y to the cross product x x
+    y."""
     def __init__(self) -> None: ...
     def forward(self, x: Tensor) -> Tensor: ...
     def __call__(self, x: Tensor) -> Tensor: ...
 
 class DecomposeEssentialMatrix(nn.Module):
     """`decompose_essential_matrix` as a module: The two rotations and the direction of translation of
-    essential matrices, also of such as only nearly are."""
+    essential matrices, also of approximate ones. With E = U S V^T they are U W V^T, U W^T V^T and the
+    third column of U (R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 9.6.2). They are
+    computed in float64 without a decomposition: U diag(1, 1, 0) V^T is the 2x2 rotation nearest to E in
+    the planes orthogonal to its null vectors."""
     def __init__(self) -> None: ...
     def forward(self, E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
     def __call__(self, E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
@@ -103,8 +106,9 @@ class FindEssential(nn.Module):
     def __call__(self, points1: Tensor, points2: Tensor) -> Tensor: ...
 
 class FindEssential5point(nn.Module):
-    """`find_essential_5point` as a module: The up to ten essential matrices of five correspondences;
-    with more, those of the four-dimensional space that fits them best."""
+    """`find_essential_5point` as a module: Up to ten essential matrices of five correspondences, with a
+    mask of the solutions that exist. With more correspondences, the matrices are in the four-dimensional
+    space that fits them best."""
 
     weights: Optional[Tensor]
     def __init__(self, weights: Optional[Tensor] = None) -> None: ...
@@ -112,7 +116,7 @@ class FindEssential5point(nn.Module):
     def __call__(self, points1: Tensor, points2: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class FindFundamental(nn.Module):
-    """`find_fundamental` as a module: Fundamental matrix from correspondences, by the normalised eight-
+    """`find_fundamental` as a module: Fundamental matrix from correspondences, by the normalized eight-
     point or the seven-point algorithm."""
 
     weights: Optional[Tensor]
@@ -143,21 +147,21 @@ class FundamentalFromProjections(nn.Module):
     def __call__(self, P1: Tensor, P2: Tensor) -> Tensor: ...
 
 class GetClosestPointOnEpipolarLine(nn.Module):
-    """`get_closest_point_on_epipolar_line` as a module: Points of the epipolar lines of the first
-    image's points that are nearest to their partners."""
+    """`get_closest_point_on_epipolar_line` as a module: Points of the second image, moved to the nearest
+    point on the epipolar line of their partner."""
     def __init__(self) -> None: ...
     def forward(self, pts1: Tensor, pts2: Tensor, Fm: Tensor) -> Tensor: ...
     def __call__(self, pts1: Tensor, pts2: Tensor, Fm: Tensor) -> Tensor: ...
 
 class GetPerpendicular(nn.Module):
-    """`get_perpendicular` as a module: Lines through points, at right angles to given lines."""
+    """`get_perpendicular` as a module: Lines through points, perpendicular to given lines."""
     def __init__(self) -> None: ...
     def forward(self, lines: Tensor, points: Tensor) -> Tensor: ...
     def __call__(self, lines: Tensor, points: Tensor) -> Tensor: ...
 
 class IntrinsicsLike(nn.Module):
-    """`intrinsics_like` as a module: Camera matrices for images: one focal length, the principal point
-    at (W / 2, H / 2)."""
+    """`intrinsics_like` as a module: Camera matrices for images, with one focal length and the principal
+    point at (W / 2, H / 2)."""
 
     focal: float
     def __init__(self, focal: float) -> None: ...
@@ -172,15 +176,15 @@ class LeftToRightEpipolarDistance(nn.Module):
     def __call__(self, pts1: Tensor, pts2: Tensor, Fm: Tensor) -> Tensor: ...
 
 class MotionFromEssential(nn.Module):
-    """`motion_from_essential` as a module: The four motions from the first camera's frame to the
-    second's that an essential matrix allows."""
+    """`motion_from_essential` as a module: The four possible motions of an essential matrix, from the
+    first camera's frame to the second's."""
     def __init__(self) -> None: ...
     def forward(self, E_mat: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, E_mat: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class MotionFromEssentialChooseSolution(nn.Module):
-    """`motion_from_essential_choose_solution` as a module: Of the four motions that an essential matrix
-    allows, the one that has most points in front of both cameras."""
+    """`motion_from_essential_choose_solution` as a module: Choose the motion of an essential matrix that
+    has most points in front of both cameras."""
 
     mask: Optional[Tensor]
     def __init__(self, mask: Optional[Tensor] = None) -> None: ...
@@ -192,8 +196,8 @@ class MotionFromEssentialChooseSolution(nn.Module):
     ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class NormalizePoints(nn.Module):
-    """`normalize_points` as a module: Points moved to centroid 0 and mean distance sqrt(2), and the
-    similarity that does it."""
+    """`normalize_points` as a module: Normalize points to centroid 0 and mean distance sqrt(2), and
+    return this similarity."""
 
     eps: float
     weights: Optional[Tensor]
@@ -202,8 +206,8 @@ class NormalizePoints(nn.Module):
     def __call__(self, points: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class NormalizeTransformation(nn.Module):
-    """`normalize_transformation` as a module: Matrices divided by their last entry; as they are where
-    that is not above eps in size."""
+    """`normalize_transformation` as a module: Divide matrices by their last entry; a matrix stays
+    unchanged if the entry's absolute value is at most eps."""
 
     eps: float
     def __init__(self, eps: float = 1e-08) -> None: ...
@@ -211,8 +215,8 @@ class NormalizeTransformation(nn.Module):
     def __call__(self, M: Tensor) -> Tensor: ...
 
 class ProjectToEssential(nn.Module):
-    """`project_to_essential` as a module: The essential matrices nearest to matrices, in the sum of
-    squares: U diag(s, s, 0) V^T with s the mean of the two larger singular values."""
+    """`project_to_essential` as a module: The nearest essential matrices in the least-squares sense: U
+    diag(s, s, 0) V^T, where s is the mean of the two larger singular values."""
     def __init__(self) -> None: ...
     def forward(self, E_mat: Tensor) -> Tensor: ...
     def __call__(self, E_mat: Tensor) -> Tensor: ...
@@ -245,8 +249,9 @@ class RightToLeftEpipolarDistance(nn.Module):
     def __call__(self, pts1: Tensor, pts2: Tensor, Fm: Tensor) -> Tensor: ...
 
 class SampsonEpipolarDistance(nn.Module):
-    """`sampson_epipolar_distance` as a module: First-order approximation of the distance, in both
-    images, to the nearest correspondence that obeys the fundamental matrix."""
+    """`sampson_epipolar_distance` as a module: Sampson distance: first-order approximation of the
+    distance to the nearest exact correspondence. The distance is measured in both images together.
+    Kornia's use_matmul_at_less_than_points, which only affects its speed, does not exist here."""
 
     squared: bool
     eps: float
@@ -264,8 +269,8 @@ class ScaleIntrinsics(nn.Module):
     def __call__(self, camera_matrix: Tensor) -> Tensor: ...
 
 class SymmetricalEpipolarDistance(nn.Module):
-    """`symmetrical_epipolar_distance` as a module: Squared distances of the points from their epipolar
-    lines, of both images added up."""
+    """`symmetrical_epipolar_distance` as a module: Squared distances of points from their epipolar
+    lines, summed over both images."""
 
     squared: bool
     eps: float
@@ -274,7 +279,7 @@ class SymmetricalEpipolarDistance(nn.Module):
     def __call__(self, pts1: Tensor, pts2: Tensor, Fm: Tensor) -> Tensor: ...
 
 class TriangulatePoints(nn.Module):
-    """`triangulate_points` as a module: Points in space that two cameras see at given pixels, by the
+    """`triangulate_points` as a module: Triangulate 3D points from their pixels in two cameras, by the
     direct linear transform."""
 
     solver: str

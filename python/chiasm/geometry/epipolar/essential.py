@@ -1,4 +1,4 @@
-"""Essential matrices: x2^T E x1 = 0 for points of the planes z = 1 of two views, E = [t]x R."""
+"""Essential matrices E = [t]x R: x2^T E x1 = 0 for points x1, x2 of the planes z = 1 of two views."""
 
 from typing import Optional, Tuple
 
@@ -92,19 +92,18 @@ def essential_from_Rt(R1: Tensor, t1: Tensor, R2: Tensor, t2: Tensor) -> Tensor:
 
 
 def decompose_essential_matrix(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """The two rotations and the direction of translation of essential matrices, also of such as only nearly
-    are.
-
-    With the singular vectors of E: U W V^T and U W^T V^T, and the third column of U (R. Hartley, A.
-    Zisserman, Multiple View Geometry, 2nd ed., 9.6.2). Found without a decomposition, in float64: U diag(1,
-    1, 0) V^T is the 2x2 rotation nearest to E across its null vectors.
+    """The two rotations and the direction of translation of essential matrices, also of approximate ones.
+    With E = U S V^T they are U W V^T, U W^T V^T and the third column of U (R. Hartley, A. Zisserman, Multiple
+    View Geometry, 2nd ed., 9.6.2). They are computed in float64 without a decomposition: U diag(1, 1, 0) V^T
+    is the 2x2 rotation nearest to E in the planes orthogonal to its null vectors.
 
     Args:
         E_mat: (*, 3, 3) of rank 2 or more, floating point.
 
     Returns:
-        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, the sign of which does not depend on E's: [t]x R1 is
-        a positive multiple of E (of the nearest essential matrix), [t]x R2 a negative one. Differentiable.
+        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, with a sign that does not depend on the sign of E:
+        [t]x R1 is a positive multiple of E (of the nearest essential matrix), [t]x R2 a negative one.
+        Differentiable.
 
     Raises:
         TypeError, ValueError: if E_mat is not a floating-point (*, 3, 3) tensor.
@@ -125,16 +124,16 @@ def decompose_essential_matrix_no_svd(E_mat: Tensor) -> Tuple[Tensor, Tensor, Te
     """The two rotations and the direction of translation of essential matrices, in closed form.
 
     B. K. P. Horn, Recovering Baseline and Orientation from Essential Matrix, 1990: the baseline b is the
-    longest cross product of two columns, and (b . b) R = cofactors(E) -+ [b]x E. Exact for an essential
-    matrix; what is not quite one gives what is not quite a rotation, unlike
+    longest cross product of two columns, and (b . b) R = cofactors(E) -+ [b]x E. The result is exact for an
+    essential matrix; for an approximate one R1 and R2 are only approximate rotations, unlike in
     :func:`decompose_essential_matrix`.
 
     Args:
         E_mat: (*, 3, 3), [t]x R, floating point.
 
     Returns:
-        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, the sign of which does not depend on E's: [t]x R1 is
-        a positive multiple of E, [t]x R2 a negative one. Differentiable.
+        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, with a sign that does not depend on the sign of E:
+        [t]x R1 is a positive multiple of E, [t]x R2 a negative one. Differentiable.
 
     Raises:
         TypeError, ValueError: if E_mat is not a floating-point (*, 3, 3) tensor.
@@ -147,7 +146,7 @@ def decompose_essential_matrix_no_svd(E_mat: Tensor) -> Tuple[Tensor, Tensor, Te
     """
     check_matrix(E_mat, 3, 3, "E_mat")
     b = left_null_vector(E_mat)
-    # Half the sum of squares is b . b, since [b]x has it twice; b has unit length here.
+    # b . b is half the sum of squares of [b]x; here b has unit length.
     squared = 0.5 * (E_mat * E_mat).sum(-1, keepdim=True).sum(-2, keepdim=True)
     axis = cofactors(E_mat) / squared
     turned = small_matmul(cross_product_matrix(b), E_mat) / torch.sqrt(squared)
@@ -155,7 +154,7 @@ def decompose_essential_matrix_no_svd(E_mat: Tensor) -> Tuple[Tensor, Tensor, Te
 
 
 def motion_from_essential(E_mat: Tensor) -> Tuple[Tensor, Tensor]:
-    """The four motions from the first camera's frame to the second's that an essential matrix allows.
+    """The four possible motions of an essential matrix, from the first camera's frame to the second's.
 
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., result 9.19.
 
@@ -181,21 +180,20 @@ def motion_from_essential(E_mat: Tensor) -> Tuple[Tensor, Tensor]:
 def motion_from_essential_choose_solution(
     E_mat: Tensor, K1: Tensor, K2: Tensor, x1: Tensor, x2: Tensor, mask: Optional[Tensor] = None
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Of the four motions that an essential matrix allows, the one that has most points in front of both
-    cameras.
+    """Choose the motion of an essential matrix that has most points in front of both cameras.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 9.6.3. Ties go to the first.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 9.6.3. The first of the four motions wins ties.
 
     Args:
         E_mat: (*, 3, 3), floating point.
         K1, K2: (*, 3, 3), camera matrices.
         x1, x2: (*, N, 2), pixels.
-        mask: (*, N), bool: which points count; all by default.
+        mask: (*, N), bool: the points to use; all by default.
 
     Returns:
         R (*, 3, 3) and t (*, 3, 1) from the first camera's frame to the second's, |t| = 1; the points (*, N,
-        3) in the first camera's frame; and a mask (*, N), bool, of those that are in front of both cameras
-        and count. Differentiable.
+        3) in the first camera's frame; and a mask (*, N), bool, of the points that ``mask`` selects and that
+        are in front of both cameras. Differentiable.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
@@ -218,7 +216,7 @@ def motion_from_essential_choose_solution(
     _check_view(E_mat, K1, x1, "K1", "x1")
     _check_view(E_mat, K2, x2, "K2", "x2")
     Rs, Ts = motion_from_essential(E_mat)
-    # On the planes z = 1, where the triangulation is better conditioned than with pixels.
+    # Triangulation on the planes z = 1 is better conditioned than with pixels.
     p1, p2 = _rays(x1, K1)[..., None, :, :], _rays(x2, K2)[..., None, :, :]
     P2 = torch.cat([Rs, Ts], -1)
     P1 = torch.eye(4, dtype=P2.dtype, device=P2.device)[:3].expand_as(P2)
@@ -235,8 +233,8 @@ def motion_from_essential_choose_solution(
 
 
 def project_to_essential(E_mat: Tensor) -> Tensor:
-    """The essential matrices nearest to matrices, in the sum of squares: U diag(s, s, 0) V^T with s the mean
-    of the two larger singular values.
+    """The nearest essential matrices in the least-squares sense: U diag(s, s, 0) V^T, where s is the mean of
+    the two larger singular values.
 
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.7.3.
 
@@ -260,7 +258,7 @@ def project_to_essential(E_mat: Tensor) -> Tensor:
 
 
 def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """In float64: u1 v1^T + u2 v2^T and +-u3 v3^T of the singular vectors, which add up to a rotation, and
+    """From the singular vectors, in float64: u1 v1^T + u2 v2^T and +-u3 v3^T, which add up to a rotation, and
     u3."""
     E = E_mat.to(torch.float64)
     length = torch.sqrt((E * E).sum(-1, keepdim=True).sum(-2, keepdim=True))
@@ -271,8 +269,8 @@ def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     size = torch.sqrt((minors * minors).sum(-1, keepdim=True).sum(-2, keepdim=True))
     axis = minors / torch.where(size == 0, torch.ones_like(size), size)
     u = (axis * v[..., None, :]).sum(-1)
-    # Across v and u, E is 2x2 with a positive determinant: the rotation nearest to such is it and its
-    # cofactors, scaled.
+    # Orthogonal to v and u, E is a 2x2 matrix with a positive determinant; the nearest rotation is the scaled
+    # sum of this matrix and its cofactors.
     upper = E + small_matmul(
         cross_product_matrix(u), small_matmul(E, cross_product_matrix(v).transpose(-2, -1))
     )
@@ -296,6 +294,6 @@ def _check_view(E_mat: Tensor, K: Tensor, x: Tensor, K_name: str, x_name: str) -
 
 
 def _rays(x: Tensor, K: Tensor) -> Tensor:
-    """Points (*, N, 2) of the plane z = 1 that are seen at pixels."""
+    """Points (*, N, 2) of the plane z = 1 from pixels."""
     seen = small_matmul(with_one(x), inverse3x3(K).transpose(-2, -1))
     return seen[..., 0:2] / seen[..., 2:3]

@@ -1,8 +1,8 @@
 """Essential matrices from five or more correspondences.
 
 D. Nister, An efficient solution to the five-point relative pose problem, IEEE TPAMI 26(6), 2004. His
-elimination leads to a polynomial of degree ten; its roots are starting points for Gauss-Newton steps on the
-conditions themselves, the last of which carries the gradient.
+elimination leads to a polynomial of degree ten. Its roots are starting points for Gauss-Newton steps on the
+original conditions; the last step carries the gradient.
 """
 
 from typing import Optional, Tuple
@@ -22,7 +22,7 @@ from .seven_point import epipolar_rows, subspace_basis
 def find_essential(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None) -> Tensor:
     """Essential matrices from five or more correspondences, by Nister's five-point algorithm.
 
-    Which of the ten solutions there are :func:`find_essential_5point` says in a mask.
+    :func:`find_essential_5point` also returns a mask of the solutions that exist.
 
     Args:
         points1, points2: (B, N, 2), N >= 5, points of the planes z = 1 (pixels times the inverse camera
@@ -30,7 +30,7 @@ def find_essential(points1: Tensor, points2: Tensor, weights: Optional[Tensor] =
         weights: (B, N), not negative; ones by default.
 
     Returns:
-        (B, 10, 3, 3), of unit length; zeros in place of solutions that are not there. Differentiable in all.
+        (B, 10, 3, 3), of unit length; zeros in place of solutions that do not exist. Differentiable in all.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -48,15 +48,15 @@ def find_essential(points1: Tensor, points2: Tensor, weights: Optional[Tensor] =
 def find_essential_5point(
     points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None
 ) -> Tuple[Tensor, Tensor]:
-    """The up to ten essential matrices of five correspondences; with more, those of the four-dimensional
-    space that fits them best.
+    """Up to ten essential matrices of five correspondences, with a mask of the solutions that exist. With
+    more correspondences, the matrices are in the four-dimensional space that fits them best.
 
     Args:
         points1, points2: (B, N, 2), N >= 5, points of the planes z = 1, floating point.
         weights: (B, N), not negative; ones by default.
 
     Returns:
-        E (B, 10, 3, 3), of unit length, and a mask (B, 10) of those that exist; the others are zeros.
+        E (B, 10, 3, 3), of unit length, and a mask (B, 10) of the solutions that exist; the others are zeros.
         Differentiable in all.
 
     Raises:
@@ -79,7 +79,7 @@ def find_essential_5point(
     for _ in range(2):
         w = _improved(w, fixed)[0]
     w, residual = _improved(w, fixed)
-    # What is no solution, or NaN, is replaced before anything is differentiated.
+    # Missing solutions and NaN are replaced before the differentiation.
     exists = exists & (residual < 1e-6)
     w, residual = _improved(torch.where(exists[..., None], w, torch.full_like(w, 0.5)), basis)
     exists = exists & (residual < 1e-9)
@@ -94,7 +94,7 @@ def essentials_of_five(rows: Tensor) -> Tuple[Tensor, Tensor]:
     """The essential matrices (B, 10, 3, 3) of five rows (B, 5, 9) of `epipolar_rows`, of unit length, and
     which of them exist (B, 10).
 
-    To about 1e-6, without gradient: for samples, of which many are tried.
+    Accurate to about 1e-6, without gradient; used for the many samples of a robust estimator.
     """
     span = qr(rows.detach().transpose(1, 2))[0]
     projector = torch.eye(9, dtype=rows.dtype, device=rows.device) - small_matmul(span, span.transpose(1, 2))
@@ -104,11 +104,11 @@ def essentials_of_five(rows: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _least_four(m: Tensor) -> Tensor:
-    """Projector (B, 9, 9) on the eigenvectors of a symmetric matrix's four least eigenvalues."""
+    """Projector (B, 9, 9) onto the eigenvectors of the four least eigenvalues of a symmetric matrix."""
     values, vectors = symmetric_eigen(m.detach())
     least, others = vectors[..., :4], vectors[..., 4:]
     projector = small_matmul(least, least.transpose(1, 2))
-    # The derivative: what moves the space is the mixture with the other eigenvectors, not that among the
+    # For the derivative: the space changes by mixing with the other eigenvectors, not by mixing among the
     # four.
     change = small_matmul(others.transpose(1, 2), small_matmul(m - m.detach(), least))
     gap = values[:, None, :4] - values[:, 4:, None]
@@ -123,7 +123,8 @@ def _least_four(m: Tensor) -> Tensor:
 def _starts(basis: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     """Coefficients (B, 10, 4) of the essential matrices in a basis (B, 9, 4), and which of them exist."""
     reduced = _eliminated(basis.unflatten(1, [3, 3]))
-    # Rows x^2 z and x^2, y^2 z and y^2, xyz and xy: the first less z times the second has neither.
+    # Pairs of rows x^2 z and x^2, y^2 z and y^2, xyz and xy: the first minus z times the second contains
+    # neither monomial.
     a, b = reduced[:, 4::2], reduced[:, 5::2]
     parts = [
         -b[..., 0:1],
@@ -137,7 +138,7 @@ def _starts(basis: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     matrix = torch.cat(parts, -1)
     s, exists = real_roots(determinant_to_polynomial(matrix), halvings)
     c = 1.0 - s.abs()
-    # z = s / c: with powers of both, no entry is infinite.
+    # With z = s / c and powers of s and c, no entry is infinite.
     cubic = torch.stack([s * s * s, s * s * c, s * c * c, c * c * c], -1)
     quartic = torch.cat([cubic[..., 0:1] * s[..., None], cubic * c[..., None]], -1)
     x = (matrix[:, None, :, 0:4] * cubic[:, :, None]).sum(-1) * c[..., None]

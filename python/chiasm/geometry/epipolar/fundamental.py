@@ -15,19 +15,20 @@ from .seven_point import epipolar_rows, matrices_of_rank_two
 def find_fundamental(
     points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, method: str = "8POINT"
 ) -> Tensor:
-    """Fundamental matrix from correspondences, by the normalised eight-point or the seven-point algorithm.
+    """Fundamental matrix from correspondences, by the normalized eight-point or the seven-point algorithm.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., algorithm 11.1 and 11.1.2. In float64 inside.
-    Which solutions of the seven-point algorithm there are :func:`find_fundamental_7point` says in a mask.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., algorithm 11.1 and 11.1.2. Computed in float64.
+    :func:`find_fundamental_7point` also returns a mask of the solutions of the seven-point algorithm that
+    exist.
 
     Args:
         points1, points2: (B, N, 2), floating point; N >= 8, or N = 7 with "7POINT".
-        weights: (B, N), not negative; ones by default. "7POINT" does not read them.
+        weights: (B, N), not negative; ones by default. "7POINT" ignores them.
         method: "8POINT" or "7POINT".
 
     Returns:
-        (B, 3, 3) of rank 2; with "7POINT" (B, 3, 3, 3): up to three solutions, zeros in place of those that
-        are not there. Scaled so that the last entry is 1. Differentiable in all tensors.
+        (B, 3, 3) of rank 2; with "7POINT" (B, 3, 3, 3): up to three solutions, zeros in place of solutions
+        that do not exist. Scaled so that the last entry is 1. Differentiable in all tensors.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -57,7 +58,7 @@ def find_fundamental(
     p2, t2 = hartley(points2.to(torch.float64), w, 1e-8)
     rows = epipolar_rows(p1, p2)
     f = smallest_eigenvector(normal_matrix(rows, w)).reshape(-1, 3, 3)
-    # The nearest matrix of rank 2 is without its part in the direction of the least singular vector.
+    # The nearest matrix of rank 2 lacks the part in the direction of the least singular vector.
     v = null_vector(f)
     f = f - small_matmul(f, v[..., None]) * v[:, None]
     return denormalised(f, t1, t2).to(points1.dtype)
@@ -66,15 +67,15 @@ def find_fundamental(
 def find_fundamental_7point(points1: Tensor, points2: Tensor) -> Tuple[Tensor, Tensor]:
     """The one to three fundamental matrices of seven correspondences.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.1.2: of the two-dimensional space of
-    matrices that obey the correspondences, those of determinant 0.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.1.2: the matrices of determinant 0 in the
+    two-dimensional space of matrices that satisfy the correspondences.
 
     Args:
         points1, points2: (B, 7, 2), floating point.
 
     Returns:
-        F (B, 3, 3, 3), scaled so that the last entry is 1, and a mask (B, 3) of those that exist; the others
-        are zeros. Differentiable in both.
+        F (B, 3, 3, 3), scaled so that the last entry is 1, and a mask (B, 3) of the solutions that exist; the
+        others are zeros. Differentiable in both.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or not (B, 7, 2).
@@ -100,7 +101,7 @@ def find_fundamental_7point(points1: Tensor, points2: Tensor) -> Tuple[Tensor, T
 def normalize_points(
     points: Tensor, eps: float = 1e-8, weights: Optional[Tensor] = None
 ) -> Tuple[Tensor, Tensor]:
-    """Points moved to centroid 0 and mean distance sqrt(2), and the similarity that does it.
+    """Normalize points to centroid 0 and mean distance sqrt(2), and return this similarity.
 
     R. Hartley, In defense of the eight-point algorithm, PAMI 19(6), 1997.
 
@@ -128,7 +129,8 @@ def normalize_points(
 
 
 def normalize_transformation(M: Tensor, eps: float = 1e-8) -> Tensor:
-    """Matrices divided by their last entry; as they are where that is not above eps in size.
+    """Divide matrices by their last entry; a matrix stays unchanged if the entry's absolute value is at most
+    eps.
 
     Args:
         M: (*, r, c), floating point.
@@ -184,7 +186,7 @@ def fundamental_from_projections(P1: Tensor, P2: Tensor) -> Tensor:
         P1, P2: (*, 3, 4), floating point.
 
     Returns:
-        (*, 3, 3), as large as the determinants are. Differentiable in both.
+        (*, 3, 3), not scaled. Differentiable in both.
 
     Raises:
         TypeError, ValueError: if a tensor is not a floating-point (*, 3, 4) tensor.
@@ -199,7 +201,7 @@ def fundamental_from_projections(P1: Tensor, P2: Tensor) -> Tensor:
     """
     check_matrix(P1, 3, 4, "P1")
     check_matrix(P2, 3, 4, "P2")
-    # By Laplace: products of the 2x2 minors of either pair of rows, at complementary columns.
+    # By Laplace's expansion: products of 2x2 minors of the two pairs of rows, at complementary columns.
     return (_row_minors(P2)[..., :, None, :] * _complements(_row_minors(P1))[..., None, :, :]).sum(-1)
 
 
@@ -215,8 +217,8 @@ def _row_minors(P: Tensor) -> Tensor:
 
 
 def _complements(minors: Tensor) -> Tensor:
-    """At each pair of columns the minor of the other two, signed as Laplace's expansion of a 4x4 determinant
-    has it."""
+    """For each pair of columns the minor of the other two columns, with the sign of Laplace's expansion of a
+    4x4 determinant."""
     a, b, c, d, e, f = (
         minors[..., 0],
         minors[..., 1],
@@ -229,7 +231,7 @@ def _complements(minors: Tensor) -> Tensor:
 
 
 def denormalised(f: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
-    """T2^T F T1, scaled so that its last entry is 1 or, where that is near 0, its length."""
+    """T2^T F T1, scaled so that its last entry is 1 or, if this entry is near 0, so that its length is 1."""
     f = small_matmul(small_matmul(t2.transpose(-2, -1), f), t1)
     squared = (f * f).sum(-1, keepdim=True).sum(-2, keepdim=True)
     f = f / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))

@@ -9,7 +9,7 @@ from ...primitives.linalg.matrices import cross, small_matmul
 
 
 def cross_product_matrix(x: Tensor) -> Tensor:
-    """The skew-symmetric matrix that takes y to the cross product x x y.
+    """The skew-symmetric matrix that maps y to the cross product x x y.
 
     Args:
         x: (*, 3), floating point.
@@ -35,10 +35,10 @@ def cross_product_matrix(x: Tensor) -> Tensor:
 
 
 def compute_correspond_epilines(points: Tensor, F_mat: Tensor) -> Tensor:
-    """Lines F x in the other image on which the partners of points x lie.
+    """Epipolar lines F x in the other image, on which the partners of points x lie.
 
     Args:
-        points: (*, N, 2), or (*, N, 3) homogeneous, floating point. (Those of the second image take the
+        points: (*, N, 2), or (*, N, 3) homogeneous, floating point. (For points of the second image, pass the
             transposed F.)
         F_mat: (*, 3, 3), fundamental matrices.
 
@@ -62,14 +62,14 @@ def compute_correspond_epilines(points: Tensor, F_mat: Tensor) -> Tensor:
 
 
 def get_perpendicular(lines: Tensor, points: Tensor) -> Tensor:
-    """Lines through points, at right angles to given lines.
+    """Lines through points, perpendicular to given lines.
 
     Args:
         lines: (*, N, 3): a, b, c of a x + b y + c = 0, floating point.
         points: (*, N, 2), or (*, N, 3) homogeneous.
 
     Returns:
-        (*, N, 3), not normalised. Differentiable in both.
+        (*, N, 3), not normalized. Differentiable in both.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
@@ -87,7 +87,7 @@ def get_perpendicular(lines: Tensor, points: Tensor) -> Tensor:
 
 
 def get_closest_point_on_epipolar_line(pts1: Tensor, pts2: Tensor, Fm: Tensor) -> Tensor:
-    """Points of the epipolar lines of the first image's points that are nearest to their partners.
+    """Points of the second image, moved to the nearest point on the epipolar line of their partner.
 
     Args:
         pts1, pts2: (*, N, 2), or (*, N, 3) homogeneous, floating point.
@@ -114,7 +114,7 @@ def get_closest_point_on_epipolar_line(pts1: Tensor, pts2: Tensor, Fm: Tensor) -
 
 
 def check_correspondences(pts1: Tensor, pts2: Tensor, Fm: Tensor) -> None:
-    """Raise unless ``Fm`` are fundamental matrices that go with points, which go with each other."""
+    """Raise unless the shapes of ``pts1``, ``pts2`` and ``Fm`` fit together."""
     check_matrix(Fm, 3, 3, "Fm")
     check_broadcastable(pts2, pts1, "pts2", "pts1", 1, 1)
     check_broadcastable(Fm, pts1, "Fm", "pts1", 2, 2)
@@ -122,7 +122,7 @@ def check_correspondences(pts1: Tensor, pts2: Tensor, Fm: Tensor) -> None:
 
 
 def _epilines(x: Tensor, Fm: Tensor) -> Tensor:
-    """Lines Fm x of homogeneous points, (a, b) of unit length."""
+    """Lines Fm x of homogeneous points, with (a, b) of unit length."""
     line = small_matmul(x, Fm.transpose(-2, -1))
     squared = line[..., 0:1] * line[..., 0:1] + line[..., 1:2] * line[..., 1:2]
     return line / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))

@@ -1,4 +1,4 @@
-"""How far correspondences are from obeying a fundamental matrix: x2^T F x1 = 0.
+"""Distances of correspondences from the epipolar constraint x2^T F x1 = 0.
 
 R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.4.
 """
@@ -16,10 +16,9 @@ from .lines import check_correspondences
 def sampson_epipolar_distance(
     pts1: Tensor, pts2: Tensor, Fm: Tensor, squared: bool = True, eps: float = 1e-8
 ) -> Tensor:
-    """First-order approximation of the distance, in both images, to the nearest correspondence that obeys the
-    fundamental matrix.
-
-    Kornia's use_matmul_at_less_than_points, a matter of its speed, is not there.
+    """Sampson distance: first-order approximation of the distance to the nearest exact correspondence. The
+    distance is measured in both images together. Kornia's use_matmul_at_less_than_points, which only affects
+    its speed, does not exist here.
 
     Args:
         pts1, pts2: (*, N, 2), or (*, N, 3) homogeneous, floating point.
@@ -45,12 +44,12 @@ def sampson_epipolar_distance(
 def symmetrical_epipolar_distance(
     pts1: Tensor, pts2: Tensor, Fm: Tensor, squared: bool = True, eps: float = 1e-8
 ) -> Tensor:
-    """Squared distances of the points from their epipolar lines, of both images added up.
+    """Squared distances of points from their epipolar lines, summed over both images.
 
     Args:
         pts1, pts2: (*, N, 2), or (*, N, 3) homogeneous, floating point.
         Fm: (*, 3, 3), fundamental matrices from the first image to the second.
-        squared: return the sum; else its square root.
+        squared: return the sum; otherwise its square root.
         eps: added under the square root.
 
     Returns:
@@ -125,13 +124,13 @@ def _terms(pts1: Tensor, pts2: Tensor, Fm: Tensor) -> Tuple[Tensor, Tensor, Tens
 
 
 def _finite(points: Tensor) -> Tensor:
-    """Homogeneous points scaled to a last coordinate of 1, but for those at infinity."""
+    """Homogeneous points scaled to a last coordinate of 1, except for points at infinity."""
     last = points[..., 2:3]
     return points / _nonzero(last)
 
 
 def _nonzero(x: Tensor) -> Tensor:
-    """x with 1 in place of 0, where numerators are 0 too."""
+    """x with 1 in place of 0; there the numerators are 0 too."""
     return torch.where(x == 0, torch.ones_like(x), x)
 
 

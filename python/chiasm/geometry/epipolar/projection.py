@@ -1,4 +1,4 @@
-"""Projection matrices K [R | t] and what they are made of."""
+"""Projection matrices K [R | t] and their parts."""
 
 from typing import Tuple, Union
 
@@ -18,11 +18,11 @@ from .lines import cross_product_matrix
 
 
 def intrinsics_like(focal: float, input: Tensor) -> Tensor:
-    """Camera matrices for images: one focal length, the principal point at (W / 2, H / 2).
+    """Camera matrices for images, with one focal length and the principal point at (W / 2, H / 2).
 
     Args:
         focal: focal length in pixels, positive.
-        input: (B, C, H, W), floating point; its shape, dtype and device are taken.
+        input: (B, C, H, W), floating point; its shape, dtype and device are used.
 
     Returns:
         (B, 3, 3).
@@ -111,13 +111,13 @@ def projection_from_KRt(K: Tensor, R: Tensor, t: Tensor) -> Tensor:
 def KRt_from_projection(P: Tensor, eps: float = 1e-6) -> Tuple[Tensor, Tensor, Tensor]:
     """Camera matrix, rotation and translation of projection matrices: P = K [R | t], up to its sign.
 
-    The RQ decomposition of the left 3x3 part, K with a positive diagonal. P is known up to its sign only, and
-    the one that makes R a rotation is taken. R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed.,
-    6.2.4. In float64 inside.
+    RQ decomposition of the left 3x3 part, where K has a positive diagonal. The sign of P is arbitrary; the
+    sign that makes R a rotation is used. R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 6.2.4.
+    Computed in float64.
 
     Args:
         P: (*, 3, 4), its left 3x3 part of rank 3, floating point.
-        eps: the least divisor of a row: keeps what comes of singular matrices finite.
+        eps: the least divisor of a row; it keeps the results of singular matrices finite.
 
     Returns:
         K (*, 3, 3), upper triangular and scaled as P; R (*, 3, 3); t (*, 3, 1). Differentiable.
@@ -137,7 +137,7 @@ def KRt_from_projection(P: Tensor, eps: float = 1e-6) -> Tuple[Tensor, Tensor, T
     volume = (full[..., 0, 0:3] * cross(full[..., 1, 0:3], full[..., 2, 0:3])).sum(-1)
     full = torch.where((volume < 0)[..., None, None], -full, full)
     m0, m1, m2 = full[..., 0, 0:3], full[..., 1, 0:3], full[..., 2, 0:3]
-    # Rows from below: each is the part of its row that is orthogonal to those below it.
+    # Rows from the bottom: each is the part of its row that is orthogonal to the rows below it.
     k22, r2 = _length_and_direction(m2, eps)
     k12 = (m1 * r2).sum(-1)
     k11, r1 = _length_and_direction(m1 - k12[..., None] * r2, eps)
@@ -167,7 +167,7 @@ def projections_from_fundamental(F_mat: Tensor) -> Tensor:
     second image's epipole.
 
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., result 9.14. e has unit length and a sign that
-    does not depend on F's.
+    does not depend on the sign of F.
 
     Args:
         F_mat: (*, 3, 3) of rank 2, floating point.
@@ -224,8 +224,8 @@ def depth_from_point(R: Tensor, t: Tensor, X: Tensor) -> Tensor:
 
 
 def left_null_vector(m: Tensor) -> Tensor:
-    """Unit vector (*, 3) whose product with the (*, 3, 3) of rank 2 is 0: the longest cross product of two
-    columns, with `pointed`'s sign."""
+    """Unit vector (*, 3) whose product with a (*, 3, 3) matrix of rank 2 is 0: the longest cross product of
+    two columns, with the sign of `pointed`."""
     a, b, c = m[..., :, 0], m[..., :, 1], m[..., :, 2]
     ab, bc, ca = cross(a, b), cross(b, c), cross(c, a)
     length_ab, length_bc, length_ca = (

@@ -1,4 +1,4 @@
-"""Equations of epipolar geometry in points, and what solves seven of them."""
+"""The epipolar equations of correspondences, and the solution of seven of them."""
 
 from typing import Tuple
 
@@ -12,7 +12,7 @@ from ..solvers import solve_cubic
 
 
 def epipolar_rows(p1: Tensor, p2: Tensor) -> Tensor:
-    """Rows (B, N, 9) whose products with a matrix's entries are x2^T F x1, of points (B, N, 2)."""
+    """Rows (B, N, 9) from points (B, N, 2); the product of a row with the entries of F is x2^T F x1."""
     x1, x2 = with_one(p1), with_one(p2)
     return (x2[..., :, None] * x1[..., None, :]).flatten(-2)
 
@@ -20,8 +20,8 @@ def epipolar_rows(p1: Tensor, p2: Tensor) -> Tensor:
 def subspace_basis(projector: Tensor, size: int) -> Tensor:
     """Orthonormal basis (..., 9, size) of the image of a projector (..., 9, 9).
 
-    Of the images of fixed vectors: the same basis on every engine, which that of a decomposition would not
-    be.
+    The basis is built from the images of fixed vectors, so that it is the same on every engine; the basis of
+    a decomposition would not be.
     """
     place = torch.arange(9 * size, device=projector.device).to(projector.dtype)
     fixed = torch.sin(1.0 + 7.25 * place * place).reshape(9, size)
@@ -36,7 +36,7 @@ def matrices_of_rank_two(rows: Tensor) -> Tuple[Tensor, Tensor]:
     basis = subspace_basis(projector, 2).transpose(1, 2).unflatten(2, [3, 3])
     a, b = basis[:, 0], basis[:, 1]
     minors_a, minors_b = cofactors(a), cofactors(b)
-    # det(x a + b) by powers of x; a sum along a row is a determinant.
+    # The coefficients of det(x a + b) by powers of x; each sum along a row is a determinant.
     coefficients = torch.stack(
         [
             (minors_a[:, 0] * a[:, 0]).sum(-1),

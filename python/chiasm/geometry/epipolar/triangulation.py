@@ -1,4 +1,4 @@
-"""Points in space from two views."""
+"""3D points from two views."""
 
 import torch
 from torch import Tensor
@@ -10,18 +10,18 @@ from ...primitives.linalg.qr import null_vector
 def triangulate_points(
     P1: Tensor, P2: Tensor, points1: Tensor, points2: Tensor, solver: str = "eigh"
 ) -> Tensor:
-    """Points in space that two cameras see at given pixels, by the direct linear transform.
+    """Triangulate 3D points from their pixels in two cameras, by the direct linear transform.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 12.2. In float64 inside.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 12.2. Computed in float64.
 
     Args:
         P1, P2: (*, 3, 4), projection matrices, floating point.
         points1, points2: (*, N, 2), pixels.
-        solver: "eigh", "svd" or "cofactor". All name the same computation here: the null vector by a QR
-            factorisation.
+        solver: "eigh", "svd" or "cofactor". All choices use the same computation here: the null vector by a
+            QR factorization.
 
     Returns:
-        (*, N, 3). What is at infinity comes out far away. Differentiable in all tensors.
+        (*, N, 3). Points at infinity become very distant points. Differentiable in all tensors.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -57,6 +57,6 @@ def triangulate_points(
 
 
 def _equations(P: Tensor, points: Tensor) -> Tensor:
-    """(*, N, 2, 4): x P3 - P1 and y P3 - P2, which take the point in space to 0."""
+    """(*, N, 2, 4): x P3 - P1 and y P3 - P2; their products with the 3D point are 0."""
     rows = P[..., None, :, :]
     return points[..., :, None] * rows[..., 2:3, :] - rows[..., 0:2, :]

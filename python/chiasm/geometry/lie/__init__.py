@@ -1,8 +1,8 @@
 """Lie groups of rotations and rigid motions as plain functions on batches of matrices.
 
-For each of SO(2), SO(3), SE(2) and SE(3): the exponential of a tangent vector and its inverse, the logarithm;
-the tangent vector as a matrix (hat) and back (vee); the adjoint of a group element; the left and right
-Jacobians of the exponential. All are smooth where a rotation is 0.
+For each of SO(2), SO(3), SE(2) and SE(3) there are: the exponential of a tangent vector and its inverse, the
+logarithm; the conversion of a tangent vector to a matrix (hat) and back (vee); the adjoint of a group
+element; the left and right Jacobians of the exponential. All are smooth at rotation 0.
 """
 
 from .se2 import se2_adjoint, se2_exp, se2_hat, se2_left_jacobian, se2_log, se2_right_jacobian, se2_vee

@@ -14,7 +14,7 @@ from .so2 import so2_exp, so2_hat, so2_log
 
 
 def se2_exp(v: Tensor) -> Tensor:
-    """The motion of a tangent: along an arc of a circle.
+    """The exponential: the motion of a tangent, along an arc of a circle.
 
     Args:
         v: (*, 3): x, y and the angle in radians, floating point.
@@ -36,7 +36,7 @@ def se2_exp(v: Tensor) -> Tensor:
 
 
 def se2_log(motion: Tensor) -> Tensor:
-    """The tangent of motions: the inverse of `se2_exp`.
+    """The logarithm: the tangent of motions, the inverse of `se2_exp`.
 
     Args:
         motion: (*, 3, 3), floating point.
@@ -169,8 +169,8 @@ def se2_right_jacobian(v: Tensor) -> Tensor:
 
 
 def _arc(angle: Tensor) -> Tensor:
-    """(*, 2, 2) that takes a velocity to the chord of the arc it turns through: the mean of the rotations by
-    0 to angle."""
+    """The matrix (*, 2, 2) that maps a velocity to the chord of its arc: the mean of the rotations by 0 to
+    angle."""
     squared = angle * angle
     c, s = stumpff(squared, 1), angle * stumpff(squared, 2)
     return torch.stack([torch.stack([c, -s], -1), torch.stack([s, c], -1)], -2)

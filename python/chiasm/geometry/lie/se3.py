@@ -14,7 +14,7 @@ from .so3 import so3_exp, so3_hat, so3_left_jacobian, so3_log, so3_vee
 
 
 def se3_exp(v: Tensor) -> Tensor:
-    """The motion of a tangent: along a helix.
+    """The exponential: the motion of a tangent, along a helix.
 
     Args:
         v: (*, 6): the velocity, then the rotation vector in radians, floating point.
@@ -36,7 +36,7 @@ def se3_exp(v: Tensor) -> Tensor:
 
 
 def se3_log(motion: Tensor) -> Tensor:
-    """The tangent of motions: the inverse of `se3_exp`.
+    """The logarithm: the tangent of motions, the inverse of `se3_exp`.
 
     Args:
         motion: (*, 4, 4), floating point.
@@ -53,8 +53,8 @@ def se3_log(motion: Tensor) -> Tensor:
     """
     check_matrix(motion, 4, 4, "motion")
     turn = so3_log(motion[..., :3, :3])
-    # The left Jacobian's inverse: I - [w]x / 2 + (1 / a^2 - (1 + cos a) / (2 a sin a)) [w]x^2, its factor
-    # without what cancels.
+    # The left Jacobian's inverse: I - [w]x / 2 + (1 / a^2 - (1 + cos a) / (2 a sin a)) [w]x^2, where the last
+    # factor is written without cancellation.
     squared = (turn * turn).sum(-1)[..., None, None]
     factor = (stumpff(squared, 3) - 2.0 * stumpff(squared, 4)) / (2.0 * stumpff(squared, 2))
     m, t = so3_hat(turn), motion[..., :3, 3:]

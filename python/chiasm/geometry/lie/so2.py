@@ -1,7 +1,7 @@
 """SO(2), the rotations of the plane: matrices (*, 2, 2); tangents are angles (*) in radians.
 
-It is commutative, so adjoint and Jacobians are 1; they are here so that the four groups have the same
-functions.
+The group is commutative, so the adjoint and the Jacobians are 1; they exist so that the four groups have the
+same functions.
 """
 
 import torch
@@ -96,7 +96,7 @@ def so2_vee(omega: Tensor) -> Tensor:
 
 
 def so2_adjoint(rotation: Tensor) -> Tensor:
-    """How tangents change with the frame: not at all, rotations of the plane being commutative.
+    """How tangents change with the frame: not at all, since rotations of the plane commute.
 
     Args:
         rotation: (*, 2, 2), floating point.

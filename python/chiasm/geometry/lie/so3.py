@@ -41,8 +41,8 @@ def so3_log(rotation: Tensor) -> Tensor:
         rotation: (*, 3, 3), orthonormal with determinant 1, floating point.
 
     Returns:
-        (*, 3), of length in [0, pi]. Values and gradients are finite also at 0 and at half a turn, where one
-        of the two axes is taken.
+        (*, 3), of length in [0, pi]. Values and gradients are finite also at 0 and at 180 degrees, where one
+        of the two possible axes is used.
 
     Raises:
         TypeError, ValueError: if rotation is not a floating-point (*, 3, 3) tensor.
@@ -97,7 +97,7 @@ def so3_vee(omega: Tensor) -> Tensor:
 
 
 def so3_adjoint(rotation: Tensor) -> Tensor:
-    """How tangents change with the frame, R exp(v) R^T = exp(Ad v): by the rotation itself.
+    """How tangents change with the frame: R exp(v) R^T = exp(Ad v). Here Ad is the rotation itself.
 
     Args:
         rotation: (*, 3, 3), floating point.

@@ -9,8 +9,8 @@ from .fundamental import ransac_fundamental as ransac_fundamental
 from .homography import ransac_homography as ransac_homography
 
 class RansacEssential(nn.Module):
-    """`ransac_essential` as a module: Essential matrix from five or more correspondences some of which
-    are wrong."""
+    """`ransac_essential` as a module: Essential matrix from five or more correspondences with
+    outliers."""
 
     inl_th: float
     refinements: int
@@ -23,8 +23,8 @@ class RansacEssential(nn.Module):
     ) -> Tuple[Tensor, Tensor]: ...
 
 class RansacFundamental(nn.Module):
-    """`ransac_fundamental` as a module: Fundamental matrix from eight or more correspondences some of
-    which are wrong."""
+    """`ransac_fundamental` as a module: Fundamental matrix from eight or more correspondences with
+    outliers."""
 
     inl_th: float
     refinements: int
@@ -33,8 +33,7 @@ class RansacFundamental(nn.Module):
     def __call__(self, points1: Tensor, points2: Tensor, uniforms: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class RansacHomography(nn.Module):
-    """`ransac_homography` as a module: Homography from four or more correspondences some of which are
-    wrong."""
+    """`ransac_homography` as a module: Homography from four or more correspondences with outliers."""
 
     inl_th: float
     refinements: int

@@ -1,4 +1,4 @@
-"""What the estimators expect."""
+"""Checks of the estimators' arguments."""
 
 from torch import Tensor
 
@@ -14,8 +14,8 @@ def check_arguments(
     inl_th: float,
     refinements: int,
 ) -> None:
-    """Raise unless the arguments are what an estimator with samples of size ``sample``, of at least ``least``
-    points, takes."""
+    """Raise unless the arguments fit an estimator with samples of size ``sample`` and at least ``least``
+    points."""
     check_floating(points1, "points1")
     check_floating(points2, "points2")
     check_floating(uniforms, "uniforms")

@@ -1,4 +1,4 @@
-"""An essential matrix from correspondences some of which are wrong."""
+"""An essential matrix from correspondences with outliers."""
 
 from typing import Tuple
 
@@ -40,28 +40,27 @@ def ransac_essential(
     inl_th: float = 1.0,
     refinements: int = 5,
 ) -> Tuple[Tensor, Tensor]:
-    """Essential matrix from five or more correspondences some of which are wrong.
+    """Essential matrix from five or more correspondences with outliers.
 
-    Each of S samples of five correspondences gives up to ten matrices, by Nister's algorithm, of which the
-    one is kept that fits 32 points best, spread over all. The four with the least MSAC costs (the sum over
-    all points of Sampson's squared distance in pixels, which counts as no more than inl_th squared) are
-    refined: three Gauss-Newton steps of rotation and direction of translation on the squared Sampson
-    distances, their denominators held fixed, of the points within a distance that goes from nearly 3 inl_th
-    to begin with down to inl_th. What costs least of all is taken, the first of several samples that cost the
-    same.
+    Each of S samples of five correspondences gives up to ten matrices by Nister's algorithm; the one that
+    fits 32 of the points (evenly spread) best is kept. The four with the least MSAC costs (the sum over all
+    points of Sampson's squared distance in pixels, limited to inl_th squared) are refined: three Gauss-Newton
+    steps of rotation and direction of translation on the squared Sampson distances, with fixed denominators,
+    of the points within a distance that decreases from nearly 3 inl_th to inl_th. The result is the model
+    with the least cost of all; among samples with equal cost the first one wins.
 
     Args:
         points1, points2: (B, N, 2), N >= 6, pixels, floating point.
         K1, K2: (B, 3, 3), camera matrices.
         uniforms: (B, S, 5), random numbers in [0, 1), five for each sample: the k-th number u draws point
-            floor(u (N - 4 + k)), k = 0 to 4, or, where that has been drawn, point N - 5 + k.
+            floor(u (N - 4 + k)), k = 0 to 4, or, if that point has already been drawn, point N - 5 + k.
         inl_th: an inlier's Sampson distance, in pixels, is less than this, as for :func:`ransac_fundamental`.
-        refinements: how many times to fit to what is near.
+        refinements: how many times to fit again to the nearby points.
 
     Returns:
         E (B, 3, 3), of unit length, for points of the planes z = 1, and the mask (B, N), bool, of its
-        inliers. Where no sample gives a matrix E is zeros. E has no gradient: it would be that of the least
-        cost, which a fixed number of steps only comes near.
+        inliers. If no sample gives a matrix, E is zeros. E has no gradient: the gradient is defined at the
+        least cost, which a fixed number of steps only approximates.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -87,7 +86,7 @@ def ransac_essential(
     t1, t2 = common_frame(points1, points2)
     p, q = in_frame(points1.detach(), t1), in_frame(points2.detach(), t2)
     planes = score_planes(p, q, t1, inl_th, points1.dtype)
-    # From moved pixels to rays, whose last coordinate is 1: F = M2^T E M1.
+    # From normalized pixels to rays with last coordinate 1: F = M2^T E M1.
     m1, m2 = _to_rays(K1, t1), _to_rays(K2, t2)
     rows = _rows(small_matmul(with_one(p), m1.transpose(1, 2)), small_matmul(with_one(q), m2.transpose(1, 2)))
     index = draw_samples(uniforms, points1.size(1))
@@ -96,7 +95,7 @@ def ransac_essential(
     solutions, exists = essentials_of_five(of_samples.reshape(-1, 5, 9))
     fundamentals = _fundamental(solutions.unflatten(0, sizes), m1[:, None, None], m2[:, None, None])
     models, exists = best_of_each(fundamentals, exists.unflatten(0, sizes), planes)
-    # The best of all may lead to a minimum nearby that is not the least.
+    # The best sample may lead to a nearby minimum that is not the global one.
     F = best_models(models, exists, planes, True, 4).flatten(0, 1)
     rows, n1, n2, marks = _for_each(rows), _for_each(m1), _for_each(m2), _for_each(planes)
     E = small_matmul(small_matmul(inverse3x3(n2).transpose(1, 2), F), inverse3x3(n1))
@@ -113,7 +112,7 @@ def ransac_essential(
 
 
 def _for_each(x: Tensor) -> Tensor:
-    """(B, ...) four times, once for each of the models that are refined: (B * 4, ...)."""
+    """(B, ...) repeated four times, once for each model that is refined: (B * 4, ...)."""
     return torch.stack([x, x, x, x], 1).flatten(0, 1)
 
 
@@ -122,7 +121,7 @@ def _to_rays(K: Tensor, similarity: Tensor) -> Tensor:
 
 
 def _rows(x1: Tensor, x2: Tensor) -> Tensor:
-    """(B, N, 9): products with a matrix's entries are x2^T E x1."""
+    """Rows (B, N, 9); the product of a row with the entries of E is x2^T E x1."""
     return (x2[..., :, None] * x1[..., None, :]).flatten(-2)
 
 
@@ -152,11 +151,12 @@ def _refined(
 
 
 def _step(pose: Tensor, moments: Tensor) -> Tensor:
-    """One Gauss-Newton step to the least e^T M e, e the nine entries of [t]x R and M their moments (B, 9,
-    9)."""
+    """One Gauss-Newton step that minimizes e^T M e, where e are the nine entries of [t]x R and M (B, 9, 9)
+    are the moments."""
     R, t = pose[..., 0:3], pose[..., 3]
     eye = torch.eye(3, dtype=pose.dtype, device=pose.device)
-    # By a turn about each axis, and by a shift along each but for its part along t, which changes nothing.
+    # Derivatives with respect to a rotation about each axis and a shift along each axis, without its part
+    # along t, which changes nothing.
     turns = small_matmul(
         vector_to_skew_symmetric_matrix(t)[:, None],
         small_matmul(vector_to_skew_symmetric_matrix(eye), R[:, None]),

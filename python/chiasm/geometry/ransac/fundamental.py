@@ -1,4 +1,4 @@
-"""A fundamental matrix from correspondences some of which are wrong."""
+"""A fundamental matrix from correspondences with outliers."""
 
 from typing import Tuple
 
@@ -26,29 +26,28 @@ from .arguments import check_arguments
 def ransac_fundamental(
     points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th: float = 1.0, refinements: int = 3
 ) -> Tuple[Tensor, Tensor]:
-    """Fundamental matrix from eight or more correspondences some of which are wrong.
+    """Fundamental matrix from eight or more correspondences with outliers.
 
-    Each of S samples of seven correspondences gives up to three matrices, of which the one is kept that fits
-    32 points best, spread over all. The one with the least MSAC cost (the sum over all points of Sampson's
-    squared distance, which counts as no more than inl_th squared) is refined:
-    :func:`chiasm.geometry.epipolar.find_fundamental` of the points within a distance that goes from nearly 3
-    inl_th to begin with down to inl_th. What costs least of all is taken, the first of several samples that
-    cost the same.
+    Each of S samples of seven correspondences gives up to three matrices; the one that fits 32 of the points
+    (evenly spread) best is kept. The one with the least MSAC cost (the sum over all points of Sampson's
+    squared distance, limited to inl_th squared) is refined: :func:`chiasm.geometry.epipolar.find_fundamental`
+    of the points within a distance that decreases from nearly 3 inl_th to inl_th. The result is the model
+    with the least cost of all; among samples with equal cost the first one wins.
 
     Args:
         points1, points2: (B, N, 2), N >= 8, pixels, floating point.
         uniforms: (B, S, 7), random numbers in [0, 1), seven for each sample: the k-th number u draws point
-            floor(u (N - 6 + k)), k = 0 to 6, or, where that has been drawn, point N - 7 + k.
+            floor(u (N - 6 + k)), k = 0 to 6, or, if that point has already been drawn, point N - 7 + k.
         inl_th: an inlier's Sampson distance (:func:`chiasm.geometry.epipolar.sampson_epipolar_distance`, not
-            squared) is less than this, in pixels. It is how far the two points together are from obeying the
-            matrix: each from its epipolar line by about 1.4 times that.
-        refinements: how many times to fit to what is near.
+            squared) is less than this, in pixels. It measures both points together: each point is about 1.4
+            times this distance away from its epipolar line.
+        refinements: how many times to fit again to the nearby points.
 
     Returns:
         F (B, 3, 3) of rank 2, scaled so that the last entry is 1, and the mask (B, N), bool, of its inliers.
-        Where no sample gives a matrix, the refinements begin with all points (without any F is zeros).
-        Differentiable in the points: the derivative is that of the fit which was taken, with the points it
-        was fitted to; it is 0 where that is a sample's matrix.
+        If no sample gives a matrix, the refinements begin with all points (without refinements F is zeros).
+        Differentiable in the points: the derivative is that of the chosen fit with its points held fixed; it
+        is 0 if the chosen fit is a sample's matrix.
 
     Raises:
         TypeError: if a tensor is not floating point.

@@ -1,4 +1,4 @@
-"""A homography from correspondences some of which are wrong."""
+"""A homography from correspondences with outliers."""
 
 from typing import Optional, Tuple
 
@@ -34,30 +34,30 @@ def ransac_homography(
     refinements: int = 3,
     mask: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor]:
-    """Homography from four or more correspondences some of which are wrong.
+    """Homography from four or more correspondences with outliers.
 
-    Each of S samples of four correspondences gives a homography in closed form; those that turn a triangle
-    over are left out, as one plane seen from one side never does. The one with the least MSAC cost (the sum
-    over all points of the squared distance in the second image, which counts as no more than inl_th squared)
-    is refined: :func:`chiasm.geometry.homography.find_homography_dlt` of the points within a distance that
-    goes from nearly 3 inl_th to begin with down to inl_th. What costs least of all is taken, the first of
-    several samples that cost the same.
+    Each of S samples of four correspondences gives a homography in closed form. Homographies that flip the
+    orientation of a triangle are rejected, since a plane seen from one side cannot do this. The one with the
+    least MSAC cost (the sum over all points of the squared distance in the second image, limited to inl_th
+    squared) is refined: :func:`chiasm.geometry.homography.find_homography_dlt` of the points within a
+    distance that decreases from nearly 3 inl_th to inl_th. The result is the model with the least cost of
+    all; among samples with equal cost the first one wins.
 
     Args:
         points1, points2: (B, N, 2), N >= 4, pixels, floating point.
         uniforms: (B, S, 4), random numbers in [0, 1), four for each sample: the k-th number u draws point
-            floor(u (N - 3 + k)), k = 0 to 3, or, where that has been drawn, point N - 4 + k.
-        inl_th: an inlier's distance in the second image from where the homography takes its partner is less
-            than this, in pixels.
-        refinements: how many times to fit to what is near.
-        mask: (B, N), bool, which correspondences are there; all where None. Samples are drawn of those alone,
-            as if there were no others.
+            floor(u (N - 3 + k)), k = 0 to 3, or, if that point has already been drawn, point N - 4 + k.
+        inl_th: a correspondence is an inlier if the distance in the second image between its point and its
+            transformed partner is less than this, in pixels.
+        refinements: how many times to fit again to the nearby points.
+        mask: (B, N), bool, the correspondences to use; None means all. Samples are drawn only from these, as
+            if the others did not exist.
 
     Returns:
         H (B, 3, 3) with the last entry 1, from the first image to the second, and the mask (B, N), bool, of
-        its inliers. Where no sample gives a homography, the refinements begin with all points (without any H
-        is not finite). Differentiable in the points: the derivative is that of the fit which was taken, with
-        the points it was fitted to; it is 0 where that is a sample's homography.
+        its inliers. If no sample gives a homography, the refinements begin with all points (without
+        refinements H is not finite). Differentiable in the points: the derivative is that of the chosen fit
+        with its points held fixed; it is 0 if the chosen fit is a sample's homography.
 
     Raises:
         TypeError: if a tensor is not floating point, or mask not bool.
@@ -85,7 +85,7 @@ def ransac_homography(
     t1, t2 = common_frame(points1, points2, mask)
     p, q = in_frame(points1, t1), in_frame(points2, t2)
     if mask is not None:
-        # nothing that stands in their place, NaN say, may matter
+        # values at masked positions, for example NaN, must have no influence
         p, q = (
             torch.where(mask[..., None], p, torch.zeros_like(p)),
             torch.where(mask[..., None], q, torch.zeros_like(q)),
@@ -111,11 +111,10 @@ def _refined(state: Tensor, k: Tensor, p: Tensor, q: Tensor, planes: Tensor, ste
 
 
 def _homographies_of_four(p: Tensor, q: Tensor) -> Tuple[Tensor, Tensor]:
-    """Homographies (..., 3, 3) of four correspondences (..., 4, 2) each, and which of them turn no triangle
-    over.
-
-    Three points and the weights with which they add up to the fourth are a projective basis; the homography
-    takes one image's to the other's: R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 2.3.
+    """Homographies (..., 3, 3) of four correspondences (..., 4, 2), and which of them keep the orientation of
+    all triangles. Three points, with the weights of their sum that gives the fourth point, are a projective
+    basis; the homography maps the basis of one image to that of the other: R. Hartley, A. Zisserman, Multiple
+    View Geometry, 2nd ed., 2.3.
     """
     p0, p1, p2, p3 = with_one(p).unbind(-2)
     q0, q1, q2, q3 = with_one(q).unbind(-2)

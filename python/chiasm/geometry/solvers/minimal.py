@@ -15,7 +15,7 @@ from ...primitives.linalg.polynomials import product_of_coefficients
 
 
 def null_vector_3x4(A: Tensor) -> Tensor:
-    """The vector that a 3x4 matrix takes to 0: its signed 3x3 minors, not normalised.
+    """The vector that a 3x4 matrix takes to 0: its signed 3x3 minors, not normalized.
 
     Args:
         A: (*, 3, 4), floating point.

@@ -19,8 +19,8 @@ from .windows import conv_soft_argmax2d as conv_soft_argmax2d
 from .windows import conv_soft_argmax3d as conv_soft_argmax3d
 
 class ConvQuadInterp3d(nn.Module):
-    """`conv_quad_interp3d` as a module: Refine the strict maxima of volumes, as
-    ``iterative_quad_interp3d`` does, not leaving their neighbourhood."""
+    """`conv_quad_interp3d` as a module: Refine the strict maxima of volumes like
+    ``iterative_quad_interp3d``, but only within their neighbourhood."""
 
     n_iters: int
     strict_maxima_bonus: Optional[float]
@@ -113,7 +113,10 @@ class IterativeQuadInterp3d(nn.Module):
     def __call__(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class Nms2d(nn.Module):
-    """`nms2d` as a module: Keep strict local maxima, set the rest to zero."""
+    """`nms2d` as a module: Keep strict local maxima and set all other pixels to zero. A pixel is kept if
+    it exceeds every other pixel of the window around it and the window lies inside the image: pixels
+    near the border are never kept. A window of k pixels reaches (k - 1) // 2 before its centre and k //
+    2 after it."""
 
     kernel_size: Union[int, Tuple[int, int]]
     mask_only: bool
@@ -122,7 +125,9 @@ class Nms2d(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Nms3d(nn.Module):
-    """`nms3d` as a module: ``nms2d`` of volumes."""
+    """`nms3d` as a module: ``nms2d`` for volumes. A voxel is kept if it exceeds every other voxel of the
+    window around it and the window lies inside the volume: voxels near the border are never kept. A
+    window of k voxels reaches (k - 1) // 2 before its centre and k // 2 after it."""
 
     kernel_size: Union[int, Tuple[int, int, int]]
     mask_only: bool
@@ -131,15 +136,16 @@ class Nms3d(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Nms3dMinmax(nn.Module):
-    """`nms3d_minmax` as a module: Where a volume's strict maxima and its strict minima among 3x3x3
-    voxels are, by the rules of ``nms3d``."""
+    """`nms3d_minmax` as a module: Masks of the strict maxima and minima of 3x3x3 neighbourhoods, by the
+    rules of ``nms3d``."""
     def __init__(self) -> None: ...
     def forward(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class RenderGaussian2d(nn.Module):
-    """`render_gaussian2d` as a module: Images of the density of normal distributions with independent x
-    and y, each image adding up to 1."""
+    """`render_gaussian2d` as a module: Images of normal distributions with independent x and y; each
+    image sums to 1. Each axis sums to 1 over the pixels. So a mean outside the image gives the part
+    inside the image, scaled up; if the mean is far outside, this part is at the nearest border."""
 
     size: Tuple[int, int]
     normalized_coordinates: bool

@@ -1,4 +1,4 @@
-"""Heat maps of one peak each: as a distribution, its mean, and back.
+"""Heat maps with one peak: conversion to a distribution, to its mean, and back.
 
 A. Nibali, Z. He, S. Morgan, L. Prendergast, Numerical Coordinate Regression with Convolutional Neural
 Networks, arXiv:1801.07372, 2018. Half precision is computed in float32.
@@ -20,8 +20,8 @@ def spatial_softmax2d(input: Tensor, temperature: Optional[Union[Tensor, float]]
 
     Args:
         input: (B, N, H, W), floating point.
-        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is
-            sharper. 1 by default.
+        temperature: positive, a number or a tensor of one element, whose value is not checked; a smaller
+            value gives a sharper peak. 1 by default.
 
     Returns:
         (B, N, H, W), positive; the sum of each channel is 1.
@@ -43,10 +43,10 @@ def spatial_expectation2d(input: Tensor, normalized_coordinates: bool = True) ->
     """The mean position of each channel, weighted by its values.
 
     Args:
-        input: (B, N, H, W), floating point, of which each channel adds up to 1, as ``spatial_softmax2d``
-            makes them; a channel that adds up to s gives s times the mean.
-        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis
-            of one pixel is 0), or, where False, in pixels from 0.
+        input: (B, N, H, W), floating point; each channel sums to 1, like the result of ``spatial_softmax2d``.
+            For a channel with the sum s the result is s times the mean.
+        normalized_coordinates: True: positions in [-1, 1], the centres of the outermost pixels (an axis of
+            one pixel is 0); False: positions in pixels from 0.
 
     Returns:
         (B, N, 2), x and y.
@@ -69,15 +69,15 @@ def spatial_soft_argmax2d(
     """The mean position of each channel under the softmax over its pixels: ``spatial_expectation2d`` of
     ``spatial_softmax2d``.
 
-    Near the position of the largest value where that stands out by many temperatures; of two equal peaks it
-    is the middle.
+    The result is near the position of the largest value if this exceeds the other values by many
+    temperatures; for two equal peaks it is the midpoint.
 
     Args:
         input: (B, N, H, W), floating point.
-        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is
-            sharper. 1 by default.
-        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis
-            of one pixel is 0), or, where False, in pixels from 0.
+        temperature: positive, a number or a tensor of one element, whose value is not checked; a smaller
+            value gives a sharper peak. 1 by default.
+        normalized_coordinates: True: positions in [-1, 1], the centres of the outermost pixels (an axis of
+            one pixel is 0); False: positions in pixels from 0.
 
     Returns:
         (B, N, 2), x and y.
@@ -99,17 +99,16 @@ def spatial_soft_argmax2d(
 def render_gaussian2d(
     mean: Tensor, std: Tensor, size: Tuple[int, int], normalized_coordinates: bool = True
 ) -> Tensor:
-    """Images of the density of normal distributions with independent x and y, each image adding up to 1.
-
-    Each axis adds up to 1 over the pixels. So a mean outside the image gives the part that lies on it, scaled
-    up; of one far outside that is on the nearest border.
+    """Images of normal distributions with independent x and y; each image sums to 1. Each axis sums to 1 over
+    the pixels. So a mean outside the image gives the part inside the image, scaled up; if the mean is far
+    outside, this part is at the nearest border.
 
     Args:
         mean: (*, 2), x and y, floating point.
         std: standard deviations along x and y, not 0, of a shape that is broadcast with mean's.
         size: (height, width) of the images; may come from another tensor's shape.
-        normalized_coordinates: whether mean and std are in the units of [-1, 1], the centres of the outermost
-            pixels (an axis of one pixel is 0), or, where False, in pixels from 0.
+        normalized_coordinates: True: mean and std are in units of [-1, 1], the centres of the outermost
+            pixels (an axis of one pixel is 0); False: in pixels from 0.
 
     Returns:
         (*, height, width) in mean's dtype.
@@ -182,7 +181,7 @@ def _axes(
 
 
 def _profile(positions: Tensor, mean: Tensor, std: Tensor) -> Tensor:
-    """A normal distribution's density at positions (n,), adding up to 1: (*, n) for means and deviations (*,
-    1)."""
+    """The density of a normal distribution at positions (n,), scaled to sum 1: (*, n) for means and
+    deviations (*, 1)."""
     distance = (positions - mean) / std
     return torch.softmax(-0.5 * distance * distance, -1)

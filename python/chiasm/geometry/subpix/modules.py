@@ -1,4 +1,4 @@
-"""Suppression of what is no maximum, as modules that say at the call whether a mask is wanted."""
+"""Non-maximum suppression as modules; each call chooses whether it returns a mask."""
 
 from typing import Tuple, Union
 
@@ -8,7 +8,7 @@ from .suppression import nms2d, nms3d
 
 
 class NonMaximaSuppression2d(nn.Module):
-    """``nms2d`` with a kernel that is given once.
+    """``nms2d`` as a module with a fixed kernel size.
 
     >>> NonMaximaSuppression2d((3, 3))(torch.rand(1, 1, 8, 9), mask_only=True).dtype
     torch.bool
@@ -23,7 +23,7 @@ class NonMaximaSuppression2d(nn.Module):
 
 
 class NonMaximaSuppression3d(nn.Module):
-    """``nms3d`` with a kernel that is given once.
+    """``nms3d`` as a module with a fixed kernel size.
 
     >>> NonMaximaSuppression3d((3, 3, 3))(torch.rand(1, 1, 5, 8, 9)).shape
     torch.Size([1, 1, 5, 8, 9])

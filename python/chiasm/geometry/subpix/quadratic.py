@@ -1,11 +1,9 @@
-"""Maxima of volumes to a fraction of a voxel, by a quadratic through the neighbours.
+"""Subvoxel maxima of volumes, by a quadratic through the neighbours.
 
 M. Brown, D. Lowe, Invariant Features from Interest Point Groups, BMVC 2002. With derivatives g and H by
-central differences the quadratic's extremum is -H^-1 g from the voxel, and it is g . (-H^-1 g) / 2 higher.
-Where that is too far, a neighbouring voxel is tried.
-
-The quadratic is solved at every voxel, in float64, and each voxel knows the one that it leads to; so how many
-maxima there are makes no difference.
+central differences, the extremum of the quadratic is at -H^-1 g from the voxel, and its value is higher by g
+. (-H^-1 g) / 2. If this is too far, a neighbouring voxel is tried. The quadratic is solved at every voxel, in
+float64, together with the voxel to try next; so the time does not depend on the number of maxima.
 """
 
 from typing import Optional, Tuple
@@ -32,18 +30,19 @@ def conv_quad_interp3d(
     dilation_radius: int = 1,
     allow_scale_steps: bool = True,
 ) -> Tuple[Tensor, Tensor]:
-    """Refine the strict maxima of volumes, as ``iterative_quad_interp3d`` does, not leaving their
+    """Refine the strict maxima of volumes like ``iterative_quad_interp3d``, but only within their
     neighbourhood.
 
     Args:
         input: (B, C, D, H, W), floating point, without NaN; D is called the scale.
-        n_iters: the most voxels that are tried from each maximum.
+        n_iters: the maximum number of voxels that are tried from each maximum.
         strict_maxima_bonus: not used, here so that Kornia's calls work.
-        max_subpixel_shift: from which distance along an axis on the next voxel is tried.
-        precomputed_nms_mask: (B, C, D, H, W), bool, what to refine instead of the strict maxima among 3x3x3
-            voxels; minima may be.
-        dilation_radius: how far, along each axis, from one of the maxima all voxels tried must be.
-        allow_scale_steps: whether the next voxel may be one of another scale.
+        max_subpixel_shift: the next voxel is tried if the distance along an axis is greater than this.
+        precomputed_nms_mask: (B, C, D, H, W), bool, the voxels to refine instead of the strict maxima of
+            3x3x3 neighbourhoods; they may be minima.
+        dilation_radius: all tried voxels must be within this distance, along each axis, from one of the
+            maxima.
+        allow_scale_steps: True allows the next voxel to have another scale.
 
     Returns:
         positions (B, C, 3, D, H, W), scale, x and y in voxels; values (B, C, D, H, W). Differentiable in
@@ -80,27 +79,27 @@ def iterative_quad_interp3d(
 ) -> Tuple[Tensor, Tensor]:
     """Refine the strict maxima of volumes to a fraction of a voxel.
 
-    A maximum is the extremum of the quadratic through its neighbours, unless that is farther than
-    max_subpixel_shift along an axis: then it is looked for again from the next voxel, one step along each
-    such axis, and so on. It stays what it was where no voxel that is tried is near enough, where one of them
-    lies on the volume's border, where a quadratic has no extremum (the determinant of its Hessian H is at
-    most 1e-7 max |H|^3), and where the extremum is more than 1.5 from the last voxel. (A mask's voxels on the
-    border stay, too, which Kornia refines from the next inner one.)
+    A maximum is moved to the extremum of the quadratic through its neighbours. If this is farther than
+    max_subpixel_shift along an axis, the search continues from the next voxel, one step along each such axis,
+    and so on. The maximum stays unchanged in these cases: no tried voxel is near enough; a tried voxel lies
+    on the volume's border; a quadratic has no extremum (the determinant of its Hessian H is at most 1e-7 max
+    |H|^3); the extremum is more than 1.5 away from the last voxel. (Voxels of a mask on the border also stay
+    unchanged; Kornia refines them from the next inner voxel.)
 
     Args:
         input: (B, C, D, H, W), floating point, without NaN; D is called the scale.
-        n_iters: the most voxels that are tried from each maximum.
+        n_iters: the maximum number of voxels that are tried from each maximum.
         strict_maxima_bonus: not used, here so that Kornia's calls work.
-        max_subpixel_shift: from which distance along an axis on the next voxel is tried.
-        allow_scale_steps: whether the next voxel may be one of another scale.
-        precomputed_nms_mask: (B, C, D, H, W), bool, what to refine instead of the strict maxima among 3x3x3
-            voxels; minima may be.
-        max_candidates: refine no more than this many maxima of each (D, H, W), those of the largest values;
-            of equals the first.
+        max_subpixel_shift: the next voxel is tried if the distance along an axis is greater than this.
+        allow_scale_steps: True allows the next voxel to have another scale.
+        precomputed_nms_mask: (B, C, D, H, W), bool, the voxels to refine instead of the strict maxima of
+            3x3x3 neighbourhoods; they may be minima.
+        max_candidates: refine at most this many maxima of each (D, H, W), those with the largest values; of
+            equal values the first.
 
     Returns:
-        positions (B, C, 3, D, H, W), scale, x and y in voxels, of the refined maxima where the maxima were,
-        of each voxel elsewhere; values (B, C, D, H, W), the quadratic's at the refined maxima, input's
+        positions (B, C, 3, D, H, W), scale, x and y in voxels: refined at the maxima, the voxel's own
+        position elsewhere; values (B, C, D, H, W): those of the quadratic at the maxima, those of input
         elsewhere. Differentiable in input.
 
     Raises:
@@ -138,7 +137,7 @@ def _checked_mask(input: Tensor, n_iters: int, mask: Optional[Tensor]) -> Tensor
 
 
 def _dilated(mask: Tensor, radius: int) -> Tensor:
-    """Whether the mask is set so near to each voxel, along each axis."""
+    """Whether the mask is set within ``radius`` of each voxel, along each axis."""
     x = F.pad(mask.flatten(0, 1), [radius, radius, radius, radius, radius, radius])
     for dim in range(1, 4):
         size = x.size(dim) - 2 * radius
@@ -150,14 +149,14 @@ def _dilated(mask: Tensor, radius: int) -> Tensor:
 
 
 def _strongest(input: Tensor, mask: Tensor, count: int) -> Tensor:
-    """Of the mask's entries those ``count`` of each volume where input is largest."""
+    """The ``count`` entries of the mask of each volume where input is largest."""
     if count < 0:
         raise ValueError(f"max_candidates: expected a number >= 0, got {count}")
     if count == 0:
         return torch.zeros_like(mask)
     lowest = -float("inf")
     values = torch.where(mask, input.detach(), torch.full_like(input, lowest)).flatten(0, 1).flatten(1)
-    # A small volume may have fewer voxels than are asked for.
+    # A small volume may have fewer voxels than requested.
     padded = F.pad(values, [0, count], "constant", lowest)
     chosen = torch.zeros_like(padded).scatter(1, stable_topk(padded, count)[1], 1.0)
     return mask & (chosen[:, : values.size(1)] > 0.5).reshape(mask.shape)
@@ -166,7 +165,7 @@ def _strongest(input: Tensor, mask: Tensor, count: int) -> Tensor:
 def _refined(
     input: Tensor, mask: Tensor, reach: Tensor, n_iters: int, limit: float, scale_steps: bool
 ) -> Tuple[Tensor, Tensor]:
-    """Positions and values, refined where ``mask`` is by way of voxels where ``reach`` is."""
+    """Positions and values, refined where ``mask`` is set; only voxels where ``reach`` is set are tried."""
     volume = input.flatten(0, 1).to(position_dtype(input.dtype))
     depth, height, width = input.size(2), input.size(3), input.size(4)
     column, row, plane = voxel_axes((depth, height, width), volume.dtype, volume.device)
@@ -213,8 +212,8 @@ def _changes(
 
 
 def _followed(step: Tensor, leads_on: Tensor, n_iters: int) -> Tensor:
-    """The voxel (N, d * h * w) that is the last tried from each voxel, where those that lead on do so by step
-    (N, 3, d, h, w)."""
+    """The last voxel (N, d * h * w) that is tried from each voxel; voxels with ``leads_on`` lead to the next
+    one by step (N, 3, d, h, w)."""
     depth, height, width = step.size(2), step.size(3), step.size(4)
     column, row, plane = voxel_axes((depth, height, width), step.dtype, step.device)
     to_plane, to_column, to_row = plane + step[:, 0], column + step[:, 1], row + step[:, 2]
@@ -238,10 +237,9 @@ def _followed(step: Tensor, leads_on: Tensor, n_iters: int) -> Tensor:
 
 
 def quadratic_extrema(v: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """For each inner voxel of (N, D, H, W): how far its quadratic's extremum is, how much higher, and whether
-    there is one.
-
-    Shifts (N, 3, d, h, w) along scale, x and y; 0 where there is none.
+    """For each inner voxel of (N, D, H, W): the shift to the extremum of its quadratic, the increase of the
+    value, and whether an extremum exists. Shifts (N, 3, d, h, w) are along scale, x and y; 0 if there is no
+    extremum.
     """
     centre = _neighbour(v, 0, 0, 0)
     up, down = _neighbour(v, 1, 0, 0), _neighbour(v, -1, 0, 0)
@@ -278,7 +276,7 @@ def quadratic_extrema(v: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 
 
 def _neighbour(v: Tensor, slices: int, rows: int, columns: int) -> Tensor:
-    """The voxels that are so far from the inner voxels of (N, D, H, W), by 1 at most."""
+    """The neighbours of the inner voxels of (N, D, H, W) at the given offsets, each at most 1."""
     depth, height, width = v.size(1) - 2, v.size(2) - 2, v.size(3) - 2
     return v[
         :, 1 + slices : 1 + slices + depth, 1 + rows : 1 + rows + height, 1 + columns : 1 + columns + width

@@ -11,19 +11,17 @@ from ...primitives.resampling.volumes import check_volume
 
 
 def nms2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], mask_only: bool = False) -> Tensor:
-    """Keep strict local maxima, set the rest to zero.
-
-    A pixel stays when it exceeds every other pixel of the window around it, and the window lies inside the
-    image: the pixels near the border never stay. A window of k pixels reaches (k - 1) // 2 before its centre
-    and k // 2 after it.
+    """Keep strict local maxima and set all other pixels to zero. A pixel is kept if it exceeds every other
+    pixel of the window around it and the window lies inside the image: pixels near the border are never kept.
+    A window of k pixels reaches (k - 1) // 2 before its centre and k // 2 after it.
 
     Args:
         input: (B, C, H, W), floating point, without NaN.
         kernel_size: size of the window, one for both axes or (rows, columns), of more than one pixel.
-        mask_only: return where the maxima are instead.
+        mask_only: return a mask of the maxima instead.
 
     Returns:
-        (B, C, H, W) in input's dtype, or bool where mask_only. Differentiable in input.
+        (B, C, H, W) in input's dtype, or bool with mask_only. Differentiable in input.
 
     Raises:
         TypeError: if input is not floating point.
@@ -48,19 +46,17 @@ def nms2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], mask_only: bo
 
 
 def nms3d(input: Tensor, kernel_size: Union[int, Tuple[int, int, int]], mask_only: bool = False) -> Tensor:
-    """``nms2d`` of volumes.
-
-    A voxel stays when it exceeds every other voxel of the window around it, and the window lies inside the
-    volume: the voxels near the border never stay. A window of k voxels reaches (k - 1) // 2 before its centre
-    and k // 2 after it.
+    """``nms2d`` for volumes. A voxel is kept if it exceeds every other voxel of the window around it and the
+    window lies inside the volume: voxels near the border are never kept. A window of k voxels reaches (k - 1)
+    // 2 before its centre and k // 2 after it.
 
     Args:
         input: (B, C, D, H, W), floating point, without NaN.
         kernel_size: size of the window, one for all axes or (slices, rows, columns), of more than one voxel.
-        mask_only: return where the maxima are instead.
+        mask_only: return a mask of the maxima instead.
 
     Returns:
-        (B, C, D, H, W) in input's dtype, or bool where mask_only. Differentiable in input.
+        (B, C, D, H, W) in input's dtype, or bool with mask_only. Differentiable in input.
 
     Raises:
         TypeError: if input is not floating point.
@@ -86,7 +82,7 @@ def nms3d(input: Tensor, kernel_size: Union[int, Tuple[int, int, int]], mask_onl
 
 
 def nms3d_minmax(input: Tensor) -> Tuple[Tensor, Tensor]:
-    """Where a volume's strict maxima and its strict minima among 3x3x3 voxels are, by the rules of ``nms3d``.
+    """Masks of the strict maxima and minima of 3x3x3 neighbourhoods, by the rules of ``nms3d``.
 
     Args:
         input: (B, C, D, H, W), floating point, without NaN.

@@ -26,26 +26,26 @@ def conv_soft_argmax2d(
 ) -> Union[Tensor, Tuple[Tensor, Tensor]]:
     """The mean position of each window under the softmax over its pixels, and the mean value.
 
-    The weight of a pixel is exp(v / temperature), whatever lies outside the window; that of a pixel outside
-    the image, or of value -inf, is 0. A window that has no other has its centre for a mean position, and -inf
-    for a value.
+    The weight of a pixel is exp(v / temperature); the weight of a pixel outside the image or with value -inf
+    is 0. For a window that only has such pixels, the mean position is its centre and the value is -inf.
 
     Args:
         input: (B, C, H, W), floating point. Half precision is computed in float32.
         kernel_size: (rows, columns) of the window.
         stride: pixels from one window to the next, down and across.
-        padding: pixels outside the image that windows may begin or end with, above and below, left and right;
-            at most half of kernel_size.
-        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is
-            sharper.
-        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis
-            of one pixel is 0), or, where False, in pixels from 0.
+        padding: number of pixels by which windows may extend outside the image, (vertical, horizontal); at
+            most half of kernel_size.
+        temperature: positive, a number or a tensor of one element, whose value is not checked; a smaller
+            value gives a sharper peak.
+        normalized_coordinates: True: positions in [-1, 1], the centres of the outermost pixels (an axis of
+            one pixel is 0); False: positions in pixels from 0.
         eps: not used, here so that Kornia's calls work.
-        output_value: whether to return the mean values, too.
+        output_value: True also returns the mean values.
 
     Returns:
         Positions (B, C, 2, h, w), x and y, where h = (H + 2 padding[0] - kernel_size[0]) // stride[0] + 1,
-        and w alike; where output_value, also values (B, C, h, w). Differentiable in input and temperature.
+        and w by the same formula; with output_value, also values (B, C, h, w). Differentiable in input and
+        temperature.
 
     Raises:
         TypeError: if input is not floating point.
@@ -86,23 +86,23 @@ def conv_soft_argmax3d(
 ) -> Union[Tensor, Tuple[Tensor, Tensor]]:
     """The mean position of each window of a volume under the softmax over its voxels, and the mean value.
 
-    See ``conv_soft_argmax2d``; the defaults are others.
+    See ``conv_soft_argmax2d``; the defaults are different.
 
     Args:
         input: (B, C, D, H, W), floating point. Half precision is computed in float32.
         kernel_size: (slices, rows, columns) of the window.
         stride: voxels from one window to the next.
-        padding: voxels outside the volume that windows may begin or end with; at most half of kernel_size.
-        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is
-            sharper.
-        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost voxels (an axis
-            of one voxel is 0), or, where False, in voxels from 0.
+        padding: number of voxels by which windows may extend outside the volume; at most half of kernel_size.
+        temperature: positive, a number or a tensor of one element, whose value is not checked; a smaller
+            value gives a sharper peak.
+        normalized_coordinates: True: positions in [-1, 1], the centres of the outermost voxels (an axis of
+            one voxel is 0); False: positions in voxels from 0.
         eps: not used, here so that Kornia's calls work.
-        output_value: whether to return the mean values, too.
+        output_value: True also returns the mean values.
         strict_maxima_bonus: not used, here so that Kornia's calls work; ``nms3d`` selects strict maxima.
 
     Returns:
-        Positions (B, C, 3, d, h, w), slice, x and y, with d, h and w as in ``conv_soft_argmax2d``; where
+        Positions (B, C, 3, d, h, w), slice, x and y, with d, h and w as in ``conv_soft_argmax2d``; with
         output_value, also values (B, C, d, h, w). Differentiable in input and temperature.
 
     Raises:
@@ -152,8 +152,8 @@ def _window_means(
     p = _padded(x.to(position_dtype(x.dtype)), padding)
     taps = _taps(p, kernel_size, stride)
     sharpness = inverse_temperature(temperature, p)
-    lowest = -1e30  # minus infinity that a weight of 0 may be multiplied by
-    # Whatever is subtracted falls out of the means, so it needs no gradient.
+    lowest = -1e30  # finite in place of minus infinity, so that its product with a weight of 0 is 0
+    # The subtracted number cancels in the means, so it needs no gradient.
     peak = largest(taps).detach().clamp(min=lowest)
     total = torch.zeros_like(peak)
     through, down, across, value = total, total, total, total

@@ -103,7 +103,7 @@ __all__ = [
     "warp_polar",
 ]
 
-# As Kornia's: modules that move every image in the same way, and defaults that are not the functions'.
+# Modules as in Kornia: they move every image in the same way, and some defaults differ from the functions.
 _FORMS = {
     "rescale": ModuleForm(defaults={"align_corners": True}),
     "rotate": ModuleForm(held=["angle"]),

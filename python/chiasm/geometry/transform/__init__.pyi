@@ -60,7 +60,7 @@ from .volume import warp_perspective3d as warp_perspective3d
 from .warp import warp_perspective as warp_perspective
 
 class Affine3d(nn.Module):
-    """`affine3d` as a module: ``warp_affine3d`` to the volume's own size."""
+    """`affine3d` as a module: ``warp_affine3d`` with an output of the volume's size."""
 
     mode: str
     padding_mode: str
@@ -72,8 +72,11 @@ class Affine3d(nn.Module):
     def __call__(self, tensor: Tensor, matrix: Tensor) -> Tensor: ...
 
 class BuildLaplacianPyramid(nn.Module):
-    """`build_laplacian_pyramid` as a module: Laplacian pyramid: what each level of the Gaussian pyramid
-    has over the next one, enlarged; the last as it is."""
+    """`build_laplacian_pyramid` as a module: Laplacian pyramid: the difference of each Gaussian level
+    and the upsampled next one; the last level as it is. A level is upsampled to the size of the level
+    before and then blurred, so that upsampling, blurring and adding from the last level reconstructs the
+    image exactly, whatever its size. (Kornia pads the image to powers of two instead, and agrees if the
+    sizes are powers of two.)"""
 
     max_level: int
     border_type: str
@@ -83,8 +86,8 @@ class BuildLaplacianPyramid(nn.Module):
     def __call__(self, input: Tensor) -> List[Tensor]: ...
 
 class BuildPyramid(nn.Module):
-    """`build_pyramid` as a module: Gaussian pyramid: the image, and what ``pyrdown`` makes of it again
-    and again."""
+    """`build_pyramid` as a module: Gaussian pyramid: the image, and the results of repeated
+    ``pyrdown``."""
 
     max_level: int
     border_type: str
@@ -94,7 +97,8 @@ class BuildPyramid(nn.Module):
     def __call__(self, input: Tensor) -> List[Tensor]: ...
 
 class CenterCrop(nn.Module):
-    """`center_crop` as a module: Cut out the middle."""
+    """`center_crop` as a module: Crop the centre of images. If the image size and the crop size differ
+    by an odd number, the crop begins between two pixels."""
 
     size: Tuple[int, int]
     mode: str
@@ -111,7 +115,8 @@ class CenterCrop(nn.Module):
     def __call__(self, input_tensor: Tensor) -> Tensor: ...
 
 class CenterCrop3d(nn.Module):
-    """`center_crop3d` as a module: Cut out the middle."""
+    """`center_crop3d` as a module: Crop the centre of volumes. If the sizes differ by an odd number, the
+    crop begins between two voxels."""
 
     size: Tuple[int, int, int]
     interpolation: str
@@ -123,8 +128,8 @@ class CenterCrop3d(nn.Module):
     def __call__(self, tensor: Tensor) -> Tensor: ...
 
 class CropAndResize(nn.Module):
-    """`crop_and_resize` as a module: Cut out one quadrilateral of each image and bring it to a size; the
-    corners' pixel centres become the corner pixels."""
+    """`crop_and_resize` as a module: Crop one quadrilateral of each image and resize it; its corners
+    become the centres of the corner pixels."""
 
     size: Tuple[int, int]
     mode: str
@@ -141,8 +146,8 @@ class CropAndResize(nn.Module):
     def __call__(self, input_tensor: Tensor, boxes: Tensor) -> Tensor: ...
 
 class CropAndResize3d(nn.Module):
-    """`crop_and_resize3d` as a module: Cut out one box of each volume and bring it to a size; the
-    corners' voxel centres become the corner voxels."""
+    """`crop_and_resize3d` as a module: Crop one box of each volume and resize it; its corners become the
+    centres of the corner voxels."""
 
     size: Tuple[int, int, int]
     interpolation: str
@@ -154,8 +159,9 @@ class CropAndResize3d(nn.Module):
     def __call__(self, tensor: Tensor, boxes: Tensor) -> Tensor: ...
 
 class CropByBoxes(nn.Module):
-    """`crop_by_boxes` as a module: Cut out the quadrilaterals that the warp from one box to another
-    brings into view."""
+    """`crop_by_boxes` as a module: Warp images so that src_box maps to dst_box, and crop to dst_box. The
+    output has the size of the first dst_box, or ``size`` if given: exported programs cannot have sizes
+    that depend on data."""
 
     mode: str
     padding_mode: str
@@ -174,7 +180,9 @@ class CropByBoxes(nn.Module):
     def __call__(self, input_tensor: Tensor, src_box: Tensor, dst_box: Tensor) -> Tensor: ...
 
 class CropByBoxes3d(nn.Module):
-    """`crop_by_boxes3d` as a module: Cut out what the warp from one box to another brings into view."""
+    """`crop_by_boxes3d` as a module: Warp volumes so that src_box maps to dst_box, and crop to dst_box.
+    The output has the size of the first dst_box, or ``size`` if given: exported programs cannot have
+    sizes that depend on data."""
 
     interpolation: str
     align_corners: bool
@@ -189,8 +197,8 @@ class CropByBoxes3d(nn.Module):
     def __call__(self, tensor: Tensor, src_box: Tensor, dst_box: Tensor) -> Tensor: ...
 
 class CropByIndices(nn.Module):
-    """`crop_by_indices` as a module: Cut out one box of whole pixels of each image, and bring the crops
-    to one size."""
+    """`crop_by_indices` as a module: Crop one box of whole pixels out of each image, and resize the
+    crops to one size. The resize does not use pixels outside the crop."""
 
     size: Optional[Tuple[int, int]]
     interpolation: str
@@ -209,8 +217,8 @@ class CropByIndices(nn.Module):
     def __call__(self, input_tensor: Tensor, src_box: Tensor) -> Tensor: ...
 
 class CropByTransformMat(nn.Module):
-    """`crop_by_transform_mat` as a module: Warp images by homographies in pixels, whatever
-    ``align_corners``: out(p) = input_tensor(transform^-1 p)."""
+    """`crop_by_transform_mat` as a module: Warp images by homographies in pixels: out(p) =
+    input_tensor(transform^-1 p)."""
 
     out_size: Tuple[int, int]
     mode: str
@@ -227,7 +235,7 @@ class CropByTransformMat(nn.Module):
     def __call__(self, input_tensor: Tensor, transform: Tensor) -> Tensor: ...
 
 class CropByTransformMat3d(nn.Module):
-    """`crop_by_transform_mat3d` as a module: Warp volumes by homographies of space: out(p) =
+    """`crop_by_transform_mat3d` as a module: Warp volumes by 3D homographies: out(p) =
     tensor(transform^-1 p)."""
 
     out_size: Tuple[int, int, int]
@@ -245,7 +253,7 @@ class CropByTransformMat3d(nn.Module):
     def __call__(self, tensor: Tensor, transform: Tensor) -> Tensor: ...
 
 class ElasticTransform2d(nn.Module):
-    """`elastic_transform2d` as a module: Read an image at positions that smoothed noise has moved."""
+    """`elastic_transform2d` as a module: Deform an image by smoothed random displacements."""
 
     kernel_size: Tuple[int, int]
     sigma: Union[Tuple[float, float], Tensor]
@@ -267,7 +275,7 @@ class ElasticTransform2d(nn.Module):
 
 class GetAffineMatrix2d(nn.Module):
     """`get_affine_matrix2d` as a module: Homography that shears, scales and rotates about a centre and
-    then moves."""
+    then translates."""
 
     sx: Optional[Tensor]
     sy: Optional[Tensor]
@@ -276,8 +284,8 @@ class GetAffineMatrix2d(nn.Module):
     def __call__(self, translations: Tensor, center: Tensor, scale: Tensor, angle: Tensor) -> Tensor: ...
 
 class GetAffineMatrix3d(nn.Module):
-    """`get_affine_matrix3d` as a module: Homography of space that shears, scales and rotates about a
-    centre and then moves."""
+    """`get_affine_matrix3d` as a module: 3D homography that shears, scales and rotates about a centre
+    and then translates."""
 
     sxy: Optional[Tensor]
     sxz: Optional[Tensor]
@@ -298,15 +306,16 @@ class GetAffineMatrix3d(nn.Module):
     def __call__(self, translations: Tensor, center: Tensor, scale: Tensor, angles: Tensor) -> Tensor: ...
 
 class GetPerspectiveTransform(nn.Module):
-    """`get_perspective_transform` as a module: Homography that takes four points to four others,
-    exactly: ``cv2.getPerspectiveTransform``."""
+    """`get_perspective_transform` as a module: Homography that maps four points exactly to four others,
+    like ``cv2.getPerspectiveTransform``. In closed form: one homography maps the points at infinity of
+    the axes, the origin and (1, 1, 1) to any four points; two of these give the homography between two
+    quadruples (R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., section 2.3)."""
     def __init__(self) -> None: ...
     def forward(self, points_src: Tensor, points_dst: Tensor) -> Tensor: ...
     def __call__(self, points_src: Tensor, points_dst: Tensor) -> Tensor: ...
 
 class GetPerspectiveTransform3d(nn.Module):
-    """`get_perspective_transform3d` as a module: Homography of space between two boxes of eight
-    corners."""
+    """`get_perspective_transform3d` as a module: 3D homography between two boxes with eight corners."""
     def __init__(self) -> None: ...
     def forward(self, src: Tensor, dst: Tensor) -> Tensor: ...
     def __call__(self, src: Tensor, dst: Tensor) -> Tensor: ...
@@ -336,7 +345,7 @@ class GetShearMatrix2d(nn.Module):
     def __call__(self, center: Tensor) -> Tensor: ...
 
 class GetShearMatrix3d(nn.Module):
-    """`get_shear_matrix3d` as a module: Homography of space that shears along z, then y, then x, about a
+    """`get_shear_matrix3d` as a module: 3D homography that shears along z, then y, then x, about a
     centre: T(center) X Y Z T(-center)."""
 
     sxy: Optional[Tensor]
@@ -358,20 +367,22 @@ class GetShearMatrix3d(nn.Module):
     def __call__(self, center: Tensor) -> Tensor: ...
 
 class GetTpsTransform(nn.Module):
-    """`get_tps_transform` as a module: Weights of the spline that takes points_src to points_dst, its
-    kernels centred at **points_dst** as in Kornia."""
+    """`get_tps_transform` as a module: Weights of the spline that maps points_src to points_dst; its
+    kernels are centred at **points_dst**. This is as in Kornia: ``warp_points_tps(points_src,
+    points_dst, *get_tps_transform(points_src, points_dst))`` is points_dst. (Bookstein centres the
+    kernels at the source points. Both splines interpolate; only his has the least bending energy.)"""
     def __init__(self) -> None: ...
     def forward(self, points_src: Tensor, points_dst: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, points_src: Tensor, points_dst: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class GetTranslationMatrix2d(nn.Module):
-    """`get_translation_matrix2d` as a module: Homography that moves an image."""
+    """`get_translation_matrix2d` as a module: Homography that translates an image."""
     def __init__(self) -> None: ...
     def forward(self, translations: Tensor) -> Tensor: ...
     def __call__(self, translations: Tensor) -> Tensor: ...
 
 class Hflip(nn.Module):
-    """`hflip` as a module: Mirror left and right."""
+    """`hflip` as a module: Flip images horizontally (left to right)."""
     def __init__(self) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
@@ -419,21 +430,24 @@ class HomographyWarp3d(nn.Module):
     def __call__(self, patch_src: Tensor, src_homo_dst: Tensor) -> Tensor: ...
 
 class InvertAffineTransform(nn.Module):
-    """`invert_affine_transform` as a module: The affine transform back:
+    """`invert_affine_transform` as a module: The inverse of an affine transform, like
     ``cv2.invertAffineTransform``."""
     def __init__(self) -> None: ...
     def forward(self, matrix: Tensor) -> Tensor: ...
     def __call__(self, matrix: Tensor) -> Tensor: ...
 
 class ProjectionFromRt(nn.Module):
-    """`projection_from_Rt` as a module: Rotation and translation side by side."""
+    """`projection_from_Rt` as a module: Concatenate rotation and translation: [R | t]."""
     def __init__(self) -> None: ...
     def forward(self, rmat: Tensor, tvec: Tensor) -> Tensor: ...
     def __call__(self, rmat: Tensor, tvec: Tensor) -> Tensor: ...
 
 class PyrDown(nn.Module):
     """`pyrdown` as a module: Blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes, then
-    shrink."""
+    downsample. With sampling "bilinear", as in Kornia, an even size is halved by the mean of 2 x 2
+    blurred pixels. With "alternate", every other blurred pixel is kept, beginning with the first, which
+    is a shift by half a pixel: this is ``cv2.pyrDown``, identical for uint8, which is rounded (halves
+    up)."""
 
     border_type: str
     align_corners: bool
@@ -450,8 +464,10 @@ class PyrDown(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class PyrUp(nn.Module):
-    """`pyrup` as a module: Enlarge to twice the size, then blur with the binomial kernel (1, 4, 6, 4, 1)
-    / 16 along both axes."""
+    """`pyrup` as a module: Upsample to twice the size, then blur with the binomial kernel (1, 4, 6, 4,
+    1) / 16 along both axes. Sampling "bilinear" is as in Kornia. "alternate" inserts a zero after each
+    pixel and blurs with four times the kernel: this is ``cv2.pyrUp``, identical for uint8, which is
+    rounded (halves up)."""
 
     border_type: str
     align_corners: bool
@@ -463,7 +479,7 @@ class PyrUp(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Remap(nn.Module):
-    """`remap` as a module: Read an image at given positions: out(p) = image(map_x(p), map_y(p))."""
+    """`remap` as a module: Sample an image at given positions: out(p) = image(map_x(p), map_y(p))."""
 
     mode: str
     padding_mode: str
@@ -516,7 +532,8 @@ class Resize(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class ResizeToBeDivisible(nn.Module):
-    """`resize_to_be_divisible` as a module: Resize images to the nearest sizes that a number divides."""
+    """`resize_to_be_divisible` as a module: Resize images to the nearest sizes that are divisible by a
+    number."""
 
     divisible_factor: int
     interpolation: str
@@ -535,7 +552,7 @@ class ResizeToBeDivisible(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class Rot180(nn.Module):
-    """`rot180` as a module: Turn by half a turn."""
+    """`rot180` as a module: Rotate images by 180 degrees."""
     def __init__(self) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
@@ -577,7 +594,7 @@ class Rotate3d(nn.Module):
     def __call__(self, tensor: Tensor, yaw: Tensor, pitch: Tensor, roll: Tensor) -> Tensor: ...
 
 class Scale(nn.Module):
-    """`scale` as a module: Enlarge or shrink what an image shows; its size stays."""
+    """`scale` as a module: Enlarge or shrink the content of images; the image size stays the same."""
 
     scale_factor: Tensor
     center: Optional[Tensor]
@@ -610,7 +627,7 @@ class Shear(nn.Module):
     def __call__(self, tensor: Tensor) -> Tensor: ...
 
 class Translate(nn.Module):
-    """`translate` as a module: Move images."""
+    """`translate` as a module: Translate images."""
 
     translation: Tensor
     mode: str
@@ -627,7 +644,7 @@ class Translate(nn.Module):
     def __call__(self, tensor: Tensor) -> Tensor: ...
 
 class Vflip(nn.Module):
-    """`vflip` as a module: Mirror top and bottom."""
+    """`vflip` as a module: Flip images vertically (top to bottom)."""
     def __init__(self) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
@@ -670,20 +687,22 @@ class WarpAffine3d(nn.Module):
     def __call__(self, src: Tensor, M: Tensor) -> Tensor: ...
 
 class WarpGrid(nn.Module):
-    """`warp_grid` as a module: Take a grid of points through homographies."""
+    """`warp_grid` as a module: Transform a grid of points by homographies."""
     def __init__(self) -> None: ...
     def forward(self, grid: Tensor, src_homo_dst: Tensor) -> Tensor: ...
     def __call__(self, grid: Tensor, src_homo_dst: Tensor) -> Tensor: ...
 
 class WarpGrid3d(nn.Module):
-    """`warp_grid3d` as a module: Take a grid of points of space through homographies."""
+    """`warp_grid3d` as a module: Transform a grid of 3D points by homographies."""
     def __init__(self) -> None: ...
     def forward(self, grid: Tensor, src_homo_dst: Tensor) -> Tensor: ...
     def __call__(self, grid: Tensor, src_homo_dst: Tensor) -> Tensor: ...
 
 class WarpImageTps(nn.Module):
-    """`warp_image_tps` as a module: Read an image where thin-plate splines lead: out(p) =
-    image(spline(p)), in coordinates from -1 to 1."""
+    """`warp_image_tps` as a module: Warp an image by thin-plate splines: out(p) = image(spline(p)), in
+    coordinates from -1 to 1. So the spline maps the output to the image. With kernel_centers = points
+    and the weights of ``get_tps_transform(others, points)``, the content of the image at points moves to
+    others."""
 
     align_corners: bool
     padding_mode: str
@@ -715,8 +734,8 @@ class WarpPerspective(nn.Module):
     def __call__(self, src: Tensor, M: Tensor) -> Tensor: ...
 
 class WarpPerspective3d(nn.Module):
-    """`warp_perspective3d` as a module: Warp volumes by homographies of space: out(p) = src(M^-1 p),
-    voxel centres at integers."""
+    """`warp_perspective3d` as a module: Warp volumes by 3D homographies: out(p) = src(M^-1 p), voxel
+    centres at integers."""
 
     dsize: Tuple[int, int, int]
     flags: str
@@ -733,7 +752,7 @@ class WarpPerspective3d(nn.Module):
     def __call__(self, src: Tensor, M: Tensor) -> Tensor: ...
 
 class WarpPointsTps(nn.Module):
-    """`warp_points_tps` as a module: Take points through thin-plate splines."""
+    """`warp_points_tps` as a module: Transform points by thin-plate splines."""
     def __init__(self) -> None: ...
     def forward(
         self, points_src: Tensor, kernel_centers: Tensor, kernel_weights: Tensor, affine_weights: Tensor
@@ -743,8 +762,8 @@ class WarpPointsTps(nn.Module):
     ) -> Tensor: ...
 
 class WarpPolar(nn.Module):
-    """`warp_polar` as a module: Unroll images around a centre: rows are directions, columns distances.
-    ``cv2.warpPolar``; Kornia has none."""
+    """`warp_polar` as a module: Warp images to polar coordinates, like ``cv2.warpPolar``: rows are
+    directions, columns distances."""
 
     dsize: Tuple[int, int]
     center: Optional[Tensor]

@@ -33,23 +33,24 @@ def warp_affine(
     """Warp an image by affine transforms: out(p) = src(M^-1 p).
 
     Pixel centres lie at integers, as for ``cv2.warpAffine(src, M, (width, height))`` with constant border 0
-    (of which older versions round positions of bytes to 1/32 pixel).
+    (older versions of which round positions to 1/32 pixel for uint8).
 
-    Of bytes, positions are computed in float64. "bilinear" and "bicubic" round them to 1/32 pixel, halves to
-    even, and values halves up: smooth images are within a level of OpenCV's. The same positions give the same
-    bytes; but a position's last digits are an engine's own, so that one in the middle of two steps of 1/32,
-    or for "nearest" of two pixels, may be rounded to either.
+    For uint8, positions are computed in float64. "bilinear" and "bicubic" round positions to 1/32 pixel
+    (halves to even) and values to integers (halves up); for smooth images the result is within one level of
+    OpenCV's. Equal positions give equal values on all engines. But engines differ in the last digits of a
+    position, so that a position half-way between two steps of 1/32 (for "nearest", between two pixels) may be
+    rounded either way.
 
     Args:
         src: (B, C, H, W), floating point or uint8.
         M: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
-            OpenCV).
-        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
-        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when
-            False. It makes no other difference, since M is in pixels.
-        fill_value: (C,) colour for "fill", of bytes in levels; black by default.
+        mode: "bilinear", "nearest" (halves are rounded to the even neighbour) or "bicubic" (a = -0.75, as in
+            PyTorch and OpenCV).
+        padding_mode: the values outside src: "zeros", "border" (replicate), "reflection" or "fill".
+        align_corners: True: "reflection" mirrors at the centres of the border pixels; False: at the outer
+            edges. It has no other effect, since M is in pixels.
+        fill_value: (C,) colour for "fill", for uint8 in levels; black by default.
 
     Returns:
         (B, C, height, width). Differentiable in src and M ("nearest": in src).
@@ -80,7 +81,7 @@ def affine(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """``warp_affine`` to the image's own size.
+    """``warp_affine`` with an output of the image's size.
 
     Args:
         tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
@@ -126,8 +127,8 @@ def rotate(
     Args:
         tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
         angle: (B,) in degrees, or (1,) or a scalar for all images.
-        center: as many (x, y) in pixels as there are angles; the middle of the image, ((W - 1) / 2, (H - 1) /
-            2), by default.
+        center: (x, y) in pixels for each angle; the centre of the image, ((W - 1) / 2, (H - 1) / 2), by
+            default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -166,12 +167,12 @@ def scale(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Enlarge or shrink what an image shows; its size stays.
+    """Enlarge or shrink the content of images; the image size stays the same.
 
     Args:
         tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
-        scale_factor: (B,), or (B, 2) with factors along x and y; B may be 1, for all images, as a scalar is.
-        center: as many (x, y) in pixels as there are factors: what stays in place; the middle of the image by
+        scale_factor: (B,), or (B, 2) with factors along x and y; B may be 1, for all images, like a scalar.
+        center: (x, y) in pixels for each factor, the point that stays fixed; the centre of the image by
             default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
@@ -242,7 +243,7 @@ def shear(
     Args:
         tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
         shear: (B, 2), or (1, 2) or (2,) for all images: pixels along x per pixel of y, and along y per pixel
-            of x; their product is not 1.
+            of x; their product must not be 1.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -281,11 +282,11 @@ def translate(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Move images.
+    """Translate images.
 
     Args:
         tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
-        translation: (B, 2), or (1, 2) or (2,) for all images: by how many pixels to the right and down.
+        translation: (B, 2), or (1, 2) or (2,) for all images: in pixels, to the right and down.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -318,19 +319,18 @@ def _translate_of_batch(
 
 
 class Affine(nn.Module):
-    """Shear, scale, rotate and then move images, all in the same way or each in its own: ``affine`` by
-    ``get_affine_matrix2d``.
-
-    A tensor that is an ``nn.Parameter`` is learned with the module.
+    """Shear, scale, rotate and then translate images: ``affine`` by ``get_affine_matrix2d``. All images get
+    the same transform, or each its own. A tensor that is an ``nn.Parameter`` becomes a learnable parameter of
+    the module.
 
     Args:
         angle: (B,) in degrees, counterclockwise as seen; 0 by default. B may be 1 here and below, for all
             images.
-        translation: (B, 2), by how many pixels to the right and down; 0 by default.
+        translation: (B, 2), in pixels, to the right and down; 0 by default.
         scale_factor: (B, 2), factors along x and y; 1 by default.
         shear: (B, 2), shearing angles along x and y in radians, as in :func:`get_shear_matrix2d`; 0 by
             default.
-        center: (B, 2), x and y in pixels of what neither shearing, scaling nor rotation moves; the middle of
+        center: (B, 2), x and y in pixels of the fixed point of shearing, scaling and rotation; the centre of
             the image, ((W - 1) / 2, (H - 1) / 2), by default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
@@ -386,7 +386,7 @@ class Affine(nn.Module):
                 torch.ones_like(self.angle[:1]) * input.size(2),
             )
             fixed = torch.stack([(width - 1.0) * 0.5, (height - 1.0) * 0.5], -1)
-        center = fixed.to(torch.float64).expand(batch, 2)  # whose dtype is the matrix's
+        center = fixed.to(torch.float64).expand(batch, 2)  # the matrix gets this dtype
         shear = self.shear.expand(batch, 2)
         matrix = get_affine_matrix2d(
             self.translation.expand(batch, 2),

@@ -1,4 +1,4 @@
-"""Cutting parts out of images."""
+"""Crops of images."""
 
 from typing import Any, List, Optional, Tuple, Union
 
@@ -30,9 +30,7 @@ def center_crop(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Cut out the middle.
-
-    Where the image's size and the crop's differ by an odd number the crop begins half a pixel further,
+    """Crop the centre of images. If the image size and the crop size differ by an odd number, the crop begins
     between two pixels.
 
     Args:
@@ -75,8 +73,8 @@ def crop_and_resize(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Cut out one quadrilateral of each image and bring it to a size; the corners' pixel centres become the
-    corner pixels.
+    """Crop one quadrilateral of each image and resize it; its corners become the centres of the corner
+    pixels.
 
     Args:
         input_tensor: (B, C, H, W), floating point.
@@ -119,17 +117,15 @@ def crop_by_boxes(
     validate_boxes: bool = True,
     size: Optional[Tuple[int, int]] = None,
 ) -> Tensor:
-    """Cut out the quadrilaterals that the warp from one box to another brings into view.
-
-    The output is as large as the first dst_box, unless ``size`` says how large: exported programs have no
-    sizes that depend on data.
+    """Warp images so that src_box maps to dst_box, and crop to dst_box. The output has the size of the first
+    dst_box, or ``size`` if given: exported programs cannot have sizes that depend on data.
 
     Args:
         input_tensor: (B, C, H, W), floating point.
         src_box: (B, 4, 2), corners (x, y) in input_tensor from the upper left clockwise.
         dst_box: (B, 4, 2), the corners in the output: rectangles of one size, at whole pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
-        validate_boxes: raise unless dst_box is as said.
+        validate_boxes: True raises an error unless dst_box is as described above.
         size: (height, width) of the output.
 
     Returns:
@@ -137,7 +133,7 @@ def crop_by_boxes(
 
     Raises:
         TypeError: if an argument is not floating point.
-        ValueError: if a shape or a choice is not as above, or dst_box is not as said.
+        ValueError: if a shape or a choice is not as above, or dst_box is not as described above.
 
     Example:
         >>> source = torch.tensor([[[1.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 3.0]]])
@@ -180,8 +176,7 @@ def crop_by_transform_mat(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Warp images by homographies in pixels, whatever ``align_corners``: out(p) = input_tensor(transform^-1
-    p).
+    """Warp images by homographies in pixels: out(p) = input_tensor(transform^-1 p).
 
     Args:
         input_tensor: (B, C, H, W), floating point.
@@ -228,19 +223,18 @@ def crop_by_indices(
     antialias: bool = False,
     shape_compensation: str = "resize",
 ) -> Tensor:
-    """Cut out one box of whole pixels of each image, and bring the crops to one size.
-
-    A crop is resized as if there were no image around it.
+    """Crop one box of whole pixels out of each image, and resize the crops to one size. The resize does not
+    use pixels outside the crop.
 
     Args:
         input_tensor: (B, C, H, W), floating point.
         src_box: (B, 4, 2), corner pixels (x, y) from the upper left clockwise, inside the image; fractions
-            are cut off. A corner beyond the image counts as the nearest pixel of it, a lower right one before
-            the upper left as the same pixel.
-        size: (height, width) of the output. None for the boxes' own, which must then be the same; that
-            depends on data and is for eager Python and TorchScript.
+            are cut off. A corner outside the image is moved to the nearest pixel inside; a lower right corner
+            before the upper left one is moved to it.
+        size: (height, width) of the output. None uses the size of the boxes, which must then all be equal;
+            this depends on data and works only in eager Python and TorchScript.
         interpolation, align_corners: as in :func:`resize`.
-        antialias: must be False: the taps of a filter that is stretched by the data are not known in advance.
+        antialias: must be False, since the number of taps would depend on the data.
         shape_compensation: "resize", or "pad" to put crops at the upper left and zeros around them.
 
     Returns:
@@ -289,19 +283,19 @@ def crop_by_indices(
 
 
 def _pixel(x: Tensor, size: int) -> Tensor:
-    """Whole coordinates inside the image."""
+    """Coordinates as whole numbers inside the image."""
     if x.is_floating_point():
         return to_index(x, size)
     return x.to(torch.int64).clamp(0, size - 1)
 
 
 class CenterCrop2D(nn.Module):
-    """Cut out the middle, at whole pixels: of two where the middle lies between, the first.
+    """Crop the centre of images at whole pixels; if it lies between two positions, the first one is used.
 
     Args:
         size: (height, width) of the crop, or a number for both.
-        align_corners, resample: as ``align_corners`` and ``mode`` in :func:`warp_affine`, for "resample".
-        cropping_mode: "slice" takes the pixels, and resizes an image that is smaller; "resample" is a warp,
+        align_corners, resample: as ``align_corners`` and ``mode`` in :func:`warp_affine`; used by "resample".
+        cropping_mode: "slice" copies the pixels, and resizes an image that is smaller; "resample" is a warp,
             which has zeros around such an image.
 
     Shape:
@@ -354,5 +348,5 @@ class CenterCrop2D(nn.Module):
 
 
 def _first(inside: int, size: int) -> int:
-    """Where the middle ``size`` of an axis begins, rounded towards 0."""
+    """The first index of the ``size`` pixels at the centre of an axis, rounded towards 0."""
     return (inside - size) // 2 if inside >= size else -((size - inside) // 2)

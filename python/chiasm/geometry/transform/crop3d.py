@@ -1,4 +1,4 @@
-"""Cutting parts out of volumes."""
+"""Crops of volumes."""
 
 from typing import Optional, Tuple
 
@@ -14,9 +14,7 @@ from .volume import crop_by_transform_mat3d, warp_affine3d
 def center_crop3d(
     tensor: Tensor, size: Tuple[int, int, int], interpolation: str = "bilinear", align_corners: bool = True
 ) -> Tensor:
-    """Cut out the middle.
-
-    Where the sizes differ by an odd number the crop begins half a voxel further, between two voxels.
+    """Crop the centre of volumes. If the sizes differ by an odd number, the crop begins between two voxels.
 
     Args:
         tensor: (B, C, D, H, W), floating point.
@@ -55,8 +53,7 @@ def crop_and_resize3d(
     interpolation: str = "bilinear",
     align_corners: bool = False,
 ) -> Tensor:
-    """Cut out one box of each volume and bring it to a size; the corners' voxel centres become the corner
-    voxels.
+    """Crop one box of each volume and resize it; its corners become the centres of the corner voxels.
 
     Args:
         tensor: (B, C, D, H, W), floating point.
@@ -108,10 +105,8 @@ def crop_by_boxes3d(
     align_corners: bool = False,
     size: Optional[Tuple[int, int, int]] = None,
 ) -> Tensor:
-    """Cut out what the warp from one box to another brings into view.
-
-    The output is as large as the first dst_box, unless ``size`` says how large: exported programs have no
-    sizes that depend on data.
+    """Warp volumes so that src_box maps to dst_box, and crop to dst_box. The output has the size of the first
+    dst_box, or ``size`` if given: exported programs cannot have sizes that depend on data.
 
     Args:
         tensor: (B, C, D, H, W), floating point.

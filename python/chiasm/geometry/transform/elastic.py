@@ -26,7 +26,7 @@ def elastic_transform2d(
     mode: str = "bilinear",
     padding_mode: str = "zeros",
 ) -> Tensor:
-    """Read an image at positions that smoothed noise has moved.
+    """Deform an image by smoothed random displacements.
 
     P. Simard, D. Steinkraus, J. Platt, Best Practices for Convolutional Neural Networks, ICDAR 2003.
     Displacements are in units of half the image's width and height, as in Kornia; the noise is zero outside
@@ -36,13 +36,14 @@ def elastic_transform2d(
         image: (B, C, H, W), floating point.
         noise: (B, 2, H, W), displacements along x and y before smoothing, usually uniform in [-1, 1].
         kernel_size: odd number of taps of the Gaussian, (rows, columns).
-        sigma: its standard deviations in pixels, (y, x) or a tensor (B, 2) (or (1, 2) for all).
+        sigma: standard deviations of the Gaussian in pixels, (y, x) or a tensor (B, 2) (or (1, 2) for all).
         alpha: factors of the displacements along x and y, two numbers or a tensor (2,), (1, 2) or (B, 2).
-        align_corners: the unit reaches from corner pixel to corner pixel, or from edge to edge when False.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
-            OpenCV).
-        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" or "fill" (black here, as
-            "zeros").
+        align_corners: True: the unit is half the distance between the centres of the corner pixels; False:
+            half the distance between the edges.
+        mode: "bilinear", "nearest" (halves are rounded to the even neighbour) or "bicubic" (a = -0.75, as in
+            PyTorch and OpenCV).
+        padding_mode: the values outside the input: "zeros", "border" (replicate), "reflection" or "fill"
+            (black here, as "zeros").
 
     Returns:
         (B, C, H, W). Differentiable in image, noise, sigma and alpha ("nearest": in image).

@@ -1,4 +1,4 @@
-"""Mirror images."""
+"""Flips and the rotation by 180 degrees."""
 
 from torch import Tensor
 
@@ -7,7 +7,7 @@ from ...primitives.resampling.flips import mirrored
 
 
 def hflip(input: Tensor) -> Tensor:
-    """Mirror left and right.
+    """Flip images horizontally (left to right).
 
     Args:
         input: (*, H, W), of any dtype.
@@ -16,7 +16,7 @@ def hflip(input: Tensor) -> Tensor:
         (*, H, W).
 
     Raises:
-        ValueError: if input has less than two dimensions.
+        ValueError: if input has fewer than two dimensions.
 
     Example:
         >>> hflip(torch.tensor([[1, 2], [3, 4]]))
@@ -28,7 +28,7 @@ def hflip(input: Tensor) -> Tensor:
 
 
 def vflip(input: Tensor) -> Tensor:
-    """Mirror top and bottom.
+    """Flip images vertically (top to bottom).
 
     Args:
         input: (*, H, W), of any dtype.
@@ -37,7 +37,7 @@ def vflip(input: Tensor) -> Tensor:
         (*, H, W).
 
     Raises:
-        ValueError: if input has less than two dimensions.
+        ValueError: if input has fewer than two dimensions.
 
     Example:
         >>> vflip(torch.tensor([[1, 2], [3, 4]]))
@@ -49,7 +49,7 @@ def vflip(input: Tensor) -> Tensor:
 
 
 def rot180(input: Tensor) -> Tensor:
-    """Turn by half a turn.
+    """Rotate images by 180 degrees.
 
     Args:
         input: (*, H, W), of any dtype.
@@ -58,7 +58,7 @@ def rot180(input: Tensor) -> Tensor:
         (*, H, W).
 
     Raises:
-        ValueError: if input has less than two dimensions.
+        ValueError: if input has fewer than two dimensions.
 
     Example:
         >>> rot180(torch.tensor([[1, 2], [3, 4]]))

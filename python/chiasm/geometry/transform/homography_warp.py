@@ -1,4 +1,4 @@
-"""Warps by homographies between normalised coordinates."""
+"""Warps by homographies between normalized coordinates."""
 
 from typing import Optional, Tuple
 
@@ -22,7 +22,7 @@ from .warp import pixels_to_source
 
 
 def warp_grid(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
-    """Take a grid of points through homographies.
+    """Transform a grid of points by homographies.
 
     Args:
         grid: (B or 1, H, W, 2), points (x, y).
@@ -64,14 +64,16 @@ def homography_warp(
         src_homo_dst: (B, 3, 3), or (1, 3, 3) for all images, between coordinates in [-1, 1] unless one of the
             last two arguments is False.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
-            OpenCV).
-        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels'
-            centres, or the outer edges when align_corners is False) or "fill" (black here, as "zeros").
-        align_corners: coordinates -1 and 1 are the corner pixels' centres, or the outer edges when False.
-        normalized_coordinates: when False, src_homo_dst leads from output pixels to patch_src's pixels.
-        normalized_homography: when False, src_homo_dst leads the other way, from patch_src's pixels to output
-            pixels as in ``warp_perspective``, and normalized_coordinates does not count. (Both is as in
+        mode: "bilinear", "nearest" (halves are rounded to the even neighbour) or "bicubic" (a = -0.75, as in
+            PyTorch and OpenCV).
+        padding_mode: the values outside the input: "zeros", "border" (replicate), "reflection" (about the
+            corner pixels' centres, or the outer edges when align_corners is False) or "fill" (black here, as
+            "zeros").
+        align_corners: True: coordinates -1 and 1 are the centres of the corner pixels; False: the outer
+            edges.
+        normalized_coordinates: when False, src_homo_dst maps output pixels to pixels of patch_src.
+        normalized_homography: when False, src_homo_dst maps in the other direction, from pixels of patch_src
+            to output pixels as in ``warp_perspective``, and normalized_coordinates is ignored. (Both as in
             Kornia.)
 
     Returns:
@@ -118,20 +120,21 @@ def homography_warp(
 
 
 class HomographyWarper(nn.Module):
-    """``homography_warp`` to one size, by a homography that comes with each image or, once for many, before.
+    """``homography_warp`` as a module with a fixed output size; the homography is an argument of the call or
+    set before.
 
     E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020.
 
     Args:
-        height, width: of the output.
+        height, width: the size of the output.
         mode, padding_mode: as in :func:`homography_warp`.
-        normalized_coordinates: when False, homographies lead from output pixels to the image's pixels.
+        normalized_coordinates: when False, homographies map output pixels to pixels of the image.
         align_corners: as in :func:`homography_warp`.
 
     Shape:
         patch_src (B, C, H, W), floating point, and src_homo_dst (B, 3, 3) or (1, 3, 3), from the output to
-        patch_src, to (B, C, height, width). Without src_homo_dst it is the one that ``precompute_warp_grid``
-        was given.
+        patch_src, to (B, C, height, width). Without src_homo_dst, the homography of ``precompute_warp_grid``
+        is used.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -169,7 +172,7 @@ class HomographyWarper(nn.Module):
 
     @torch.jit.export
     def precompute_warp_grid(self, src_homo_dst: Tensor) -> None:
-        """Keep where (B, 3, 3) homographies lead, for calls with images alone."""
+        """Store the grid of homographies (B, 3, 3) for calls without a homography."""
         check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
         dtype = position_dtype(src_homo_dst.dtype)
         grid = create_meshgrid(

@@ -1,7 +1,7 @@
 """Matrices of plane transforms, in pixels: x to the right, y down.
 
-They are computed in float64 whatever the inputs' dtype, as OpenCV's are: a centre is hundreds of pixels from
-the origin, so an error of a matrix entry moves the image by hundreds of times as much.
+They are computed in float64 for every input dtype, as in OpenCV: a centre is hundreds of pixels from the
+origin, so that the image moves by hundreds of times the error of a matrix entry.
 """
 
 import math
@@ -21,7 +21,7 @@ def get_rotation_matrix2d(center: Tensor, angle: Tensor, scale: Tensor) -> Tenso
     For equal scales this is ``cv2.getRotationMatrix2D(center, angle, scale)``.
 
     Args:
-        center: (B, 2), x and y in pixels; it stays where it is.
+        center: (B, 2), x and y in pixels; the fixed point.
         angle: (B,) or a scalar, in degrees, counterclockwise as seen (y points down).
         scale: (B, 2), factors along x and y.
 
@@ -54,10 +54,10 @@ def _rotation(center: Tensor, angle: Tensor, scale: Tensor) -> Tensor:
 
 
 def get_translation_matrix2d(translations: Tensor) -> Tensor:
-    """Homography that moves an image.
+    """Homography that translates an image.
 
     Args:
-        translations: (B, 2), by how many pixels along x and y.
+        translations: (B, 2), in pixels along x and y.
 
     Returns:
         (B, 3, 3).
@@ -80,10 +80,10 @@ def get_translation_matrix2d(translations: Tensor) -> Tensor:
 def get_shear_matrix2d(center: Tensor, sx: Optional[Tensor] = None, sy: Optional[Tensor] = None) -> Tensor:
     """Homography that shears along x, then along y, about a centre: T(center) Y X T(-center).
 
-    X takes (x, y) to (x - tan(sx) y, y), and Y takes (x, y) to (x, y - tan(sy) x).
+    X maps (x, y) to (x - tan(sx) y, y), and Y maps (x, y) to (x, y - tan(sy) x).
 
     Args:
-        center: (B, 2), x and y in pixels; it stays where it is.
+        center: (B, 2), x and y in pixels; the fixed point.
         sx: (B,) angle along x in radians; zero by default.
         sy: (B,) angle along y in radians; zero by default.
 
@@ -117,10 +117,10 @@ def get_affine_matrix2d(
     sx: Optional[Tensor] = None,
     sy: Optional[Tensor] = None,
 ) -> Tensor:
-    """Homography that shears, scales and rotates about a centre and then moves.
+    """Homography that shears, scales and rotates about a centre and then translates.
 
     The product of ``get_translation_matrix2d(translations)``, ``get_rotation_matrix2d(center, -angle,
-    scale)`` (mind the sign, which is Kornia's) and ``get_shear_matrix2d(center, sx, sy)``.
+    scale)`` (note the sign, as in Kornia) and ``get_shear_matrix2d(center, sx, sy)``.
 
     Args:
         translations: (B, 2), pixels along x and y.
@@ -158,11 +158,10 @@ def get_affine_matrix2d(
 
 
 def get_perspective_transform(points_src: Tensor, points_dst: Tensor) -> Tensor:
-    """Homography that takes four points to four others, exactly: ``cv2.getPerspectiveTransform``.
-
-    In closed form: a homography takes the axes' points at infinity, the origin and (1, 1, 1) to any four
-    points, so two of those make one between two quadruples (R. Hartley, A. Zisserman, Multiple View Geometry,
-    2nd ed., section 2.3).
+    """Homography that maps four points exactly to four others, like ``cv2.getPerspectiveTransform``. In
+    closed form: one homography maps the points at infinity of the axes, the origin and (1, 1, 1) to any four
+    points; two of these give the homography between two quadruples (R. Hartley, A. Zisserman, Multiple View
+    Geometry, 2nd ed., section 2.3).
 
     Args:
         points_src: (B, 4, 2), no three on a line.
@@ -190,14 +189,14 @@ def get_perspective_transform(points_src: Tensor, points_dst: Tensor) -> Tensor:
 
 
 def _projective_basis(points: Tensor) -> Tensor:
-    """Matrix (B, 3, 3) that takes the unit vectors to the first three points and their sum to the fourth."""
+    """Matrix (B, 3, 3) that maps the unit vectors to the first three points and their sum to the fourth."""
     p = torch.cat([points, torch.ones_like(points[:, :, :1])], 2).transpose(1, 2)
     weight = small_matmul(inverse3x3(p[:, :, :3]), p[:, :, 3:])
     return p[:, :, :3] * weight.transpose(1, 2)
 
 
 def invert_affine_transform(matrix: Tensor) -> Tensor:
-    """The affine transform back: ``cv2.invertAffineTransform``.
+    """The inverse of an affine transform, like ``cv2.invertAffineTransform``.
 
     Args:
         matrix: (B, 2, 3), its left 2 x 2 part invertible.
@@ -227,7 +226,7 @@ def inverse_affine(m: Tensor) -> Tensor:
 
 
 def projection_from_Rt(rmat: Tensor, tvec: Tensor) -> Tensor:
-    """Rotation and translation side by side.
+    """Concatenate rotation and translation: [R | t].
 
     Args:
         rmat: (*, 3, 3).
@@ -255,7 +254,7 @@ def projection_from_Rt(rmat: Tensor, tvec: Tensor) -> Tensor:
     return torch.cat([rmat, tvec], -1)
 
 
-# --- what the matrices are made with ------------------------------------------------------------------------
+# --- helpers of the matrices --------------------------------------------------------------------------------
 
 
 def check_vectors(value: Tensor, size: int, name: str) -> None:
@@ -291,8 +290,8 @@ def homogeneous(matrix: Tensor) -> Tensor:
 
 
 def about_center(m: Tensor, center: Tensor) -> Tensor:
-    """(B, n, n + 1) in float64: a linear map (B, n, n), moved so that it leaves ``center`` (B, n) where it
-    is."""
+    """(B, n, n + 1) in float64: a linear map (B, n, n), shifted so that ``center`` (B, n) is its fixed
+    point."""
     c = center.to(torch.float64)[:, :, None]
     return torch.cat([m, c - small_matmul(m, c)], 2)
 

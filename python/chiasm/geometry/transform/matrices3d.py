@@ -1,5 +1,5 @@
-"""Matrices of transforms of space, in voxels: x to the right, y down, z away. Computed in float64, as those
-of the plane."""
+"""Matrices of 3D transforms, in voxels: x to the right, y down, z away. They are computed in float64, as in
+2D."""
 
 import math
 from typing import Optional
@@ -16,7 +16,7 @@ def get_projective_transform(center: Tensor, angles: Tensor, scales: Tensor) -> 
     """Rotation of space about a centre, after scaling: T(center) R(angles) S(scales) T(-center).
 
     Args:
-        center: (B, 3), x, y and z in voxels; it stays where it is.
+        center: (B, 3), x, y and z in voxels; the fixed point.
         angles: (B, 3), rotation vector (axis times angle) in degrees.
         scales: (B, 3), factors along x, y and z.
 
@@ -53,10 +53,10 @@ def get_shear_matrix3d(
     szx: Optional[Tensor] = None,
     szy: Optional[Tensor] = None,
 ) -> Tensor:
-    """Homography of space that shears along z, then y, then x, about a centre: T(center) X Y Z T(-center).
+    """3D homography that shears along z, then y, then x, about a centre: T(center) X Y Z T(-center).
 
     X adds -tan(sxy) x to y and -tan(sxz) x to z; Y adds -tan(syx) y to x and -tan(syz) y to z; Z adds
-    -tan(szx) z to x and -tan(szy) z to y. The centre stays where it is; Kornia's translation moves it.
+    -tan(szx) z to x and -tan(szy) z to y. The centre is a fixed point; in Kornia it moves.
 
     Args:
         center: (B, 3), x, y and z in voxels.
@@ -111,16 +111,16 @@ def get_affine_matrix3d(
     szx: Optional[Tensor] = None,
     szy: Optional[Tensor] = None,
 ) -> Tensor:
-    """Homography of space that shears, scales and rotates about a centre and then moves.
+    """3D homography that shears, scales and rotates about a centre and then translates.
 
-    The product of a translation, ``get_projective_transform(center, -angles, scale)`` (mind the sign, which
-    is Kornia's) and ``get_shear_matrix3d(center, sxy, ...)``.
+    The product of a translation, ``get_projective_transform(center, -angles, scale)`` (note the sign, as in
+    Kornia) and ``get_shear_matrix3d(center, sxy, ...)``.
 
     Args:
         translations: (B, 3), voxels along x, y and z.
         center: (B, 3), x, y and z in voxels.
         scale: (B, 3), factors along x, y and z.
-        angles: (B, 3), rotation vector in degrees, of the turn back.
+        angles: (B, 3), rotation vector in degrees, of the inverse rotation.
         sxy, sxz, syx, syz, szx, szy: (B,) shearing angles in radians; zero by default.
 
     Returns:
@@ -157,15 +157,15 @@ def get_affine_matrix3d(
 
 
 def get_perspective_transform3d(src: Tensor, dst: Tensor) -> Tensor:
-    """Homography of space between two boxes of eight corners.
+    """3D homography between two boxes with eight corners.
 
     Five points determine it; as in Kornia these are corners 0, 1, 2, 5 and 7 (front: upper left, upper right,
-    lower right; back: upper right, lower left), of which no four lie in a plane. The other three are not
-    read: where one box is an affine image of the other they come out right, too.
+    lower right; back: upper right, lower left), where no four may lie in a plane. The other three corners are
+    ignored; if one box is an affine image of the other, they are mapped correctly too.
 
     Args:
         src: (B, 8, 3), front corners from the upper left clockwise, then the back's.
-        dst: (B, 8, 3), where they go.
+        dst: (B, 8, 3), the corners after the transform.
 
     Returns:
         (B, 4, 4), the last entry 1. Differentiable in both.
@@ -189,7 +189,7 @@ def get_perspective_transform3d(src: Tensor, dst: Tensor) -> Tensor:
 
 
 def _projective_basis(points: Tensor) -> Tensor:
-    """Matrix (B, 4, 4) that takes the unit vectors to four of the points and their sum to the fifth."""
+    """Matrix (B, 4, 4) that maps the unit vectors to four of the points and their sum to the fifth."""
     five = torch.stack([points[:, 0], points[:, 1], points[:, 2], points[:, 5], points[:, 7]], 2)
     p = torch.cat([five, torch.ones_like(five[:, :1])], 1)
     weight = small_matmul(inverse(p[:, :, :4]), p[:, :, 4:])

@@ -1,4 +1,4 @@
-"""Polar views of images."""
+"""Polar transforms of images."""
 
 import math
 from typing import Optional, Tuple
@@ -21,18 +21,17 @@ def warp_polar(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Unroll images around a centre: rows are directions, columns distances. ``cv2.warpPolar``; Kornia has
-    none.
+    """Warp images to polar coordinates, like ``cv2.warpPolar``: rows are directions, columns distances.
 
     Output pixel (i, j) shows the direction 2 pi i / height (from the x axis towards the y axis, clockwise as
-    seen) at the distance max_radius j / width, or exp(j log(max_radius) / width) - 1 for "log". Rotating src
-    shifts the output's rows. (The 1 is what OpenCV does, though not what its manual says; scikit-image's
-    ``warp_polar`` has none.)
+    seen) at the distance max_radius j / width, or exp(j log(max_radius) / width) - 1 for "log". A rotation of
+    src shifts the output's rows. (OpenCV subtracts this 1, although its manual does not say so;
+    scikit-image's ``warp_polar`` does not.)
 
     Args:
-        src: (B, C, H, W), floating point or uint8. Bytes are read as by :func:`warp_affine`.
+        src: (B, C, H, W), floating point or uint8. uint8 is sampled as in :func:`warp_affine`.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        center: (B, 2), x and y in pixels; the middle of the image, ((W - 1) / 2, (H - 1) / 2), by default.
+        center: (B, 2), x and y in pixels; the centre of the image, ((W - 1) / 2, (H - 1) / 2), by default.
         max_radius: (B,) in pixels, more than 1 for "log"; half the diagonal, sqrt(W^2 + H^2) / 2, by default.
         mapping: "linear" or "log".
         mode, padding_mode, align_corners: as in :func:`warp_affine`.

@@ -21,17 +21,16 @@ def pyrdown(
     factor: float = 2.0,
     sampling: str = "bilinear",
 ) -> Tensor:
-    """Blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes, then shrink.
-
-    Shrinking is bilinear, as in Kornia: half of an even size takes the mean of two by two blurred pixels. Or
-    it takes every other blurred pixel, from the first on, which differs by half a pixel: this is
-    ``cv2.pyrDown``, of bytes to the bit. Bytes are rounded halves up.
+    """Blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes, then downsample. With sampling
+    "bilinear", as in Kornia, an even size is halved by the mean of 2 x 2 blurred pixels. With "alternate",
+    every other blurred pixel is kept, beginning with the first, which is a shift by half a pixel: this is
+    ``cv2.pyrDown``, identical for uint8, which is rounded (halves up).
 
     Args:
         input: (B, C, H, W), floating point, or with sampling "alternate" also uint8.
-        border_type: "reflect" (edge pixel not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (border pixel not repeated), "replicate", "circular" or "constant" (zeros).
         align_corners: as in :func:`resize`; not used with sampling "alternate".
-        factor: by how much to shrink, 2 with sampling "alternate".
+        factor: the downsampling factor, 2 with sampling "alternate".
         sampling: "bilinear", or "alternate" for every other pixel.
 
     Returns:
@@ -74,15 +73,14 @@ def pyrup(
     align_corners: bool = False,
     sampling: str = "bilinear",
 ) -> Tensor:
-    """Enlarge to twice the size, then blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes.
-
-    Enlarging is bilinear, as in Kornia. Or it puts zeros between the pixels, behind each one, and blurs with
-    four times the kernel: this is ``cv2.pyrUp``, of bytes to the bit. Bytes are rounded halves up.
+    """Upsample to twice the size, then blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes.
+    Sampling "bilinear" is as in Kornia. "alternate" inserts a zero after each pixel and blurs with four times
+    the kernel: this is ``cv2.pyrUp``, identical for uint8, which is rounded (halves up).
 
     Args:
         input: (B, C, H, W), floating point, or with sampling "alternate" also uint8.
-        border_type: "reflect" (edge pixel not repeated), "replicate", "circular" or "constant" (zeros); with
-            sampling "alternate" only "reflect", of the enlarged image.
+        border_type: "reflect" (border pixel not repeated), "replicate", "circular" or "constant" (zeros);
+            with sampling "alternate" only "reflect", of the enlarged image.
         align_corners: as in :func:`resize`; not used with sampling "alternate".
         sampling: "bilinear", or "alternate" for zeros between the pixels.
 
@@ -117,7 +115,7 @@ def pyrup(
 def build_pyramid(
     input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False
 ) -> List[Tensor]:
-    """Gaussian pyramid: the image, and what ``pyrdown`` makes of it again and again.
+    """Gaussian pyramid: the image, and the results of repeated ``pyrdown``.
 
     Args:
         input: (B, C, H, W), floating point.
@@ -140,7 +138,7 @@ def build_pyramid(
     check_border(border_type)
     if max_level < 1:
         raise ValueError(f"max_level: expected a positive number, got {max_level}")
-    levels = [input.clone()]  # ONNX has one name for a value, and the image's is its own
+    levels = [input.clone()]  # a clone, since ONNX has one name for a value and the input already has its own
     for i in range(max_level - 1):
         levels.append(pyrdown(levels[i], border_type, align_corners))
     return levels
@@ -149,12 +147,10 @@ def build_pyramid(
 def build_laplacian_pyramid(
     input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False
 ) -> List[Tensor]:
-    """Laplacian pyramid: what each level of the Gaussian pyramid has over the next one, enlarged; the last as
-    it is.
-
-    A level is enlarged to the size of the one before it and then blurred, so that the image comes back
-    exactly from the last level by enlarging, blurring and adding, whatever its size. (Kornia's pads the image
-    to powers of two instead, and agrees where the sizes are powers of two.)
+    """Laplacian pyramid: the difference of each Gaussian level and the upsampled next one; the last level as
+    it is. A level is upsampled to the size of the level before and then blurred, so that upsampling, blurring
+    and adding from the last level reconstructs the image exactly, whatever its size. (Kornia pads the image
+    to powers of two instead, and agrees if the sizes are powers of two.)
 
     Args:
         input: (B, C, H, W), floating point.

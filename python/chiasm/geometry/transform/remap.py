@@ -1,4 +1,4 @@
-"""Reading an image at positions that are given by maps."""
+"""Sampling of an image at positions given by maps."""
 
 from typing import Optional
 
@@ -24,27 +24,28 @@ def remap(
     align_corners: Optional[bool] = None,
     normalized_coordinates: bool = False,
 ) -> Tensor:
-    """Read an image at given positions: out(p) = image(map_x(p), map_y(p)).
+    """Sample an image at given positions: out(p) = image(map_x(p), map_y(p)).
 
     With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0.
-    Of bytes, positions are rounded to 1/32 pixel (of "nearest" to pixels), halves to even, and values halves
-    up: of "bilinear" OpenCV's 8-bit form of version 4.6, to the bit, and of "bicubic" at most a level from
-    it. Version 5 does not round positions; smooth images are within a level of its results. Positions that
-    are computed, without align_corners, may differ in their last digits between engines, so that one that
-    lies in the middle of two such steps may be rounded to either.
+    For uint8, positions are rounded to 1/32 pixel (for "nearest", to pixels), halves to even, and values to
+    integers, halves up. "bilinear" is identical to the 8-bit result of OpenCV 4.6, and "bicubic" is within
+    one level of it. OpenCV 5 does not round positions; for smooth images the result is within one level of
+    it. Without align_corners, positions are computed and may differ in their last digits between engines, so
+    that a position half-way between two steps may be rounded either way.
 
     Args:
         image: (B, C, H, W), floating point or uint8.
         map_x: (B, h, w), columns of image, floating point.
         map_y: (B, h, w), rows of image.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
-            OpenCV).
-        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels'
-            centres, or the outer edges unless align_corners is True) or "fill" (black here, as "zeros").
+        mode: "bilinear", "nearest" (halves are rounded to the even neighbour) or "bicubic" (a = -0.75, as in
+            PyTorch and OpenCV).
+        padding_mode: the values outside the input: "zeros", "border" (replicate), "reflection" (about the
+            corner pixels' centres, or the outer edges unless align_corners is True) or "fill" (black here, as
+            "zeros").
         align_corners: True for pixel centres at integers. None is False, as in Kornia: then positions in
             pixels are read at x * W / (W - 1) - 1/2, so that identity maps are **not** the identity.
         normalized_coordinates: the maps are in [-1, 1], from corner pixel to corner pixel with align_corners,
-            else from edge to edge.
+            otherwise from edge to edge.
 
     Returns:
         (B, C, h, w). Differentiable in image and the maps ("nearest": in image).
@@ -66,7 +67,7 @@ def remap(
     corners = align_corners is not None and align_corners
     precision = position_dtype(image.dtype)
     if image.dtype == torch.uint8 and corners and not normalized_coordinates:
-        precision = torch.promote_types(torch.float32, map_x.dtype)  # they are rounded as they are
+        precision = torch.promote_types(torch.float32, map_x.dtype)  # positions are rounded in this dtype
     x, y = map_x.to(precision), map_y.to(precision)
     if normalized_coordinates:
         x, y = from_normalized(x, image.size(3), corners), from_normalized(y, image.size(2), corners)

@@ -21,8 +21,8 @@ def rescale(
 
     Args:
         input: (B, C, H, W), (C, H, W) or (H, W), floating point.
-        factor: positive, one for both axes or (vertical, horizontal). It is taken as the nearest ratio of
-            numbers up to 65536, so that 0.3 of 10 pixels are 3.
+        factor: positive, one for both axes or (vertical, horizontal). It is replaced by the nearest ratio of
+            integers up to 65536, so that 0.3 of 10 pixels are 3.
         interpolation, align_corners, antialias: as in :func:`resize`.
 
     Returns:
@@ -70,13 +70,13 @@ def resize_to_be_divisible(
     side: str = "short",
     antialias: bool = False,
 ) -> Tensor:
-    """Resize images to the nearest sizes that a number divides.
+    """Resize images to the nearest sizes that are divisible by a number.
 
     Args:
         input: (B, C, H, W), floating point.
         divisible_factor: the number.
         interpolation, align_corners, antialias: as in :func:`resize`.
-        side: not read, since both sizes are given; Kornia has it.
+        side: for compatibility with Kornia; ignored, since both sizes are determined.
 
     Returns:
         (B, C, k * divisible_factor, l * divisible_factor), k and l being H / divisible_factor and W /
@@ -102,7 +102,8 @@ def resize_to_be_divisible(
 
 
 def _nearest_multiple(size: int, factor: int) -> int:
-    """By + and // alone, as sizes of outputs must be: where the multiple's evens and where its odds begin."""
+    """Computed with + and // only, as sizes of outputs must be: counts where the even and the odd multiples
+    begin."""
     odd = (size + (3 * factor - 1) // 2) // (2 * factor)
     even = (size + factor // 2) // (2 * factor)
     return (odd + even) * factor

@@ -28,26 +28,26 @@ def resize(
     """Resize an image.
 
     Pixel centres lie at half-integers, as for ``torch.nn.functional.interpolate``, ``cv2.resize`` and Pillow.
-    Without antialias, "bicubic" has a = -0.75 (torch, OpenCV), with antialias -0.5 (torch, Pillow). "nearest"
-    takes pixel floor(i * in / out) in exact arithmetic, where torch rounds the ratio to float32.
+    Without antialias, "bicubic" has a = -0.75 (PyTorch, OpenCV), with antialias -0.5 (PyTorch, Pillow).
+    "nearest" uses pixel floor(i * in / out) in exact arithmetic; PyTorch rounds the ratio to float32. "area"
+    is the mean over the area that a pixel of the output covers, like OpenCV's INTER_AREA for a reduction.
 
-    "area" is the mean over what a pixel of the output covers, as OpenCV's INTER_AREA where it reduces.
-
-    Of bytes, "bilinear" without antialias has weights in 1/256 and is rounded halves up: OpenCV's
-    INTER_LINEAR_EXACT, to the bit. With antialias, weights are in 1/2^22 and the result is rounded halves up
-    after either axis: Pillow's ``Image.resize`` of the rows and then of the columns, to the bit. (Pillow
-    takes the columns first where that is faster.) "area" is the exact mean, and "bicubic" without antialias
-    has weights in 1/2^11; both are rounded once, halves up, at most one level from OpenCV's.
+    For uint8, "bilinear" without antialias has weights in multiples of 1/256 and is rounded (halves up); it
+    is identical to OpenCV's INTER_LINEAR_EXACT. With antialias, weights are multiples of 1/2^22 and the
+    result is rounded (halves up) after each axis; it is identical to Pillow's ``Image.resize`` of the rows
+    and then of the columns. (Pillow resizes the columns first if this is faster.) "area" is the exact mean,
+    and "bicubic" without antialias has weights in multiples of 1/2^11; both are rounded once (halves up) and
+    differ from OpenCV's by at most one level.
 
     Args:
         input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; for "nearest" also int16 or uint16.
-        size: (height, width) of the output, or one number for ``side``, the other side keeping the aspect
+        size: (height, width) of the output, or one number for ``side``; then the other side keeps the aspect
             ratio. Either may come from another tensor's shape, which makes the output size dynamic in
             exported graphs.
         interpolation: "nearest", "bilinear", "bicubic", "area", or with antialias "lanczos" (three lobes).
-        align_corners: let the centres of the corner pixels coincide instead of the outer edges. None is
-            False. "area" has outer edges alone.
-        side: what a single size is the length of: "short", "long", "vert" or "horz".
+        align_corners: True aligns the centres of the corner pixels, False the outer edges. None is False.
+            "area" must have False or None.
+        side: the side whose length a single size gives: "short", "long", "vert" or "horz".
         antialias: stretch the filter by the reduction factor (not for "nearest"; "area" always does).
 
     Returns:

@@ -1,4 +1,4 @@
-"""Thin-plate splines: smooth maps of the plane that take given points to given points.
+"""Thin-plate splines: smooth maps of the plane that map given points to given points.
 
 F. Bookstein, Principal Warps: Thin-Plate Splines and the Decomposition of Deformations, IEEE TPAMI 11(6),
 1989. A map is affine_weights[0] + p affine_weights[1:] + sum_i U(|p - kernel_centers[i]|) kernel_weights[i]
@@ -23,12 +23,10 @@ from ...primitives.resampling.warping import (
 
 
 def get_tps_transform(points_src: Tensor, points_dst: Tensor) -> Tuple[Tensor, Tensor]:
-    """Weights of the spline that takes points_src to points_dst, its kernels centred at **points_dst** as in
-    Kornia.
-
-    Hence ``warp_points_tps(points_src, points_dst, *get_tps_transform(points_src, points_dst))`` is
-    points_dst. (Bookstein centres kernels at the points the map starts from. Both interpolate; only his bends
-    least.)
+    """Weights of the spline that maps points_src to points_dst; its kernels are centred at **points_dst**.
+    This is as in Kornia: ``warp_points_tps(points_src, points_dst, *get_tps_transform(points_src,
+    points_dst))`` is points_dst. (Bookstein centres the kernels at the source points. Both splines
+    interpolate; only his has the least bending energy.)
 
     Args:
         points_src: (B, N, 2), N >= 3, not all on a line. In exported graphs N is fixed.
@@ -80,7 +78,7 @@ def _kernel(points: Tensor, centers: Tensor) -> Tensor:
 
 
 def _radial(squared: Tensor) -> Tensor:
-    """r^2 log(r) from r^2; at 0 the value and, by the choice of 0, the derivative are finite."""
+    """r^2 log(r) from r^2; at 0 the value is finite, and the derivative is chosen as 0."""
     at_center = squared <= 1e-30
     safe = torch.where(at_center, torch.ones_like(squared), squared)
     return 0.5 * torch.where(at_center, torch.zeros_like(squared), safe * torch.log(safe))
@@ -95,13 +93,14 @@ def _check_weights(kernel_centers: Tensor, kernel_weights: Tensor, affine_weight
 def warp_points_tps(
     points_src: Tensor, kernel_centers: Tensor, kernel_weights: Tensor, affine_weights: Tensor
 ) -> Tensor:
-    """Take points through thin-plate splines.
+    """Transform points by thin-plate splines.
 
     Args:
         points_src: (B, N, 2).
         kernel_centers: (B, K, 2).
         kernel_weights: (B, K, 2).
-        affine_weights: (B, 3, 2), what is added and the matrix that points, as rows, are multiplied with.
+        affine_weights: (B, 3, 2): first the translation, then the 2x2 matrix that multiplies points as row
+            vectors.
 
     Returns:
         (B, N, 2). Differentiable in all.
@@ -129,18 +128,19 @@ def warp_image_tps(
     align_corners: bool = False,
     padding_mode: str = "zeros",
 ) -> Tensor:
-    """Read an image where thin-plate splines lead: out(p) = image(spline(p)), in coordinates from -1 to 1.
-
-    So the spline leads from the output to the image. With kernel_centers = points and the weights of
-    ``get_tps_transform(others, points)``, what the image shows at points is seen at others.
+    """Warp an image by thin-plate splines: out(p) = image(spline(p)), in coordinates from -1 to 1. So the
+    spline maps the output to the image. With kernel_centers = points and the weights of
+    ``get_tps_transform(others, points)``, the content of the image at points moves to others.
 
     Args:
         image: (B, C, H, W), floating point.
         kernel_centers: (B, K, 2).
         kernel_weights: (B, K, 2).
         affine_weights: (B, 3, 2).
-        align_corners: coordinates -1 and 1 are the corner pixels' centres, or the outer edges when False.
-        padding_mode: what lies outside: "zeros", "border", "reflection" or "fill" (black here, as "zeros").
+        align_corners: True: coordinates -1 and 1 are the centres of the corner pixels; False: the outer
+            edges.
+        padding_mode: the values outside the input: "zeros", "border", "reflection" or "fill" (black here, as
+            "zeros").
 
     Returns:
         (B, C, H, W). Differentiable in all.

@@ -1,5 +1,5 @@
-"""Warps of volumes. Where the identity leaves a volume as it is (``warp_affine3d``), align_corners=False
-stretches positions as Kornia does; elsewhere voxels' centres lie at integers."""
+"""Warps of volumes. Voxel centres lie at integers. Only in ``warp_affine3d``, align_corners=False stretches
+positions as in Kornia; the identity still leaves a volume unchanged."""
 
 from typing import Optional, Tuple
 
@@ -35,9 +35,10 @@ def warp_affine3d(
         src: (B, C, D, H, W), floating point.
         M: (B, 3, 4), invertible, mapping src voxels (x, y, z) to output voxels.
         dsize: (depth, height, width) of the output; may come from another tensor's shape.
-        flags: "bilinear" (of eight voxels) or "nearest" (halves go to the even neighbour).
-        padding_mode: what lies outside: "zeros", "border" (replicate) or "reflection" (about the corner
-            voxels' centres, or the outer faces when align_corners is False).
+        flags: "bilinear" (trilinear, of eight voxels) or "nearest" (halves are rounded to the even
+            neighbour).
+        padding_mode: the values outside the input: "zeros", "border" (replicate) or "reflection" (about the
+            corner voxels' centres, or the outer faces when align_corners is False).
         align_corners: when False, output voxel j stands for (j + 1/2) (w - 1) / w of M's coordinates, and x
             of them is read at x W / (W - 1) - 1/2, along each axis: M counts between the outer faces, size -
             1 units apart.
@@ -69,7 +70,7 @@ def _warped(
     align_corners: bool,
     affine: bool,
 ) -> Tensor:
-    """Warp by (B, 4, 4) in float64; ``affine``: without align_corners positions are those of
+    """Warp by (B, 4, 4) in float64; with ``affine`` and without align_corners, positions are those of
     ``warp_affine3d``."""
     precision = position_dtype(src.dtype)
     m = inverse(matrix).to(precision)
@@ -84,7 +85,7 @@ def _warped(
 
 
 def _shrunk(x: Tensor, size: int) -> Tensor:
-    """``stretched``, undone."""
+    """The inverse of ``stretched``."""
     return (x + 0.5) * (size - 1) / size
 
 
@@ -103,7 +104,7 @@ def affine3d(
     padding_mode: str = "zeros",
     align_corners: bool = False,
 ) -> Tensor:
-    """``warp_affine3d`` to the volume's own size.
+    """``warp_affine3d`` with an output of the volume's size.
 
     Args:
         tensor: (B, C, D, H, W), floating point.
@@ -143,9 +144,9 @@ def rotate3d(
 
     Args:
         tensor: (B, C, D, H, W), floating point.
-        yaw, pitch, roll: (B,), components along x, y and z in degrees. They are one rotation vector (axis
-            times angle) as in Kornia, not three turns one after the other.
-        center: (B, 3), x, y and z in voxels; the middle of the volume by default.
+        yaw, pitch, roll: (B,), components along x, y and z in degrees. They form one rotation vector (axis
+            times angle) as in Kornia, not three successive rotations.
+        center: (B, 3), x, y and z in voxels; the centre of the volume by default.
         mode, padding_mode, align_corners: as in :func:`affine3d`.
 
     Returns:
@@ -191,14 +192,16 @@ def warp_perspective3d(
     border_mode: str = "zeros",
     align_corners: bool = False,
 ) -> Tensor:
-    """Warp volumes by homographies of space: out(p) = src(M^-1 p), voxel centres at integers.
+    """Warp volumes by 3D homographies: out(p) = src(M^-1 p), voxel centres at integers.
 
     Args:
         src: (B, C, D, H, W), floating point.
         M: (B, 4, 4), invertible, mapping src voxels (x, y, z) to output voxels.
         dsize: (depth, height, width) of the output; may come from another tensor's shape.
-        flags: "bilinear" (of eight voxels) or "nearest" (halves go to the even neighbour).
-        border_mode: what lies outside: "zeros", "border" or "reflection", as in :func:`warp_affine3d`.
+        flags: "bilinear" (trilinear, of eight voxels) or "nearest" (halves are rounded to the even
+            neighbour).
+        border_mode: the values outside the input: "zeros", "border" or "reflection", as in
+            :func:`warp_affine3d`.
         align_corners: where "reflection" mirrors: at the corner voxels' centres, or at the outer faces. (As
             :func:`warp_perspective`; without it Kornia's moves an image that the identity should leave.)
 
@@ -221,7 +224,7 @@ def warp_perspective3d(
 
 
 def warp_grid3d(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
-    """Take a grid of points of space through homographies.
+    """Transform a grid of 3D points by homographies.
 
     Args:
         grid: (B or 1, D, H, W, 3), points (x, y, z).
@@ -265,7 +268,7 @@ def homography_warp3d(
         align_corners: coordinates -1 and 1, of patch_src and of the output, are the corner voxels' centres,
             or the outer faces when False. (Of the output Kornia takes the centres in either case, so that the
             identity moves the image.)
-        normalized_coordinates: when False, src_homo_dst leads from output voxels to patch_src's voxels.
+        normalized_coordinates: when False, src_homo_dst maps output voxels to voxels of patch_src.
 
     Returns:
         (B, C, depth, height, width). Differentiable in patch_src and src_homo_dst ("nearest": in patch_src).
@@ -310,9 +313,9 @@ def crop_by_transform_mat3d(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Warp volumes by homographies of space: out(p) = tensor(transform^-1 p).
+    """Warp volumes by 3D homographies: out(p) = tensor(transform^-1 p).
 
-    Kornia's leaves out the transform's last row; for affine ones it is the same.
+    Kornia ignores the last row of the transform; for affine transforms the result is the same.
 
     Args:
         tensor: (B, C, D, H, W), floating point.

@@ -26,15 +26,15 @@ def warp_perspective(
     border 0 (OpenCV rounds positions to 1/32 pixel for 8-bit images).
 
     Args:
-        src: (B, C, H, W), floating point or uint8. Bytes are read as by :func:`warp_affine`.
+        src: (B, C, H, W), floating point or uint8. uint8 is sampled as in :func:`warp_affine`.
         M: (B, 3, 3), or (1, 3, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
-            OpenCV).
-        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
-        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when
-            False. It makes no other difference, since M is in pixels.
-        fill_value: (C,) colour for "fill", of bytes in levels; black by default.
+        mode: "bilinear", "nearest" (halves are rounded to the even neighbour) or "bicubic" (a = -0.75, as in
+            PyTorch and OpenCV).
+        padding_mode: the values outside src: "zeros", "border" (replicate), "reflection" or "fill".
+        align_corners: True: "reflection" mirrors at the centres of the border pixels; False: at the outer
+            edges. It has no other effect, since M is in pixels.
+        fill_value: (C,) colour for "fill", for uint8 in levels; black by default.
 
     Returns:
         (B, C, height, width). Differentiable in src and M ("nearest": in src).

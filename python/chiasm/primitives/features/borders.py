@@ -1,12 +1,10 @@
-"""The borders of sets of pixels, followed all at once.
+"""Parallel border following for sets of pixels. A border runs along sides of pixels of the set, with the set
+on its left. The pixels ahead determine the next side of each side: so borders are the cycles of a
+permutation. The first side of a cycle, and the distance of each side from it, are found by doubling: after k
+steps a side knows the 2^k sides that follow it (J. C. Wyllie, The Complexity of Parallel Computations, 1979).
 
-A border runs along sides of pixels of the set, with the set on its left. After each side comes one other,
-which the pixels ahead decide: sides are the cycles of a permutation. A cycle's first side, and how far each
-side is from it, are found by doubling: after k steps a side has looked at the 2^k that follow it (J. C.
-Wyllie, The Complexity of Parallel Computations, 1979).
-
-Sides are numbered by what they face, then by pixel: (side * H + y) * W + x with the sides 0 top, 1 left,
-2 bottom, 3 right, in the order of the border around a single pixel.
+Sides are numbered by their direction, then by pixel: (side * H + y) * W + x with the sides 0 top, 1 left, 2
+bottom, 3 right, in the order of the border around a single pixel.
 """
 
 from typing import Tuple

@@ -1,4 +1,4 @@
-"""Thin edges: ridges of the gradient's magnitude, and which of them hang together."""
+"""Thin edges: ridges of the gradient magnitude, and the connection of weak ridges to strong ones."""
 
 import torch
 from torch import Tensor
@@ -13,7 +13,7 @@ from .connected_components import reached
 @primitive
 def canny_nms(x: Tensor, eps: float) -> Tensor:
     """The magnitude of the unnormalised Sobel gradient of (B, 1, H, W) where it is a maximum across the edge,
-    else 0.
+    otherwise 0.
 
     The border is replicated; beyond it the magnitude is 0. ``eps`` is added to the squared magnitude.
     """
@@ -50,7 +50,7 @@ def _thinned(p: Tensor) -> Tensor:
     above, below = m[:, 0:height, 1 : width + 1], m[:, 2 : height + 2, 1 : width + 1]
     falling = torch.maximum(m[:, 0:height, 0:width], m[:, 2 : height + 2, 2 : width + 2])
     rising = torch.maximum(m[:, 0:height, 2 : width + 2], m[:, 2 : height + 2, 0:width])
-    # Two equal pixels side by side are the two sides of an ideal step: the first of them is the ridge.
+    # Two equal adjacent pixels are the two sides of an ideal step: the first of them is the ridge.
     across = (centre > left) & (centre >= right)
     along = (centre > above) & (centre >= below)
     diagonal = centre > torch.where((dx > 0) == (dy > 0), falling, rising)
@@ -63,8 +63,8 @@ def _thinned(p: Tensor) -> Tensor:
 
 @primitive
 def canny_hysteresis(x: Tensor, low: float, high: float, limit: int) -> Tensor:
-    """Which values of (B, 1, H, W) above ``low`` are 8-connected through such to one above ``high``, bool;
-    ``limit`` as for ``reached``."""
+    """Which values of (B, 1, H, W) above ``low`` are 8-connected through such values to a value above
+    ``high``, bool; ``limit`` as for ``reached``."""
     return reached(x[:, 0] > low, x[:, 0] > high, limit)[:, None]
 
 

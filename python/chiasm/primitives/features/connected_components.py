@@ -79,7 +79,8 @@ def lower_at(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> T
 @lower_at.lowering("native")
 def _lower_to_any(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> Tensor:
     own = torch.arange(values.size(1), device=values.device, dtype=torch.int32)
-    # What is not active gets a slot of its own beyond the end: no two threads write where it matters in vain.
+    # An inactive offer gets its own slot beyond the end, so that threads do not write to the same place in
+    # vain.
     slot = torch.where(active, index, own + values.size(1))
     offered = torch.cat([values, values], 1).scatter(1, slot.to(torch.int64), offers)
     return torch.minimum(values, offered[:, : values.size(1)])

@@ -1,4 +1,4 @@
-"""Distances of pixels to the nearest ones of a shape."""
+"""Distances of pixels to the nearest pixel of a shape."""
 
 import math
 from typing import List

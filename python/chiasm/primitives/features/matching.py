@@ -12,9 +12,10 @@ from ..linalg.matrices import small_matmul
 def cdist_squared(a: Tensor, b: Tensor) -> Tensor:
     """(B, N, M): squared Euclidean distances of the vectors a (B, N, D) from b (B, M, D). Without a gradient.
 
-    |a|^2 + |b|^2 - 2 a.b, one matrix product, in float64: in float32 that difference of large numbers would
-    leave of a distance of 1e-3 between unit vectors not one digit. For float32 vectors it is then rounded to
-    float32, so that equal vectors, whose products a library may add up in different orders, are equally far.
+    |a|^2 + |b|^2 - 2 a.b, one matrix product, in float64: in float32, this difference of large numbers would
+    leave no correct digit of a distance of 1e-3 between unit vectors. For float32 vectors the result is then
+    rounded to float32, so that equal vectors have equal distances, although a library may add up their
+    products in different orders.
     """
     left, right = a.detach().to(torch.float64), b.detach().to(torch.float64)
     lengths = (left * left).sum(-1)[:, :, None] + (right * right).sum(-1)[:, None, :]
@@ -32,7 +33,7 @@ def two_smallest(x: Tensor, along_rows: bool) -> Tensor:
     """(B, N, 2): where the least and the second least number of each row of x (B, N, M) is, or of each
     column: (B, M, 2).
 
-    Of equals the first counts. -1 where no number, or no second one, is less than infinity.
+    Of equal numbers the first counts. -1 if no number, or no second one, is less than infinity.
 
     >>> two_smallest(torch.tensor([[[3.0, 1.0, 2.0], [1.0, 1.0, float("inf")]]]), True)
     tensor([[[1, 2],
@@ -40,7 +41,7 @@ def two_smallest(x: Tensor, along_rows: bool) -> Tensor:
     """
     rows = x if along_rows else x.transpose(1, 2)
     infinity = torch.full_like(rows, float("inf"))
-    rows = torch.where(rows < infinity, rows, infinity)  # what is not a number is not the least
+    rows = torch.where(rows < infinity, rows, infinity)  # NaN is not the least
     first = torch.argmin(rows, -1, keepdim=True)
     others = torch.where(first == torch.arange(rows.size(-1), device=x.device), infinity, rows)
     second = torch.argmin(others, -1, keepdim=True)

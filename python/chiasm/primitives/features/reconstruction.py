@@ -1,4 +1,4 @@
-"""Values that spread through an image, never beyond another."""
+"""Values that spread through an image, limited by another image."""
 
 from typing import Optional
 

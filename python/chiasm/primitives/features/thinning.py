@@ -1,4 +1,4 @@
-"""Shapes peeled to lines, by the tables of two papers."""
+"""Thinning of shapes to lines, by the rules of two papers."""
 
 from typing import List, Tuple
 

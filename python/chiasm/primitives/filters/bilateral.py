@@ -1,4 +1,4 @@
-"""Means over neighbours that are near in space and alike in colour."""
+"""Bilateral filters: means over neighbours that are near in space and similar in colour."""
 
 import torch
 from torch import Tensor

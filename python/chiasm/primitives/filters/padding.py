@@ -1,8 +1,6 @@
-"""Borders: what a stencil sees beyond the image.
-
-A stencil is written for an image that is padded already, and gives an output for each window that lies
-inside. ``stencil`` makes of it the filter of a whole image. ``padded`` is for stencils whose arithmetic
-outweighs a copy: the image is padded in memory.
+"""Borders: the values that a stencil reads outside the image. A stencil is written for a padded image, and
+returns an output for each window inside this image. ``stencil`` turns it into a filter of a whole image.
+``padded`` pads the image in memory; it is for stencils whose arithmetic costs more than this copy.
 
 Eager code and ONNX pad the image and apply the stencil once. Native code does not store a padded image. On
 the CPU it applies the stencil to two parts, the ends of the rows and their middle. Rows are padded by an

@@ -1,4 +1,4 @@
-"""Cutting images into windows."""
+"""Windows of images."""
 
 from typing import Tuple
 

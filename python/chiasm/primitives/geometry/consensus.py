@@ -1,4 +1,5 @@
-"""What robust estimators share: samples made of uniform numbers, and how many models fit all correspondences.
+"""Helpers of robust estimators: samples from uniform numbers, and the costs of models for all
+correspondences.
 
 A model is a 3x3 matrix, of one of two kinds: a homography, whose error is the squared distance in the second
 image, or a fundamental matrix (``epipolar``), whose error is Sampson's squared distance (R. Hartley, A.

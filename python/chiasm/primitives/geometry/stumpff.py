@@ -1,4 +1,4 @@
-"""Stumpff's functions: what is left of cosine and sine after their first terms, without cancellation."""
+"""Stumpff functions: the remainders of cosine and sine after their first terms, without cancellation."""
 
 import torch
 from torch import Tensor
@@ -8,8 +8,8 @@ def stumpff(squared: Tensor, order: int) -> Tensor:
     """c_n(s) = sum over k of (-s)^k / (2 k + n)!, smooth also at s = 0.
 
     With a = sqrt(s): c_0 = cos a, c_1 = sin a / a, c_2 = (1 - cos a) / s, c_3 = (a - sin a) / a^3, and so on:
-    s c_{n+2} = 1 / n! - c_n. (K. Stumpff, Himmelsmechanik I, 1959.) The series takes over below s = 4, where
-    its 12 terms are exact in float64.
+    s c_{n+2} = 1 / n! - c_n. (K. Stumpff, Himmelsmechanik I, 1959.) Below s = 4 the series is used, whose 12
+    terms are exact in float64.
 
     Args:
         squared: s, not negative, floating point.

@@ -1,4 +1,4 @@
-"""Bayer images: pixels of one colour each, red, green or blue."""
+"""Bayer images: each pixel has one colour, red, green or blue."""
 
 import torch
 from torch import Tensor
