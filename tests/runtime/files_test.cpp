@@ -241,6 +241,15 @@ TEST(Onnx, WithDataElsewhereIsRefused) {
   }
 }
 
+TEST(Onnx, FunctionsThatCallEachOtherAreRefused) {
+  const auto function = [](const std::string& name, const std::string& called) {
+    return field(25, field(1, name) + field(7, field(4, called)));
+  };
+  EXPECT_EQ(check(function("f", "Relu") + field(7, field(1, field(4, "f")))), "good");
+  EXPECT_THAT(check(function("f", "g") + field(7, "") + function("g", "Relu")),
+              HasSubstr("m: has more than one function"));
+}
+
 TEST(Onnx, WhatIsNoProtobufIsRefused) {
   const std::string group = {'\x3b', '\x3c'};
   for (const std::string& model :

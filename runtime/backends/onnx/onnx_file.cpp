@@ -91,9 +91,19 @@ class Walk final {
             ": keeps data of a tensor in another file, which no hash covers: export it with its data inside");
   }
 
+  [[noreturn]] void refuse_functions() const {
+    fail(CHIASM_CORRUPT,
+         origin_ +
+             ": has more than one function, and chiasm's models have at most one: engines inline functions"
+             " in each other without a limit, until time or the stack runs out");
+  }
+
   void inside(Message kind, uint32_t field, const unsigned char* end, int depth) {
     for (const Step& step : kSteps) {
-      if (step.in == kind && step.field == field) message(step.to, end, depth + 1);
+      if (step.in != kind || step.field != field) continue;
+      if (step.to == Message::function && has_function_) refuse_functions();
+      has_function_ = has_function_ || step.to == Message::function;
+      message(step.to, end, depth + 1);
     }
     at_ = end;
   }
@@ -116,6 +126,7 @@ class Walk final {
 
   const unsigned char* at_;
   const std::string& origin_;
+  bool has_function_ = false;
 };
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 namespace chiasm::onnx {
 
-/** Checks that the model contains all its data, none of it in another file. Throws Error (CORRUPT) that names
- *  `origin`, also for bytes that are no ONNX model. */
+/** Checks that the model contains all its data, none of it in another file, and at most one function. Throws
+ *  Error (CORRUPT) that names `origin`, also for bytes that are no ONNX model. */
 void check_onnx(const unsigned char* data, size_t size, const std::string& origin);
 
 }  // namespace chiasm::onnx
