@@ -217,12 +217,12 @@ def document(job: ExportJob, writer: Writer) -> None:
     """Add the list of the bundle's parts and its provenance."""
     asked = {"formats": job.formats, "isas": job.isas, "methods": job.methods_asked or METHODS}
     try:
-        parts = sbom(writer.manifest, writer.files)
+        writer.document("sbom", "sbom.cdx.json", sbom(writer.manifest, writer.files))
+        # which names the list, too
         origin = provenance(job.fn, writer.manifest, writer.files, asked)
+        writer.document("provenance", "provenance.json", origin)
     except OSError as error:  # a full disk: compiled code is read from a file
         raise explain(job.spec.name, "a bundle", error) from error
-    writer.document("sbom", "sbom.cdx.json", parts)
-    writer.document("provenance", "provenance.json", origin)
 
 
 # --- the manifest -------------------------------------------------------------------------------------------
