@@ -96,9 +96,10 @@ def bundle(settings: Settings, folder: Path, formats: tuple[str, ...]) -> Path:
 
 def _sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     views = blobs(generator, 1, [(sizes["H"], sizes["W"], 0), (sizes["H"], sizes["W"], 5)], torch.float32)
-    # Nothing is cut off: where an image is flat, the fit of a key point has no solution, and rounding decides.
+    # Nothing is cut off: where an image is flat, the fit of a keypoint has no solution, and rounding decides.
     frames = [
-        (view[0] * 127 + 64).clamp(0, 255).round().to(torch.uint8).permute(1, 2, 0).repeat(1, 1, 3) for view in views
+        (view[0] * 127 + 64).clamp(0, 255).round().to(torch.uint8).permute(1, 2, 0).repeat(1, 1, 3)
+        for view in views
     ]
     return {
         "frame1": frames[0],
