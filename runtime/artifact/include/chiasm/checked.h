@@ -79,7 +79,10 @@ template <bool wrapped, class V>
 inline V checked_index(const V& index, int64_t size, const char* reader, int used) {
   return checked_index<wrapped>(index, size, reader, used, [](int) { return true; });
 }
-// Minima and maxima of values that are not NaN (python/chiasm/export/formats/native.py: `_plain_minima`).
+// Minima and maxima (python/chiasm/export/patches/inductor.py: `short_minima`) for which minima_avx2.h has no
+// shorter form: those that pass NaN on, and those of values that are not NaN.
+using at::vec::maximum;
+using at::vec::minimum;
 template <class V>
 inline V smaller(const V& a, const V& b) {
   return at::vec::minimum(a, b);
@@ -151,21 +154,6 @@ inline auto remainder_integral(const A& a, const B& b) {
 
 }  // namespace chiasm
 
-#if INDUCTOR_USE_VECTOR_TYPES() && !defined(CHIASM_CHECKS_THROW)
-namespace chiasm {
-
-template <class V>
-inline V minimum(const V& a, const V& b) {
-  return at::vec::minimum(a, b);
-}
-template <class V>
-inline V maximum(const V& a, const V& b) {
-  return at::vec::maximum(a, b);
-}
-
-}  // namespace chiasm
-
-#ifdef CPU_CAPABILITY_AVX2
+#if INDUCTOR_USE_VECTOR_TYPES() && defined(CPU_CAPABILITY_AVX2) && !defined(CHIASM_CHECKS_THROW)
 #include "minima_avx2.h"
-#endif
 #endif

@@ -15,11 +15,13 @@ inline at::vec::Vectorized<float> larger(const at::vec::Vectorized<float>& a,
   return _mm256_max_ps(a, b);
 }
 
-// Whether the compiler knows a bound, as in a clamp, and that it is no NaN: a NaN can then only be the other
-// value, which the instruction returns if it is second.
+// Whether the compiler knows all lanes of a bound, as in a clamp, and that none is NaN: a NaN can then only be
+// the other value, which the instruction returns if it is second.
 inline bool is_known_bound(const at::vec::Vectorized<float>& bound) {
-  const float first = static_cast<__m256>(bound)[0];
-  return __builtin_constant_p(first == first) && first == first;
+  const auto v = static_cast<__m256>(bound);
+  const auto same = v == v;
+  const bool all = (same[0] & same[1] & same[2] & same[3] & same[4] & same[5] & same[6] & same[7]) != 0;
+  return __builtin_constant_p(all) && all;
 }
 inline at::vec::Vectorized<float> minimum(const at::vec::Vectorized<float>& a,
                                           const at::vec::Vectorized<float>& b) {
