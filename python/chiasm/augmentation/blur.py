@@ -11,8 +11,9 @@ from ..filters.correlation import filter2d
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.median import median_blur
 from ..filters.motion import get_motion_kernel2d
+from ..primitives.core.broadcasting import each
 from ..primitives.core.checks import check_pixels
-from .decisions import applied, between, check_bounds, check_chance, drawn, each, whole_between
+from .decisions import applied, between, check_bounds, check_chance, drawn, whole_between
 
 
 def random_box_blur(

@@ -65,17 +65,6 @@ def white_of(input: Tensor) -> float:
     return 1.0 if input.is_floating_point() else 255.0
 
 
-def each(value: Tensor, like: Tensor) -> Tensor:
-    """``value`` (B,) as (B, 1, ...), to broadcast against ``like``.
-
-    >>> each(torch.zeros(2), torch.zeros(2, 3, 4, 5)).shape
-    torch.Size([2, 1, 1, 1])
-    """
-    for _ in range(like.dim() - 1):
-        value = value.unsqueeze(-1)
-    return value
-
-
 def below(u: Tensor, p: float) -> Tensor:
     """Which uniform numbers in [0, 1) are below p. If p is 1, all are; this needs no comparison, so that an
     export sees it and leaves the choice out.

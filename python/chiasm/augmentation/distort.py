@@ -12,9 +12,10 @@ from ..enhance.adjust import (
     adjust_saturation_with_gray_subtraction,
 )
 from ..enhance.hue import adjust_hue
+from ..primitives.core.broadcasting import each
 from ..primitives.core.checks import check_pixels, check_rgb
 from ..primitives.random.draws import ranks
-from .decisions import applied, as_given, between, check_bounds, check_chance, drawn, each, numbers_of
+from .decisions import applied, as_given, between, check_bounds, check_chance, drawn, numbers_of
 from .noise import shuffled
 
 

@@ -12,10 +12,11 @@ from torch import Tensor
 
 from ..color.hsv import saturation_of, sixths_value_chroma, sixths_value_chroma_of
 from ..color.hue import from_sixths, planes_of_sixths
+from ..primitives.core.broadcasting import each
 from ..primitives.core.checks import check_pixels, check_rgb
 from ..primitives.images.color_planes import channels_of
 from ..primitives.random.draws import ranks
-from .decisions import applied, as_given, between, check_bounds, check_chance, drawn, each, numbers_of
+from .decisions import applied, as_given, between, check_bounds, check_chance, drawn, numbers_of
 
 
 def random_color_jitter(

@@ -6,9 +6,10 @@ import torch
 from torch import Tensor
 
 from ..contrib.diamond_square import diamond_square
+from ..primitives.core.broadcasting import each
 from ..primitives.core.checks import check_image, check_rgb
 from ..primitives.random.draws import check_seed, integers, uniform_like
-from .decisions import applied, between, check_bounds, check_chance, drawn, each
+from .decisions import applied, between, check_bounds, check_chance, drawn
 from .planckian import planckian_gains
 
 

@@ -5,9 +5,10 @@ from typing import Any, ClassVar, Dict, List, Optional, Sequence, Tuple
 import torch
 from torch import Tensor, nn
 
+from ..primitives.core.broadcasting import each
 from ..primitives.random.draws import uniform
 from .base import AugmentationBase2D, as_size, draw_seeds
-from .decisions import check_chance, each
+from .decisions import check_chance
 from .keys import keys_of_call, read_keys
 from .mix import (
     jigsaw_order,

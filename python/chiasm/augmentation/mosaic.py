@@ -5,10 +5,11 @@ from typing import Dict, Optional, Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.broadcasting import each
 from ..primitives.core.checks import check_choice, check_pair, check_pixels
 from ..primitives.random.draws import ranks, uniform
 from .cut import cut
-from .decisions import check_bounds, check_chance, drawn, each
+from .decisions import check_bounds, check_chance, drawn
 
 
 def random_mosaic(

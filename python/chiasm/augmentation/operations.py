@@ -15,8 +15,8 @@ from ..color.gray import rgb_to_grayscale
 from ..enhance.equalization import equalize
 from ..enhance.sharp import sharpness
 from ..enhance.tone import posterize, solarize
+from ..primitives.core.broadcasting import each
 from ..primitives.resampling.warping import sample_affine
-from .decisions import each
 
 
 def names() -> List[str]:

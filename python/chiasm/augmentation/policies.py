@@ -5,9 +5,10 @@ from typing import List
 import torch
 from torch import Tensor
 
+from ..primitives.core.broadcasting import each
 from ..primitives.core.checks import check_choice, check_pixels, check_rgb
 from ..primitives.random.draws import integers
-from .decisions import as_given, drawn, each, numbers_of
+from .decisions import as_given, drawn, numbers_of
 from .distributions import beta, gamma
 from .operations import amounts, operated
 from .policy_tables import policy_table

@@ -8,10 +8,11 @@ from torch import Tensor
 from ..enhance.equalization import equalize3d
 from ..filters.correlation import filter3d
 from ..filters.motion import get_motion_kernel3d
+from ..primitives.core.broadcasting import each
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.volumes import check_volume
 from .base import AugmentationBase3D, as_mode, select
-from .decisions import applied, below, check_bounds, check_chance, drawn, each, whole_between
+from .decisions import applied, below, check_bounds, check_chance, drawn, whole_between
 from .settings import about, ranges, whole, word
 
 

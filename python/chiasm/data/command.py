@@ -138,6 +138,7 @@ def _mapping(bundle: Path, columns: dict[str, str], settings: dict[str, str], ki
 
     from .errors import DataError
     from .mapping import Map
+    from .running import LAYOUTS
     from .shards import ID
 
     manifest = read_manifest(bundle)
@@ -157,8 +158,7 @@ def _mapping(bundle: Path, columns: dict[str, str], settings: dict[str, str], ki
         return Map(bundle, {**columns, **constants}, errors="column")
     if columns:
         raise DataError("--column: image files have no columns: leave it out")
-    layouts = ("HWC", "NHWC", "NCHW")
-    images = [t for t in inputs if t["name"] not in constants and is_image(t, layouts)]
+    images = [t for t in inputs if t["name"] not in constants and is_image(t, LAYOUTS)]
     others = [t["name"] for t in inputs if t["name"] not in constants and t not in images[:1]]
     if not images or others:
         missing = f"needs {others[0]!r} too: --set {others[0]}=VALUE" if images else "takes no image"

@@ -17,9 +17,13 @@ if TYPE_CHECKING:
     from .mapping import Map
 
 
+#: Of images that are decoded from files.
+LAYOUTS = ("HWC", "NHWC", "NCHW")
+
+
 def channels(tensor: Any) -> str | None:
     """The number of channels of an image, an expression; None if the tensor is no image."""
-    if tensor.layout not in ("HWC", "NHWC", "NCHW") or len(tensor.shape) != len(tensor.layout):
+    if tensor.layout not in LAYOUTS or len(tensor.shape) != len(tensor.layout):
         return None
     return tensor.shape[tensor.layout.index("C")]
 

@@ -46,14 +46,19 @@ def natural_quotient(self: Any, other: Any) -> Any:
     return op.Div(self, other)
 
 
+def limits_of(size: int | torch.SymInt) -> tuple[float, float]:
+    """The least and the greatest number that a size may be."""
+    if not isinstance(size, torch.SymInt):
+        return size, size
+    bounds = bound_sympy(size.node.expr, size.node.shape_env.var_to_range)
+    return float(bounds.lower), float(bounds.upper)
+
+
 def mark_natural_quotients(graph: Graph) -> None:
     """Tell the translation which quotients of sizes are of no negative number, by the sizes' limits."""
     for node in graph.find_nodes(op="call_function", target=operator.floordiv):
         dividend = node.args[0].meta["val"] if isinstance(node.args[0], Node) else node.args[0]
-        low = dividend
-        if isinstance(dividend, torch.SymInt):
-            low = bound_sympy(dividend.node.expr, dividend.node.shape_env.var_to_range).lower
-        if low >= 0:
+        if limits_of(dividend)[0] >= 0:
             node.target = natural_quotient
 
 

@@ -18,7 +18,8 @@ from typing import Any
 import torch
 from torch.export import ExportedProgram
 from torch.fx import Graph, GraphModule, Node
-from torch.utils._sympy.value_ranges import bound_sympy
+
+from .onnx_division import limits_of
 
 aten = torch.ops.aten
 #: The place of the index among the arguments.
@@ -102,8 +103,7 @@ class _Intervals:
         if isinstance(value, (int, float)):
             return value, value
         if isinstance(value, torch.SymInt):
-            bounds = bound_sympy(value.node.expr, value.node.shape_env.var_to_range)
-            return float(bounds.lower), float(bounds.upper)
+            return limits_of(value)
         if not isinstance(value, Node):
             return -math.inf, math.inf
         if value not in self._known:

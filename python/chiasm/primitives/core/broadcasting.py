@@ -29,6 +29,15 @@ def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
             f"{name}: expected a number, or a tensor that is a scalar, (B,) or broadcasts against"
             f" {list(like.shape)}, got {list(value.shape)}"
         )
+    return each(value, like)
+
+
+def each(value: Tensor, like: Tensor) -> Tensor:
+    """(B,) as (B, 1, ...), to broadcast against ``like``.
+
+    >>> each(torch.zeros(2), torch.zeros(2, 3, 4, 5)).shape
+    torch.Size([2, 1, 1, 1])
+    """
     for _ in range(like.dim() - 1):
         value = value.unsqueeze(-1)
     return value
@@ -86,14 +95,14 @@ def where_chosen(chosen: Tensor, changed: Tensor, other: Tensor) -> Tensor:
     >>> where_chosen(torch.tensor([True, False]), torch.ones(2, 1), torch.zeros(2, 1)).flatten()
     tensor([1., 0.])
     """
-    return torch.where(chosen.reshape([-1] + [1] * (changed.dim() - 1)), changed, other)
+    return torch.where(each(chosen, changed), changed, other)
 
 
 # Compiled tensor code has masks of floats, and takes bytes out of them one by one: 10 times the time.
 @where_chosen.lowering("native", when=lambda _, changed, __: changed.dtype == torch.uint8)
 def _bytes_of_chosen(chosen: Tensor, changed: Tensor, other: Tensor) -> Tensor:
     bits = materialised(torch.where(chosen, 255, 0).to(torch.uint8), 0)
-    return other ^ ((changed ^ other) & bits.reshape([-1] + [1] * (changed.dim() - 1)))
+    return other ^ ((changed ^ other) & each(bits, changed))
 
 
 where_chosen.lowering("cuda")(where_chosen.definition)
