@@ -10,6 +10,7 @@ from dataclasses import replace
 import sympy
 import torch
 from torch import nn
+from torch._export.utils import _compiling_state_context
 from torch.export import Dim, ExportedProgram
 from torch.fx import Node
 
@@ -65,7 +66,8 @@ def trace(
             program = torch.export.export(module, args, dynamic_shapes=dynamic_shapes(spec, tensors))
     except Exception as error:
         raise explain(spec.name, f"a graph ({target})", error, guards) from error
-    with exporting(target):
+    # Forms see that they are exported, as the module did: else they would use no kernels.
+    with exporting(target), _compiling_state_context():
         expand_all(program, FORMS)
     check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
     if doubts is not None:
