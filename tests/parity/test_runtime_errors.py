@@ -7,6 +7,7 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+import onnx
 import pytest
 import torch
 from scale_bundle import BACKENDS, artifact, example, tensor, write_bundle, write_scale
@@ -111,6 +112,36 @@ def test_errors_of_torch_have_no_stack(tmp_path: Path) -> None:
         runtime.open(path).method()(x, ~keep)
     assert "raised from" not in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("kind", ["input", "output"])
+def test_a_graph_of_another_dtype_is_refused_when_it_is_loaded(kind: str, tmp_path: Path) -> None:
+    x = np.zeros((2, 3), np.float32)
+    types = {"input": onnx.TensorProto.FLOAT, "output": onnx.TensorProto.FLOAT, kind: onnx.TensorProto.DOUBLE}
+    info = onnx.helper.make_tensor_value_info
+    graph = onnx.helper.make_graph(
+        [onnx.helper.make_node("Cast", ["x"], ["y"], to=types["output"])],
+        "cast",
+        [info("x", types["input"], [2, 3])],
+        [info("y", types["output"], [2, 3])],
+    )
+    model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 18)], ir_version=10)
+    data = model.SerializeToString()
+    forward = {
+        "inputs": [tensor("x", "T", [2, 3])],
+        "outputs": [tensor("y", "T", [2, 3])],
+        "artifacts": [artifact("onnx", "onnx", "cast.onnx", data, ["float32"])],
+    }
+    cases = [{"prefix": "a", "method": "forward", "dtype": "float32"}]
+    path = write_bundle(
+        tmp_path, "test.cast", {"forward": forward}, {"cast.onnx": data}, {"a/x": x, "a/y": x}, cases
+    )
+    name = {"input": "x", "output": "y"}[kind]
+    with pytest.raises(
+        ChiasmError, match=f"the graph's {kind} '{name}' is float64, the manifest says float32"
+    ) as error:
+        runtime.open(path).method()
+    assert error.value.code == Code.CORRUPT
 
 
 def test_bytes_that_are_no_text_are_quoted(tmp_path: Path) -> None:

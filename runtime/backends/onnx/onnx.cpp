@@ -71,6 +71,18 @@ struct Binding {
   int32_t index;  // in the method's order
 };
 
+// An input or output of the session.
+struct GraphTensor {
+  std::string name;
+  std::string dtype;  // our name of it
+};
+
+std::string dtype_name_of(const Ort::TypeInfo& info) {
+  if (info.GetONNXType() != ONNX_TYPE_TENSOR) return "no tensor";
+  const auto type = info.GetTensorTypeAndShapeInfo().GetElementType();
+  return chiasm::base::dtype_name(chiasm::onnx::dtype_of(type));
+}
+
 // One loaded artifact. On the CPU `run` works in several threads at once.
 class Session {
  public:
@@ -99,9 +111,10 @@ class Session {
                                      "making a session of ONNX Runtime");
       session_.emplace(env, request.data, request.size, options);
     });
-    bind(inputs_, input_names_, session_input_names(), request.input_names, request.input_count, "input");
-    bind(outputs_, output_names_, session_output_names(), request.output_names, request.output_count,
-         "output");
+    bind(inputs_, input_names_, graph_inputs(), request.input_names, request.input_count, "input",
+         request.signature);
+    bind(outputs_, output_names_, graph_outputs(), request.output_names, request.output_count, "output",
+         request.signature);
     if (outputs_.size() != static_cast<size_t>(request.output_count))
       throw Error(CHIASM_CORRUPT, "the graph has " + std::to_string(outputs_.size()) +
                                       " outputs, the manifest says " + std::to_string(request.output_count));
@@ -165,33 +178,44 @@ class Session {
     options.AppendExecutionProvider_CUDA_V2(*cuda);
   }
 
-  std::vector<std::string> session_input_names() const {
+  std::vector<GraphTensor> graph_inputs() const {
     Ort::AllocatorWithDefaultOptions allocator;
-    std::vector<std::string> names;
-    for (size_t i = 0; i < session_->GetInputCount(); ++i)
-      names.emplace_back(session_->GetInputNameAllocated(i, allocator).get());
-    return names;
+    std::vector<GraphTensor> tensors;
+    for (size_t i = 0; i < session_->GetInputCount(); ++i) {
+      tensors.push_back({session_->GetInputNameAllocated(i, allocator).get(),
+                         dtype_name_of(session_->GetInputTypeInfo(i))});
+    }
+    return tensors;
   }
 
-  std::vector<std::string> session_output_names() const {
+  std::vector<GraphTensor> graph_outputs() const {
     Ort::AllocatorWithDefaultOptions allocator;
-    std::vector<std::string> names;
-    for (size_t i = 0; i < session_->GetOutputCount(); ++i)
-      names.emplace_back(session_->GetOutputNameAllocated(i, allocator).get());
-    return names;
+    std::vector<GraphTensor> tensors;
+    for (size_t i = 0; i < session_->GetOutputCount(); ++i) {
+      tensors.push_back({session_->GetOutputNameAllocated(i, allocator).get(),
+                         dtype_name_of(session_->GetOutputTypeInfo(i))});
+    }
+    return tensors;
   }
 
   void bind(std::vector<Binding>& bindings, std::vector<const char*>& names,
-            const std::vector<std::string>& has, const char* const* method, int32_t count,
-            const char* kind) const {
+            const std::vector<GraphTensor>& has, const char* const* method, int32_t count,
+            const std::string& kind, const std::string& signature) const {
     std::unordered_map<std::string, int32_t> index;
     for (int32_t i = 0; i < count; ++i) index.emplace(method[i], i);
-    for (const std::string& name : has) {
-      const auto found = index.find(name);
+    for (const GraphTensor& tensor : has) {
+      const auto found = index.find(tensor.name);
       if (found == index.end())
         throw Error(CHIASM_CORRUPT,
-                    std::string("the graph has the ") + kind + " '" + name + "', the manifest does not");
-      bindings.push_back({name, found->second});
+                    "the graph has the " + kind + " '" + tensor.name + "', the manifest does not");
+      // A line of the signature is "input NAME DTYPE [SHAPE]".
+      const std::string line = "\n" + kind + " " + tensor.name + " ";
+      const size_t dtype = signature.find(line) + line.size();
+      if (signature.compare(dtype, tensor.dtype.size() + 1, tensor.dtype + " ") != 0)
+        throw Error(CHIASM_CORRUPT, "the graph's " + kind + " '" + tensor.name + "' is " + tensor.dtype +
+                                        ", the manifest says " +
+                                        signature.substr(dtype, signature.find(' ', dtype) - dtype));
+      bindings.push_back({tensor.name, found->second});
     }
     for (const Binding& binding : bindings) names.push_back(binding.name.c_str());
   }
