@@ -80,8 +80,8 @@ typedef struct chiasm_backend {
   uint32_t devices;                     /**< bit CHIASM_CPU, bit CHIASM_CUDA: 1u << chiasm_device_type */
   const chiasm_backend_option* options; /**< ends with a NULL key */
 
-  /** Opens the engine and fills in engine_version and has_cuda. Called once. Its error text says how to get
-   *  the engine. */
+  /** Opens the engine and fills in engine_version and has_cuda. Called once, and again if it has returned
+   *  CHIASM_OUT_OF_MEMORY or CHIASM_IO_ERROR. Its error text says how to get the engine. */
   int32_t (*probe)(chiasm_backend_info* info, chiasm_error_text* error);
   /** Ranks one of the method's artifacts that fit the machine: the core takes the highest, and none below 0.
    *  May be NULL. Called before `probe`: it must not open the engine. */

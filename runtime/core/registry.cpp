@@ -145,13 +145,12 @@ const Backend::Engine& Backend::engine() const {
   // a child could neither open a library nor begin again while its parent was opening one
   const ForkGate::Passage passage;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!probed_) probe();
-  probed_ = true;
-  return engine_;
+  if (!probed_) probed_ = probe();
+  return probed_ ? engine_ : without_memory_;
 }
 
-void Backend::probe() const {
-  if (table_ == nullptr) return;
+bool Backend::probe() const {
+  if (table_ == nullptr) return true;
   chiasm_backend_info info{};
   info.struct_size = sizeof info;
   chiasm_error_text error;
@@ -160,12 +159,19 @@ void Backend::probe() const {
   if (code != CHIASM_OK) {
     error.text[sizeof error.text - 1] = '\0';
     if (code == CHIASM_IO_ERROR) fail(CHIASM_IO_ERROR, error.text);  // may pass, so it is tried again
-    engine_.problem = "the " + name_ + " backend is not available: " +
-                      (error.text[0] == '\0' ? "its probe failed" : error.text);
-    return;
+    const bool may_pass = code == CHIASM_OUT_OF_MEMORY;
+    Engine& answer = may_pass ? without_memory_ : engine_;
+    // what callers have read stays as it is
+    if (answer.problem.empty()) {
+      answer.code = may_pass ? CHIASM_OUT_OF_MEMORY : CHIASM_UNAVAILABLE;
+      answer.problem = "the " + name_ + " backend is not available: " +
+                       (error.text[0] == '\0' ? "its probe failed" : error.text);
+    }
+    return !may_pass;
   }
   engine_.has_cuda = info.has_cuda == 1;
   engine_.version = info.engine_version == nullptr ? "" : info.engine_version;
+  return true;
 }
 
 Registry::Registry(std::vector<std::string> folders) : folders_(std::move(folders)) {}

@@ -35,18 +35,21 @@ class Backend final {
   struct Engine {
     bool has_cuda = false;
     std::string version;
-    std::string problem; /**< "" if the backend can be used */
+    std::string problem;                   /**< "" if the backend can be used */
+    chiasm_code code = CHIASM_UNAVAILABLE; /**< the kind of problem */
   };
   const Engine& engine() const;
 
  private:
   const chiasm_backend_format* format_of(const std::string& format) const;
   void open(const std::string& path);
-  void probe() const;
+  /** False if there was no memory: the next call tries again. */
+  bool probe() const;
 
   std::string name_;
   const chiasm_backend* table_ = nullptr;
   mutable Engine engine_;
+  mutable Engine without_memory_; /**< the answer meanwhile; written once */
   // Not std::call_once: where no memory is left at all, glibc's part of it ends the process.
   mutable std::mutex mutex_;
   mutable bool probed_ = false;

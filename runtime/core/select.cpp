@@ -280,12 +280,13 @@ void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype,
     for (const Artifact* artifact : found) ranked.emplace_back(rank(backend, *artifact), artifact);
     std::stable_sort(ranked.begin(), ranked.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
-    if (!backend.engine().problem.empty()) {
-      reasons.add(backend.name(), backend.engine().problem, CHIASM_UNAVAILABLE);
+    const Backend::Engine& engine = backend.engine();
+    if (!engine.problem.empty()) {
+      reasons.add(backend.name(), engine.problem, engine.code);
       continue;
     }
-    if (request.device_type == CHIASM_CUDA && !backend.engine().has_cuda) {
-      reasons.add(backend.name(), "its engine (" + backend.engine().version + ") cannot use CUDA here",
+    if (request.device_type == CHIASM_CUDA && !engine.has_cuda) {
+      reasons.add(backend.name(), "its engine (" + engine.version + ") cannot use CUDA here",
                   CHIASM_UNAVAILABLE);
       continue;
     }

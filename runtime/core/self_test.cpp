@@ -115,9 +115,10 @@ std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32
     return "the artifact is a program, and " + refused;
   if (!backend->has_device(request.device_type))
     return "the " + artifact.backend + " backend does not run on this kind of device";
-  if (!backend->engine().problem.empty()) return backend->engine().problem;
-  if (request.device_type == CHIASM_CUDA && !backend->engine().has_cuda) {
-    return "the engine (" + backend->engine().version + ") cannot use CUDA here";
+  const Backend::Engine& engine = backend->engine();
+  if (!engine.problem.empty()) return engine.problem;
+  if (request.device_type == CHIASM_CUDA && !engine.has_cuda) {
+    return "the engine (" + engine.version + ") cannot use CUDA here";
   }
   return "";
 }
