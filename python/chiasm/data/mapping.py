@@ -226,7 +226,7 @@ class Map:
             what = "has no" if name not in has else "has more than one"
             raise DataError(
                 f"the batch {what} column {name!r}: it has {', '.join(map(repr, has))}; name another by"
-                " columns={INPUT: COLUMN}"
+                " columns={INPUT: COLUMN}, or --column INPUT=COLUMN of chiasm map"
             )
         return batch[name] if isinstance(batch, Mapping) else batch.column(has.index(name))
 
@@ -240,7 +240,7 @@ class Map:
     def _fresh(kept: Mapping[str, Any], made: dict[str, Any]) -> dict[str, Any]:
         if twice := [name for name in made if name in kept]:
             raise DataError(
-                f"the batch has a column {twice[0]!r} already: drop it, or name the output's by"
+                f"the batch has a column {twice[0]!r} already: rename or drop it, or name the output's by"
                 " outputs={OUTPUT: COLUMN}"
             )
         return made
