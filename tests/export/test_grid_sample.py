@@ -85,6 +85,7 @@ def test_gradients(tmp_path: Path) -> None:
         "test.gradient",
         [image(channels=3), TensorSpec("grid", ("B", "h", "w", 2), range=(-1.2, 1.2))],
         symbols={"h": SIZES, "w": SIZES},
+        gradients=("input", "grid"),
     )
     vjp = runtime.open(export(op, spec, tmp_path, formats=["onnx"])).method("vjp")
     input = torch.rand(2, 3, 6, 7, requires_grad=True)

@@ -20,6 +20,7 @@ from ..spec import Spec, TensorSpec
 from .adaptive_means import MEANS
 from .gradient_parts import joined
 from .graph import Inputs, trace
+from .grid_sample import GridSampling
 from .module import bind
 
 
@@ -98,7 +99,7 @@ def trace_vjp(
     turns it into a plain graph first."""
     args = tuple(inputs[t.name] for t in tensors)
     try:
-        with exporting("vjp"), fast_tracing():
+        with exporting("vjp"), fast_tracing(), GridSampling():
             graph = make_fx(
                 module,
                 tracing_mode="symbolic",
