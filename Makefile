@@ -21,7 +21,7 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
   -o \( -name '*.c' -o -name '*.h' -o -name '*.cpp' -o -name '*.hpp' \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
-  test test-all test-quick test-ops test-export test-runtime build-x86-64-v4 build-aarch64 test-aarch64 test-parity test-browser test-serving test-data \
+  test test-all test-quick test-ops test-export test-runtime test-kernels test-robustness build-x86-64-v4 build-aarch64 test-aarch64 test-parity test-browser test-serving test-data \
   test-studies test-sanitizers test-fuzz fuzz test-install fresh-root wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
@@ -79,8 +79,15 @@ test-ops: setup ## values, gradients, scripting, docstrings of the ops
 test-export: build test-bundles ## the exporter, the command, the runtime in Python
 	$(PY) -m pytest -q -n $(JOBS) --dist loadfile --durations=10 tests/export tests/parity
 
-test-runtime: build test-bundles ## GoogleTest
-	ctest --preset release -j $(JOBS)
+test-runtime: build test-bundles ## GoogleTest: the runtime, the kernels, the exported bundles
+	ctest --preset release -j $(JOBS) -LE 'kernels|robustness'
+
+test-kernels: build ## the kernels again with vectors of SSE4, and with every vector a loop over its values
+	@cmake --build --preset release -j $(JOBS) --target kernel_tests
+	ctest --preset release -j $(JOBS) -L kernels
+
+test-robustness: build test-bundles ## forks, limits, failing allocations, thousands of loads, damaged bundles, many threads
+	ctest --preset release -j $(JOBS) -L robustness
 
 build-x86-64-v4: build ## the libraries that `chiasm export --isa x86-64-v4` links
 	cmake --build --preset release -j $(JOBS) --target artifact_x86-64-v4

@@ -16,6 +16,10 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -65,6 +69,19 @@ def is_drawn(name: str, file: Path, of: int) -> bool:
     """Whether one of so many falls on `name`: the same one as long as the content of `file` is the same."""
     digest = hashlib.sha256(name.encode() + _text_of(file)).digest()
     return digest[0] % of == 0
+
+
+def leave_out(
+    config: pytest.Config, items: list[pytest.Item], folder: Path, runs: Callable[[pytest.Item], bool]
+) -> None:
+    """Deselect a folder's tests that do not run, unless all are wanted, or some are asked for by name."""
+    asked_for = any("::" in argument for argument in config.args) or config.option.keyword
+    if os.environ.get("CHIASM_ALL_TESTS") or asked_for:
+        return
+    left_out = [item for item in items if folder in item.path.parents and not runs(item)]
+    if left_out:
+        items[:] = [item for item in items if item not in set(left_out)]
+        config.hook.pytest_deselected(items=left_out)
 
 
 if __name__ == "__main__":

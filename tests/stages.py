@@ -1,5 +1,4 @@
-"""Which targets `make test` runs: what ops and bundles go through, and of the rest those whose sources have
-changed.
+"""Which targets `make test` runs: some always, the others if their sources have changed.
 
     python tests/stages.py     the targets, in the order in which they are run
 
@@ -12,11 +11,16 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.changes import changed_files  # noqa: E402
+from tests import changes  # noqa: E402
+from tests.changes import changed_files, is_drawn  # noqa: E402
+
+if TYPE_CHECKING:
+    import pytest
 
 RUNTIME = (
     "CMakeLists.txt",
@@ -26,8 +30,18 @@ RUNTIME = (
     "runtime/artifact/abi.h",
     *(f"runtime/{name}" for name in ("CMake", "base/", "core/", "backends/", "ort/", "python/", "triton/")),
 )
+FAMILIES = (
+    *("augmentation", "color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses"),
+    *("metrics", "morphology", "ops", "pipelines"),
+)
 #: What native code is linked with; readers, servers and wheels are the same whatever is in it.
 ARTIFACTS = ("runtime/artifact/", "python/chiasm/primitives/kernels/", "python/chiasm/export/formats/")
+#: What is exported, and the exporter.
+OPS = (
+    *(f"python/chiasm/{family}/" for family in FAMILIES),
+    "python/chiasm/primitives/",
+    "python/chiasm/export/",
+)
 #: What a target tests: folders and files; empty for one that is always run.
 SOURCES: dict[str, tuple[str, ...]] = {
     "lint": (),
@@ -35,6 +49,8 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "test-ops": (),
     "test-export": (),
     "test-runtime": (),
+    "test-kernels": ("runtime/artifact/", "python/chiasm/primitives/kernels/", "tests/kernels/"),
+    "test-robustness": (*RUNTIME, "tests/runtime/", "tests/robustness/"),
     "test-aarch64": (
         *RUNTIME,
         *ARTIFACTS,
@@ -46,8 +62,8 @@ SOURCES: dict[str, tuple[str, ...]] = {
         "tools/wheels.sh",
     ),
     "test-parity": (),
-    "test-special-values": (),
-    "other-runtimes": (),
+    "test-special-values": (*OPS, *RUNTIME, *ARTIFACTS, "tests/parity/special_"),
+    "other-runtimes": (*OPS, "python/chiasm/onnx/", "tests/parity/other_runtimes.py", "tools/other_runtimes"),
     "test-browser": (
         "python/chiasm/export/formats/onnx",
         "tests/browser/",
@@ -63,7 +79,15 @@ SOURCES: dict[str, tuple[str, ...]] = {
         "tools/data",
         "docs/scale.md",
     ),
-    "test-studies": (),
+    "test-studies": (
+        *OPS,
+        *RUNTIME,
+        "python/chiasm/runtime/",
+        "examples/",
+        "studies/",
+        "tests/examples/",
+        "tests/studies/",
+    ),
     "test-install": (*RUNTIME, "packaging/", "pyproject.toml", "tests/consumer/", "tools/wheels"),
     "test-sanitizers": (
         *RUNTIME,
@@ -76,8 +100,21 @@ SOURCES: dict[str, tuple[str, ...]] = {
 }
 
 
+#: Of so many files of tests of what has not changed one is run.
+DRAWN = 3
+
+
 def has_changed(sources: tuple[str, ...]) -> bool:
     return any(file.startswith(sources) for file in changed_files())
+
+
+def runs(test: pytest.Item) -> bool:
+    """Whether a test of the exporter or of the runtime in Python runs: its file, or what that tests, has
+    changed, or the file is drawn."""
+    file = test.path
+    return (
+        has_changed((*RUNTIME, *ARTIFACTS)) or changes.has_changed(file) or is_drawn(file.name, file, DRAWN)
+    )
 
 
 def main() -> None:

@@ -1,4 +1,7 @@
-"""Small bundles that the tests of the exporter share."""
+"""Small bundles that the tests of the exporter share.
+
+Of files of tests of what has not changed since the base every third is run; `make test-all` runs all.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +12,8 @@ from torch import Tensor
 
 from chiasm.export import Spec, TensorSpec, export, image
 from chiasm.export.catalog import catalog
+from tests.changes import leave_out
+from tests.stages import runs
 
 
 def scaled_difference(input: Tensor, gain: Tensor, power: float = 1.0) -> Tensor:
@@ -24,6 +29,10 @@ SPEC = Spec(
     config={"power": 2.0},
     symbols={"H": (4, 4096), "W": (4, 4096)},
 )
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    leave_out(config, items, Path(__file__).parent, runs)
 
 
 @pytest.fixture(scope="session")

@@ -28,6 +28,8 @@ def test_its_targets_and_their_sources_are_there() -> None:
         ("runtime/artifact/kernels/products.h", "test-serving", False),
         ("python/chiasm/filters/blur.py", "test-fuzz", False),
         ("python/chiasm/filters/blur.py", "test-parity", True),
+        ("python/chiasm/filters/blur.py", "other-runtimes", True),
+        ("python/chiasm/data/images.py", "test-special-values", False),
         ("docs/design.md", "test-ops", True),
         ("docs/design.md", "test-data", False),
     ],

@@ -4,14 +4,13 @@ Of tests of what has not changed since the base every third is run; `make test-a
 made for each entry of the catalog has changed where the source of the entry's op has.
 """
 
-import os
 import sys
 from pathlib import Path
 
 import pytest
 import torch
 
-from tests.changes import ROOT, changed_files, has_changed, is_drawn, source_of
+from tests.changes import ROOT, changed_files, has_changed, is_drawn, leave_out, source_of
 
 for folder in (Path(__file__).parents[2] / "python", Path(__file__).parent):
     if str(folder) not in sys.path:
@@ -33,10 +32,9 @@ def _has_changed(item: pytest.Item) -> bool:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    asked_for = any("::" in argument for argument in config.args) or config.option.keyword
-    if os.environ.get("CHIASM_ALL_TESTS") or asked_for:
-        return
-    left_out = [i for i in items if not _has_changed(i) and not is_drawn(i.nodeid, i.path, DRAWN)]
-    if left_out:
-        items[:] = [item for item in items if item not in set(left_out)]
-        config.hook.pytest_deselected(items=left_out)
+    leave_out(
+        config,
+        items,
+        Path(__file__).parent,
+        lambda item: _has_changed(item) or is_drawn(item.nodeid, item.path, DRAWN),
+    )

@@ -1,9 +1,20 @@
-"""What tests of the runtime share: see scale_bundle.py."""
+"""What tests of the runtime share: see scale_bundle.py.
+
+Of files of tests of what has not changed since the base every third is run; `make test-all` runs all.
+"""
+
+from pathlib import Path
 
 import pytest
 from scale_bundle import BACKENDS, write_scale
 
 import chiasm.runtime as runtime
+from tests.changes import leave_out
+from tests.stages import runs
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    leave_out(config, items, Path(__file__).parent, runs)
 
 
 @pytest.fixture(scope="module")

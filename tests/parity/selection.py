@@ -3,11 +3,12 @@
     python tests/parity/selection.py            list them, with why
     python tests/parity/selection.py OUTPUT     export them to OUTPUT
 
-All of the catalog is `make test-all`, too long for every run. Compiled are the ops that the tests name, those
-whose source has changed, and one more of each family. Of the rest those that have changed are exported, and
-every twentieth other one; of these every sixteenth with its gradient, which takes most of an export's time.
-Which ones hangs on the content of their sources, so that the same sources have the same tests. What the
-sources are compared with is in tests/changes.py.
+The whole catalog takes hours (`make test-all`). A run compiles the ops that its tests name, those whose
+source has changed, and one more of each family. Of the rest it exports those that have changed, and every
+twentieth other one. A gradient takes most of an export's time: only ops that have changed, those whose
+gradient a test takes, and every sixteenth of the others have it. The contents of the sources decide which
+ones these are, so that the same sources have the same tests. tests/changes.py says what the sources are
+compared with.
 """
 
 from __future__ import annotations
@@ -31,6 +32,20 @@ sys.path.insert(0, str(ROOT))
 from tests.changes import changed_files, source_of  # noqa: E402
 
 PER_FAMILY = 1
+CHANGED = "has changed"
+#: Files that name ops of which they read no bundle here.
+APART = (
+    "aarch64.py",
+    "other_runtimes.py",
+    "sanitized_artifacts.py",
+    "special_values.py",
+    "test_export.py",
+    "test_onnx_docs.py",
+    "test_onnx_merging.py",
+    Path(__file__).name,
+)
+#: Ops whose gradient tests take natively.
+DIFFERENTIATED = ("filters.sobel",)
 #: Of so many ops that are not compiled and have not changed one is exported.
 EXPORTED = 20
 #: Of so many ops one is exported with its gradient.
@@ -79,14 +94,7 @@ def chosen() -> tuple[dict[str, str], list[str]]:
         for name in ("data", "export", "parity", "runtime", "robustness", "consumer", "serving")
     ]
     files = [p for folder in folders for p in folder.rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
-    # They run no native code, their own, or what is there
-    apart = (
-        "other_runtimes.py",
-        "sanitized_artifacts.py",
-        "special_values.py",
-        Path(__file__).name,
-    )
-    tests = [p for p in files if p.name not in apart]
+    tests = [p for p in files if p.name not in APART]
     words = re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))
     named = {w.removesuffix(".chiasm") for w in words} & set(entries)
     changed = changed_files()
@@ -96,7 +104,7 @@ def chosen() -> tuple[dict[str, str], list[str]]:
     touched = sorted((n for n in differing if n not in slow), key=lot)
     result = {n: "a test names it" for n in sorted(named)}
     for name in touched[:MOST_COMPILED]:
-        result.setdefault(name, f"{source[name]} has changed")
+        result[name] = f"{source[name]} {CHANGED}"
     for _, family in groupby(entries, key=lambda n: n.partition(".")[0]):
         others = [n for n in family if n not in named]  # which the tests name is the same in every run
         due = PER_FAMILY - sum(n in result for n in others)
@@ -120,17 +128,17 @@ def main(arguments: list[str]) -> None:
             print(f"{name:56} {reason}")
         print(f"and {len(others)} without native code: {', '.join(others)}")
         return
-    jobs = len(os.sched_getaffinity(0))
-    export_names(list(native), Path(arguments[0]), ("torchscript", "onnx", "native"), jobs=jobs)
-    with_gradients = [n for n in others[::GRADIENTS] if not any(fnmatch(n, pattern) for pattern in SLOW)]
-    export_names(with_gradients, Path(arguments[0]), ("torchscript", "onnx"), jobs=jobs)
-    export_names(
-        [n for n in others if n not in with_gradients],
-        Path(arguments[0]),
-        ("torchscript", "onnx"),
-        methods=("forward",),
-        jobs=jobs,
-    )
+    without_native = ("torchscript", "onnx")
+    every = (*without_native, "native")
+    whole = [n for n, reason in native.items() if n in DIFFERENTIATED or reason.endswith(CHANGED)]
+    sampled = [n for n in others[::GRADIENTS] if not any(fnmatch(n, pattern) for pattern in SLOW)]
+    for names, formats, methods in (
+        (whole, every, ("forward", "vjp")),
+        ([n for n in native if n not in whole], every, ("forward",)),
+        (sampled, without_native, ("forward", "vjp")),
+        ([n for n in others if n not in sampled], without_native, ("forward",)),
+    ):
+        export_names(names, Path(arguments[0]), formats, methods=methods, jobs=len(os.sched_getaffinity(0)))
 
 
 if __name__ == "__main__":
