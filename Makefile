@@ -71,7 +71,7 @@ test-all: build bundles ## every test on the whole catalog (hours)
 
 test-quick: build ## tests that need no exported bundles: ops, and the runtime's core (under 2 minutes)
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -x -n $(JOBS) tests/ops
-	ctest --preset release -L core
+	ctest --preset release -j $(JOBS) -L core
 
 test-ops: setup ## values, gradients, scripting, docstrings of the ops
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/ops

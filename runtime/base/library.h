@@ -2,6 +2,8 @@
 #pragma once
 
 #include <dlfcn.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
 
 #include <cerrno>
 #include <cstring>
@@ -12,6 +14,19 @@
 
 namespace chiasm::base {
 
+/** Whether there is not even room for a library's file: the linker says of a failed mapping neither that nor
+ *  anything else. */
+inline bool lacks_room_for(const char* path) {
+  struct stat file {};
+  if (::stat(path, &file) != 0) return false;
+  // twice, for what it has beside its file
+  const size_t size = 2 * static_cast<size_t>(file.st_size) + (size_t{1} << 20);
+  void* const room = ::mmap(nullptr, size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (room == MAP_FAILED) return true;
+  ::munmap(room, size);
+  return false;
+}
+
 /** Opens a library whose symbols nothing else sees. NULL where it cannot be opened: `problem` says why. Throws
  *  std::bad_alloc or Error (IO_ERROR) where the linker had no memory or no file: that is no fault of the
  *  library, and may pass. */
@@ -19,7 +34,7 @@ inline void* open_library(const char* path, std::string& problem) {
   errno = 0;
   void* const library = ::dlopen(path, RTLD_NOW | RTLD_LOCAL);
   if (library != nullptr) return library;
-  if (errno == ENOMEM) throw std::bad_alloc();
+  if (errno == ENOMEM || lacks_room_for(path)) throw std::bad_alloc();
   const char* const text = ::dlerror();
   problem = text == nullptr ? "unknown error of the dynamic linker" : text;
   for (const int reason : {EMFILE, ENFILE}) {  // of which glibc leaves no errno
