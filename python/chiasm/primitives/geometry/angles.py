@@ -10,8 +10,8 @@ from ..core.lowering import primitive
 
 @primitive
 def angle_of(y: Tensor, x: Tensor) -> Tensor:
-    """``torch.atan2``, correct in ONNX too. There, the exporter's own form gives 0 for NaN and for two
-    infinities, and -pi for a zero y and a negative x, for which PyTorch has pi.
+    """``torch.atan2``, correct in ONNX too. The exporter's own form gives 0 for NaN and for two infinities,
+    and -pi for a zero y and a negative x, for which PyTorch has pi.
 
     >>> angle_of(torch.tensor([1.0, 0.0, torch.nan]), torch.tensor([0.0, -1.0, 1.0]))
     tensor([1.5708, 3.1416,    nan])
