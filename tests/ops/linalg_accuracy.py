@@ -1,4 +1,4 @@
-"""docs/linalg.md: how exact the linear algebra of `chiasm.primitives` is.
+"""docs/linalg.md: the accuracy of the linear algebra in `chiasm.primitives`.
 
 python tests/ops/linalg_accuracy.py            # or `make linalg-accuracy`
 """
@@ -29,8 +29,8 @@ def orthogonal(n: int, count: int, generator: torch.Generator) -> Tensor:
 
 
 def singular_values(n: int, condition: float, shape: str) -> Tensor:
-    """From 1 down to 1 / condition: evenly in the exponent, or one large and the rest small, or one small and
-    the rest large."""
+    """Singular values from 1 to 1 / condition: evenly spaced exponents, or one large and the rest small, or
+    one small and the rest large."""
     if shape == "even":
         return torch.logspace(0, -np.log10(condition), n, dtype=torch.float64)
     values = torch.full((n,), 1.0 if shape == "one small" else 1.0 / condition, dtype=torch.float64)
@@ -76,7 +76,8 @@ def _solve(m: Tensor) -> float:
 
 
 def _det(m: Tensor) -> float:
-    """Of matrices scaled so that the determinants are near 1: float32 has no 1e-48."""
+    """The error of determinants. Matrices are scaled so that the determinants are near 1, because float32 has
+    no 1e-48."""
     m = (m.double() / np.abs(np.linalg.det(m.double().numpy())).mean() ** (1.0 / m.shape[1])).to(m.dtype)
     return relative(det(m), np.linalg.det(m.double().numpy()))
 
@@ -120,7 +121,7 @@ def unitary(columns: Tensor) -> float:
     )
 
 
-#: what is measured, of which matrices, and how the page describes it
+#: by name: the measured error, the generator of the matrices, and the description for the page
 MEASURES: dict[str, tuple[Callable[[Tensor], float], Callable[..., Tensor], str]] = {
     "inverse": (_inverse, general, "of the inverse"),
     "solve": (_solve, general, "of the solutions of two right-hand sides"),
