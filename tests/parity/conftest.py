@@ -1,4 +1,4 @@
-"""What tests of the runtime share: see scale_bundle.py."""
+"""Fixtures that tests of the runtime share: see scale_bundle.py."""
 
 import pytest
 from scale_bundle import BACKENDS, write_scale
