@@ -1,10 +1,10 @@
-"""Which targets `make test` runs: what ops and bundles go through, and of the rest those whose sources have
+"""Chooses the targets that `make test` runs: those of ops and bundles, and the others whose sources have
 changed.
 
     python tests/stages.py     the targets, in the order in which they are run
 
-Those that are left out are said, with their sources, on standard error. `make test-all` leaves none out, and
-each can be run by its name. What the sources are compared with is in tests/changes.py.
+Skipped targets are listed, with their sources, on standard error. `make test-all` skips none, and each can be
+run by its name. tests/changes.py finds changed sources.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ RUNTIME = (
     "runtime/artifact/abi.h",
     *(f"runtime/{name}" for name in ("CMake", "base/", "core/", "backends/", "ort/", "python/", "triton/")),
 )
-#: What native code is linked with; readers, servers and wheels are the same whatever is in it.
+#: The sources of native code; readers, servers and wheels do not depend on its content.
 ARTIFACTS = ("runtime/artifact/", "python/chiasm/primitives/kernels/", "python/chiasm/export/formats/")
-#: What a target tests: folders and files; empty for one that is always run.
+#: The folders and files that a target tests; empty for targets that always run.
 SOURCES: dict[str, tuple[str, ...]] = {
     "lint": (),
     "test-bundles": (),
