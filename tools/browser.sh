@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Install the software that runs bundles in a browser: Debian's Chromium, Playwright to drive it, ONNX Runtime for the web, in .deps/browser.
+# Install the software that runs bundles in a browser: Debian's Chromium, Playwright to drive it, ONNX Runtime
+# for the web, in .deps/browser.
 # usage: tools/browser.sh            all of it
-#        tools/browser.sh runtime    only ONNX Runtime for the web, in .deps/browser/node_modules, from which the site serves it
+#        tools/browser.sh runtime    only ONNX Runtime for the web, in .deps/browser/node_modules, for the site
 #        tools/browser.sh lock       pin its newest version
-# Safe to run again, quick when nothing has changed. $CHIASM_CHROMIUM names a Chromium to use instead of Debian's.
+# Safe to run again, quick when nothing has changed. $CHIASM_CHROMIUM names a Chromium to use instead of
+# Debian's.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }

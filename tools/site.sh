@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Make the site, build/site/html: the Markdown pages, a page for each op of the catalog, and a page on which ops run live in
-# the browser. A broken link is an error.
+# Make the site, build/site/html: the Markdown pages, a page for each op of the catalog, and a page on which
+# ops run live in the browser. A broken link is an error.
 # usage: tools/site.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# clang-tidy (.clang-tidy) over the runtime's sources, with the compile commands of build/release. usage: tools/tidy.sh
-# Sources that have changed since the base are checked, and every third of the others; all with CHIASM_ALL_TESTS. build/tidy
-# records clean sources: a source is checked again when it, a header or the checks have changed.
+# clang-tidy (.clang-tidy) over the runtime's sources, with the compile commands of build/release.
+# usage: tools/tidy.sh
+# Sources that have changed since the base are checked, and every third of the others; all with
+# CHIASM_ALL_TESTS. build/tidy records clean sources: a source is checked again when it, a header or the
+# checks have changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mkdir -p build/tidy

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Build chiasm's wheels into dist/: chiasm for each Python in PYTHONS, chiasm-export and chiasm-torch once. auditwheel tags each
-# with the oldest glibc on which its code runs. The same sources give the same bytes.
+# Build chiasm's wheels into dist/: chiasm for each Python in PYTHONS, chiasm-export and chiasm-torch once.
+# auditwheel tags each with the oldest glibc on which its code runs. The same sources give the same bytes.
 # usage: [PYTHONS="python3.10 python3.12"] [DIST=FOLDER] tools/wheels.sh [runtime] [aarch64] [export] [torch]
 #   aarch64: chiasm for that CPU, by a cross-compiler (tools/aarch64.sh first). By default the other three.
 set -euo pipefail

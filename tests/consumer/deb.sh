@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Tests the Debian packages of a build tree: lintian finds nothing, and a program is built and run with their unpacked content.
+# Tests the Debian packages of a build tree: lintian finds nothing, and a program is built and run with their
+# unpacked content.
 # usage: tests/consumer/deb.sh BUILD_TREE [BUNDLE]
 set -euo pipefail
 here=$(realpath "$(dirname "$0")") tree=$(realpath "$1") bundle=${2:+$(realpath "$2")}
@@ -13,8 +14,9 @@ for package in "${packages[@]}"; do
   dpkg-deb --extract "$package" "$work/root"
 done
 if command -v lintian >/dev/null; then
-  # Suppressed: the tree is not configured for Debian's multiarch folder (it would be with -DCMAKE_INSTALL_PREFIX=/usr); nothing is linked
-  # with libchiasm_ort.so, which is opened by its path; CMake calls ldconfig in addition to the trigger that Debian requires.
+  # Suppressed: the tree is not configured for Debian's multiarch folder (it would be with
+  # -DCMAKE_INSTALL_PREFIX=/usr); nothing is linked with libchiasm_ort.so, which is opened by its path; CMake
+  # calls ldconfig in addition to the trigger that Debian requires.
   lintian --allow-root --fail-on error,warning --suppress-tags \
     pkg-config-unavailable-for-cross-compilation,sharedobject-in-library-directory-missing-soname,maintscript-calls-ldconfig \
     "${packages[@]}"

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Tests chiasm on a fresh system: Debian or Ubuntu in a separate folder, by debootstrap. The wheel and a pack of bundles are installed
-# there by pip and used from Python and C++, and so are the Debian packages if the system has their glibc; the time from an empty system
-# to both results is printed. Needs root, a network, and debootstrap (apt-get install debootstrap).
+# Tests chiasm on a fresh system: Debian or Ubuntu in a separate folder, by debootstrap. The wheel and a pack
+# of bundles are installed there by pip and used from Python and C++, and so are the Debian packages if the
+# system has their glibc; the time from an empty system to both results is printed. Needs root, a network, and
+# debootstrap (apt-get install debootstrap).
 # usage: tests/consumer/fresh_root.sh SUITE [MIRROR]     trixie, or jammy with the address of a mirror of Ubuntu
 set -euo pipefail
 suite=${1:?"usage: tests/consumer/fresh_root.sh SUITE [MIRROR]"} mirror=${2:-}

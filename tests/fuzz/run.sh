@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Fuzz all inputs of the core: tests/fuzz/run.sh [SECONDS each, default 20]. Two fuzzers at a time. Each prints a
-# line of progress every minute and at its end. Fails if one finds a problem, which is then in build/fuzz/crash-*.
+# Fuzz all inputs of the core: tests/fuzz/run.sh [SECONDS each, default 20]. Two fuzzers at a time. Each
+# prints a line of progress every minute and at its end. Fails if one finds a problem, which is then in
+# build/fuzz/crash-*.
 set -euo pipefail
 seconds="${1:-20}"
 cd "$(dirname "$0")/../.."
@@ -19,7 +20,8 @@ dashboard() {  # NAME
 one() {  # NAME SECONDS
   local found="build/fuzz/corpus/$1"  # inputs of earlier runs are kept there
   mkdir -p "$found" build/fuzz/log
-  # Small inputs give short programs of calls and short lists of changes, which are sufficient and run more often.
+  # Small inputs give short programs of calls and short lists of changes, which are sufficient and run more
+  # often.
   local longest=16384
   case "$1" in calls | bundle) longest=1024 ;; esac
   ASAN_OPTIONS=allocator_may_return_null=1:max_allocation_size_mb=512 "build/fuzz/bin/fuzz_$1" \
