@@ -130,16 +130,16 @@ MEASURES: dict[str, tuple[Callable[[Tensor], float], Callable[..., Tensor], str]
     "symmetric_eigen, vectors": (
         _eigenvectors,
         symmetric,
-        "of V diag(w) V^T, or of V^T V where that is greater",
+        "of V diag(w) V^T, or of V^T V if that is greater",
     ),
     "svd, values": (_singular_values, general, "of the vector of singular values"),
     "svd, vectors": (
         _singular_vectors,
         general,
-        "of U diag(s) V^T, or of U^T U or V^T V where that is greater",
+        "of U diag(s) V^T, or of U^T U or V^T V if that is greater",
     ),
-    "qr": (_qr, general, "of Q R, or of Q^T Q where that is greater"),
-    "null_vector": (_null_vector, general, "of the vector, of the first n - 1 rows"),
+    "qr": (_qr, general, "of Q R, or of Q^T Q if that is greater"),
+    "null_vector": (_null_vector, general, "of the null vector of the first n - 1 rows"),
 }
 
 
@@ -148,18 +148,16 @@ def page() -> str:
         "# Linear algebra",
         "",
         (
-            "Written by `make linalg-accuracy`; do not edit. The greatest error against NumPy in float64,"
-            " given the same matrices,"
+            "Written by `make linalg-accuracy`; do not edit. The tables have the greatest errors compared"
+            " with NumPy in float64"
         ),
         (
-            f"relative to the length of what is expected, over {COUNT} random matrices for each of"
-            f" {len(SHAPES)} arrangements of singular values"
+            f"for the same matrices, relative to the norm of the expected values, over {COUNT} random"
+            " matrices for each"
         ),
-        (
-            f"({', '.join(SHAPES)}) and each size n. What is computed in float64 inside and rounded to"
-            " float32 at the end has float32's"
-        ),
-        "rounding left. At a high condition number a part of the float64 rows is NumPy's own error.",
+        f"of {len(SHAPES)} arrangements of singular values ({', '.join(SHAPES)}) and each size n.",
+        "Results that are computed in float64 and rounded to float32 at the end keep float32's",
+        "rounding error. At a high condition number a part of the errors in float64 is NumPy's own.",
     ]
     for precision, dtype in PRECISIONS.items():
         columns = [f"n = {n}" for n in SIZES]
@@ -174,8 +172,8 @@ def page() -> str:
             for condition in CONDITIONS:
                 worst = [max(measure(make(n, condition, shape).to(dtype)) for shape in SHAPES) for n in SIZES]
                 lines.append(f"| {name} | {condition:.0e} | " + " | ".join(f"{e:.0e}" for e in worst) + " |")
-    lines += ["", "## What the error is of", ""]
-    lines += [f"* {name}: {about}" for name, (_, _, about) in MEASURES.items()]
+    lines += ["", "## Definitions of the errors", ""]
+    lines += [f"* {name}: the error {about}" for name, (_, _, about) in MEASURES.items()]
     return "\n".join(lines) + "\n"
 
 

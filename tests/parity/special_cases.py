@@ -132,7 +132,7 @@ def _shaken(t: Tensor, generator: torch.Generator, rtol: float) -> Tensor:
 
 
 def agreeing(a: Tensor, b: Tensor, atol: float, rtol: float) -> Tensor:
-    """Where two results are the same number, both NaN, or no farther apart than allowed."""
+    """A mask: true where two results are equal, both NaN, or within the tolerance."""
     a, b = a.double(), b.double()
     near = (a - b).abs() <= atol + rtol * b.abs()  # false for infinities; equal infinities are covered next
     return (a == b) | (a.isnan() & b.isnan()) | (near & a.isfinite() & b.isfinite())

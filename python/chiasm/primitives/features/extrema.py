@@ -67,7 +67,7 @@ def _without(values: List[Tensor], k: int) -> List[Tensor]:
 @primitive
 def scale_space_nms(volume: Tensor, radii: List[float], signed: bool, count: int) -> Tensor:
     """The positions (B, count) of the strongest positive maxima among 3x3x3 voxels of each volume (B, L, H,
-    W); if ``signed``, also of the negative minima. Of equal extrema the first counts; unused entries are -1.
+    W); if ``signed``, also of the negative minima. The first of equal extrema counts; unused entries are -1.
     A disk with its level's radius around each position lies in the image."""
     extreme = strict_maxima(volume, 3, 3, 3) & (volume > 0)
     if signed:

@@ -33,7 +33,7 @@ def two_smallest(x: Tensor, along_rows: bool) -> Tensor:
     """(B, N, 2): the positions of the smallest and the second smallest number in each row of x (B, N, M), or
     in each column: (B, M, 2).
 
-    Of equal numbers the first counts. -1 if no number, or no second one, is less than infinity.
+    The first of equal numbers counts. A position is -1 if no number, or no second one, is less than infinity.
 
     >>> two_smallest(torch.tensor([[[3.0, 1.0, 2.0], [1.0, 1.0, float("inf")]]]), True)
     tensor([[[1, 2],
