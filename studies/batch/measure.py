@@ -27,7 +27,7 @@ COMPARED = 3
 
 
 class Disagreement(RuntimeError):
-    """Raised if a contender's results exceed its limits."""
+    """Raised if a contender's results differ from the expected ones by more than its limits."""
 
 
 def agreement(limits: Agreement, made: np.ndarray, expected: np.ndarray) -> dict:
