@@ -1,5 +1,5 @@
 """make bench [WHAT=speed|images|geometry|peers|matching|serving|ray|letterbox|networks|augmentation|cuda]:
-measure, and write docs/benchmarks*.md. Each exports what it measures and nothing else."""
+run a benchmark and write docs/benchmarks*.md. Each benchmark exports only the bundles that it measures."""
 
 from __future__ import annotations
 

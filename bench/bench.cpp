@@ -3,15 +3,15 @@
 //     bench speed BUNDLE THREADS B H W
 //         interleaved, in microseconds: native code, ONNX Runtime (fused, stock), OpenCV, a copy
 //     bench speed ... PHOTOGRAPH VALUES SECONDS
-//         the same on a file of bytes (B, 3, H, W), other inputs and sizes as JSON, without ONNX Runtime
+//         the same on a file of bytes (B, 3, H, W), with other inputs and sizes as JSON, without ONNX Runtime
 //     bench results BUNDLE B H W PHOTOGRAPH VALUES FILE
-//         what OpenCV makes of it, to compare
+//         writes OpenCV's results to a file, for comparison
 //     bench load BUNDLE BACKEND
-//         milliseconds to the first result on 256 x 256, and memory over the bare program
+//         milliseconds to the first result on 256 x 256, and memory on top of the bare program
 //     bench latency BUNDLE NUM_THREADS CONCURRENCY H W
 //         milliseconds that each of several calling threads waits: the median and the 99th percentile
 //     bench overhead BUNDLE ARTIFACT.so
-//         microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
+//         microseconds of chiasm's run_into, and of the artifact's own call, on 16 x 16
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -38,8 +38,8 @@ using nlohmann::json;
 
 namespace {
 
-// What inputs are made of: images from a file of bytes (B, C, H, W), or noise where there is none; the values
-// of others by name.
+// The source of the inputs: images from a file of bytes (B, C, H, W), or noise if there is no file; the
+// values of other inputs by name.
 struct Given {
   std::string photograph;
   json values = {{"sigma", 1.1}};
@@ -61,7 +61,7 @@ struct Inputs {
          const Given& given = {}) {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> uniform(0, 1);
-    bool turned = false;  // the second image is the first turned by 180 degrees
+    bool turned = false;  // the second image is the first, rotated by 180 degrees
     for (const auto& input : method.inputs) {
       std::vector<int64_t> sizes;
       for (const auto& dim : input.dims) {
@@ -120,7 +120,7 @@ chiasm::Method load(const std::string& path, const std::string& backend, bool fu
                                            chiasm::LoadOptions().with_backend(backend).with_fused(fused));
 }
 
-// Room for the method's outputs, so that neither contender allocates.
+// Buffers for the method's outputs, so that neither contender allocates.
 struct Outputs {
   std::vector<std::vector<char>> memory;
   std::vector<chiasm::Tensor> views;
@@ -144,7 +144,7 @@ peers::Peer opencv(const std::string& bundle, const Inputs& inputs) {
   return *peer;
 }
 
-// Between the planes that chiasm made and OpenCV's matrices, where those are kept and have as many values.
+// The mean difference of chiasm's planes from OpenCV's matrices, if these are kept and have as many values.
 std::optional<double> mean_difference(const chiasm::Tensor& made, const peers::Peer& peer) {
   if (!peer.results || made.shape().size() != 4 || made.dtype() != chiasm::DType::Float32) return {};
   const auto ours = peers::planes(made);
@@ -161,7 +161,7 @@ std::optional<double> mean_difference(const chiasm::Tensor& made, const peers::P
   return sum / double(made.shape().count());
 }
 
-// On photographs ONNX Runtime is left out: Python measures it.
+// Without ONNX Runtime on photographs: Python measures that.
 json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t w, const Given& given,
            double seconds) {
   chiasm::set_num_threads(threads);
@@ -173,7 +173,7 @@ json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t
     methods.emplace_back("stock", load(bundle, "onnx", false));
   }
   const auto info = methods[0].second.info();
-  const bool frames = info.inputs[0].layout == "HWC";  // one frame a call: a batch is that many calls
+  const bool frames = info.inputs[0].layout == "HWC";  // one frame per call, so a batch is several calls
   const Inputs inputs(info, frames ? 1 : b, h, w, given);
   const Outputs outputs(methods[0].second, inputs.views);
   const int64_t calls = frames ? b : 1;
@@ -186,7 +186,7 @@ json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t
   contenders.push_back([&] {
     for (int64_t i = 0; i < calls; ++i) peer.call();
   });
-  // A copy that reads and writes as many bytes together as the inputs and outputs have.
+  // A copy whose reads and writes together are as many bytes as the inputs and outputs.
   const std::vector<char> source(size_t(calls) * (bytes_of(inputs.views) + bytes_of(outputs.views)) / 2, 1);
   std::vector<char> target(source.size(), 2);
   contenders.push_back([&] { std::memcpy(target.data(), source.data(), source.size()); });
@@ -197,7 +197,7 @@ json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t
   return result;
 }
 
-// Writes what OpenCV makes, matrix after matrix, to a file, and says what is in it.
+// Writes OpenCV's results, matrix after matrix, to a file, and returns a description of its content.
 json results(const std::string& bundle, int64_t b, int64_t h, int64_t w, const Given& given,
              const std::string& path) {
   const Inputs inputs(load(bundle, "native").info(), b, h, w, given);
@@ -226,7 +226,7 @@ json load_cost(const std::string& bundle, const std::string& backend) {
           {"memory_mb", bench::resident_megabytes() - before - input_bytes / (1 << 20)}};
 }
 
-// What each of several threads that call one method waits for an answer, in milliseconds.
+// The milliseconds that each of several threads, which call one method, waits for a result.
 json latency(const std::string& bundle, int num_threads, int concurrency, int64_t h, int64_t w) {
   chiasm::LoadOptions options;
   options.backend = "native";

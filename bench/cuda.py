@@ -1,7 +1,7 @@
-# Kornia is here where it is measured alone.
+# Kornia is installed only where this is measured.
 # pyright: reportMissingImports=false, reportAttributeAccessIssue=false
-"""make bench WHAT=cuda: native code for GPUs, and Kornia eager and compiled and torchvision, on one GPU in
-turns -> docs/benchmarks_cuda.md.
+"""make bench WHAT=cuda: native code for GPUs, Kornia (eager and compiled) and torchvision, in turns on one
+GPU -> docs/benchmarks_cuda.md.
 
 python -m bench.cuda BUNDLES RESULT.json     measure bundles that were exported elsewhere
 python -m bench.cuda RESULT.json             write the page
@@ -25,7 +25,7 @@ import chiasm.runtime
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "benchmarks_cuda.md"
 BATCH, HEIGHT, WIDTH = 8, 1080, 1920
-#: Their loops ask the GPU when to end, which cannot be captured.
+#: Ops whose loops read from the GPU whether to end, which a CUDA graph cannot capture.
 WAITING = ("filters.canny",)
 Call = Callable[[], object]
 
@@ -52,7 +52,7 @@ def like(height: int, width: int) -> torch.Tensor:
 
 
 def letterboxed(frame: torch.Tensor) -> torch.Tensor:
-    """The recipe of detectors, by torchvision."""
+    """The letterbox of detectors, in torchvision."""
     import torchvision.transforms.v2.functional as tv
 
     x = tv.resize(frame.permute(0, 3, 1, 2), [360, 640], antialias=False)
@@ -61,7 +61,7 @@ def letterboxed(frame: torch.Tensor) -> torch.Tensor:
 
 
 def cases() -> dict[str, tuple[Callable[[], tuple], dict[str, Callable]]]:
-    """By bundle: its inputs, and peers, which are given the same inputs."""
+    """By bundle: its inputs, and the peers, which get the same inputs."""
     import kornia as K
     import torchvision.transforms.v2.functional as tv
 
@@ -195,7 +195,7 @@ def measured(bundle: Path, given: tuple[torch.Tensor, ...], peers: dict[str, Cal
 
 
 def interleaved(calls: dict[str, Call], rounds: int = 9, seconds: float = 0.004) -> dict[str, float]:
-    """Microseconds of each: the median of rounds in which all take turns."""
+    """Microseconds of each call: the median over rounds in which all take turns."""
     counts = {}
     for name, call in calls.items():
         call()
@@ -228,11 +228,11 @@ def page(result: dict) -> str:
         + ", ".join(f"{name} {version}" for name, version in result["versions"].items())
         + f". A copy on the device moves {result['bandwidth'] / 1e12:.2f} TB/s, read and written.",
         "",
-        f"Microseconds, medians, all in turns, of a batch of {BATCH} images of {HEIGHT} x {WIDTH} x 3:",
-        "float32, bytes for frames and the letterbox. *Of copy* is the share of the copy's bandwidth that an",
-        "op has which reads its inputs and writes its outputs once. *Graph* is the same call replayed from a",
-        "CUDA graph, without the host's work. After each peer stands how many times as long it takes; a",
-        "number under 1 is a loss of ours.",
+        f"Median microseconds for a batch of {BATCH} images of {HEIGHT} x {WIDTH} x 3, all contenders in",
+        "turns: float32, or bytes for frames and the letterbox. *Of copy* is the op's bandwidth (inputs read",
+        "once, outputs written once) as a share of the copy's. *Graph* is the same call replayed from a CUDA",
+        "graph, without the host's work. The second number of each peer is its time over chiasm's; under 1",
+        "the peer is faster.",
         "",
         "| op | load ms | first run ms | chiasm | of copy | graph | Kornia | compiled | torchvision |",
         "|---" * 9 + "|",

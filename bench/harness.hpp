@@ -1,5 +1,5 @@
-// Interleaved timing: contenders take turns, so that a busy moment of the machine hits all of them; medians
-// are compared.
+// Interleaved timing: contenders take turns, so that a busy moment of the machine affects all of them;
+// medians are compared.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ inline double microseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
 }
 
-// Memory of this process that is in RAM.
+// The resident memory of this process.
 inline double resident_megabytes() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)
@@ -30,7 +30,7 @@ inline double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Median microseconds of each contender over rounds that take about `seconds` in all; short calls are
+// The median microseconds of each contender over rounds that take about `seconds` in total. Short calls are
 // repeated within a turn.
 inline std::vector<double> interleaved(const std::vector<std::function<void()>>& contenders,
                                        double seconds = 2.0) {

@@ -1,7 +1,7 @@
-"""make bench WHAT=letterbox: from cameras' frames to a network's input, chiasm and OpenCV's wheel in turns ->
-docs/benchmarks_letterbox.md.
+"""make bench WHAT=letterbox: from camera frames to a network's input, by chiasm and OpenCV's wheel in turns
+-> docs/benchmarks_letterbox.md.
 
-python -m bench.letterbox THREADS     one number of threads, as JSON: a process has one
+python -m bench.letterbox THREADS results for one number of threads, as JSON: a process can set it only once
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PAGE = ROOT / "docs" / "benchmarks_letterbox.md"
 BUNDLES = ("pipelines.letterbox", "pipelines.letterbox_nv12")
 SIDE = 640
 HD = (1080, 1920)
-#: heights and widths of a batch whose frames differ
+#: heights and widths of the frames in a batch of different sizes
 MIXED = (
     (1080, 1920),
     (720, 1280),
@@ -98,7 +98,8 @@ def measure(threads: int) -> list[dict]:
 
 
 def blob(frame: np.ndarray) -> np.ndarray:
-    """As the authors of YOLO do it: resize, copyMakeBorder, and OpenCV's own way to planes of floats."""
+    """The method of YOLO's authors: resize, copyMakeBorder, and OpenCV's own conversion to planes of
+    floats."""
     height, width = frame.shape[:2]
     ratio = min(SIDE / height, SIDE / width)
     size = round(width * ratio), round(height * ratio)
@@ -124,11 +125,11 @@ def page(rows: list[dict]) -> str:
         "# Benchmark of letterboxes",
         "",
         f"Made by `make bench WHAT=letterbox` on {date.today()}: {cpu()}, {cores()} cores, shared with",
-        f"other work; from frames of bytes to planes of {SIDE} x {SIDE} float32, in Python, chiasm and the",
-        f"wheel of OpenCV {cv2.__version__} (with IPP) in turns in one process, medians in milliseconds.",
-        "*Steps* are `cvtColor` where it is needed, `resize`, `copyMakeBorder`, `blobFromImage`; *blob* is",
-        "`blobFromImageWithParams`. *Times as fast* is the faster one's time over chiasm's. The frames of",
-        "different sizes are one call of `run_each`, and a loop with OpenCV.",
+        f"other work. Frames of bytes become planes of {SIDE} x {SIDE} float32, in Python; chiasm and the",
+        f"wheel of OpenCV {cv2.__version__} (with IPP) take turns in one process; medians in milliseconds.",
+        "*Steps* are `cvtColor` if needed, `resize`, `copyMakeBorder`, `blobFromImage`; *blob* is",
+        "`blobFromImageWithParams`. *Times as fast* is the time of the faster of these over chiasm's.",
+        "Frames of different sizes are one call of `run_each` with chiasm, and a loop with OpenCV.",
         "",
         "| frames | threads | chiasm | OpenCV, steps | OpenCV, blob | times as fast |",
         "|---|---|---|---|---|---|",

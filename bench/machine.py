@@ -1,5 +1,4 @@
-"""The machine that tables were made on, the bundles that are measured, and the C++ program that measures
-them."""
+"""The description of the machine, the measured bundles, and the C++ program that measures them."""
 
 from __future__ import annotations
 
@@ -30,12 +29,12 @@ def cpu() -> str:
 
 
 def program(*arguments) -> dict:
-    """What build/release/bin/bench says."""
+    """The output of build/release/bin/bench."""
     return said(PROGRAM, *arguments)
 
 
 def said(path: Path, *arguments) -> dict:
-    """What a C++ program says, as JSON; RuntimeError with its words where it fails."""
+    """The JSON output of a C++ program; RuntimeError with its message if it fails."""
     done = subprocess.run([path, *map(str, arguments)], capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{path.name} {' '.join(map(str, arguments))}: {done.stderr.strip()}")
@@ -43,8 +42,7 @@ def said(path: Path, *arguments) -> dict:
 
 
 def export_bundles(names: Iterable[str], formats: Iterable[str] = FORMATS) -> None:
-    """Export ops of the catalog to where `bundle_path` finds them: those that are measured, as they are
-    measured, without gradients."""
+    """Export ops of the catalog, without gradients, to the folder in which `bundle_path` finds them."""
     export_names(sorted(set(names)), BUNDLES, tuple(formats), methods=("forward",), jobs=cores())
 
 
@@ -53,6 +51,6 @@ def bundle_path(bundle: str) -> Path:
 
 
 def notes(page: Path) -> str:
-    """What is appended to a page: the file beside it whose name ends with _notes."""
+    """The notes for the end of a page: the content of the file next to it whose name ends with _notes."""
     path = page.with_name(f"{page.stem}_notes.md")
     return "\n" + path.read_text() if path.exists() else ""

@@ -1,7 +1,8 @@
-"""make bench WHAT=networks: whole networks natively and in ONNX Runtime, in turns ->
+"""make bench WHAT=networks: whole networks, natively and in ONNX Runtime, in turns ->
 docs/benchmarks_networks.md.
 
-python -m bench.networks NAME THREADS     one network and number of threads, as JSON: a process has one
+python -m bench.networks NAME THREADS one network and number of threads, as JSON: a process can set the latter
+only once
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from .wheel import interleaved, onnx_call, onnx_options
 PAGE = ROOT / "docs" / "benchmarks_networks.md"
 FOLDER = ROOT / "build" / "bench" / "networks"
 SIDE = 224
-#: CPU levels, each with a bundle of its own
+#: CPU levels, each with its own bundle
 LEVELS = {"AVX2": "x86-64-v3", "AVX-512": "x86-64-v4"}
 
 
@@ -59,7 +60,8 @@ def main() -> int:
 
 
 def write(name: str) -> None:
-    """A network with random weights as bundles, one for each level, and as PyTorch's own ONNX."""
+    """Export a network with random weights as bundles, one for each level, and with PyTorch's own ONNX
+    export."""
     torch.manual_seed(0)
     network = NETWORKS[name]().eval()
     tensors = [TensorSpec("image", ("B", 3, SIDE, SIDE))], [TensorSpec("scores")]
@@ -90,7 +92,7 @@ def measure(name: str, threads: int) -> dict:
         bundle = chiasm.runtime.open(FOLDER / isa / f"networks.{plain(name)}.chiasm")
         try:
             methods[level] = bundle.method("forward", backend="native")
-        except chiasm.runtime.ChiasmError:  # a level that this machine does not have
+        except chiasm.runtime.ChiasmError:  # this machine does not have the level
             continue
     scores = {level: method(image) for level, method in methods.items()}
     contenders = {
@@ -114,11 +116,11 @@ def page(rows: list[dict]) -> str:
         "# Benchmark of networks",
         "",
         f"Made by `make bench WHAT=networks` on {date.today()}: {cpu()}, {cores()} cores, shared with",
-        f"other work; one image of 3 x {SIDE} x {SIDE}, float32, random weights, in Python; chiasm's",
-        f"native code, which needs no libtorch, and ONNX Runtime {onnxruntime.__version__} on what",
-        "`torch.onnx.export` writes, in turns in one process, medians in milliseconds. *Times as fast* is",
-        "ONNX Runtime's time over chiasm's. ONNX Runtime takes the widest vectors that it finds; chiasm's",
-        "code is of the level that it was exported for (`--isa`), AVX2 where none is named.",
+        f"other work; one image of 3 x {SIDE} x {SIDE}, float32, random weights, in Python. chiasm's",
+        f"native code, which needs no libtorch, and ONNX Runtime {onnxruntime.__version__} on the files of",
+        "`torch.onnx.export` take turns in one process; medians in milliseconds. *Times as fast* is ONNX",
+        "Runtime's time over chiasm's. ONNX Runtime uses the widest vectors that the CPU has; chiasm's code",
+        "uses those of the level for which it was exported (`--isa`), AVX2 by default.",
         "",
         "| network | threads | AVX2 | AVX-512 | ONNX Runtime | times as fast, AVX2 | AVX-512 |",
         "|---|---|---|---|---|---|---|",

@@ -1,5 +1,5 @@
-"""The wheel's versions of bench/opencv_peers: what OpenCV does for the same work as a bundle, into matrices
-that are kept."""
+"""The wheel's versions of bench/opencv_peers: OpenCV's calls for the same work as a bundle, with matrices
+that are reused."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-#: `into(key, function, ...)` calls a function of OpenCV with `dst` a matrix that is kept under the key.
+#: `into(key, function, ...)` calls a function of OpenCV; `dst` is a matrix that is reused for the same key.
 Into = Callable[..., np.ndarray]
 REFLECT = cv2.BORDER_REFLECT_101
 CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
@@ -18,14 +18,14 @@ LAPLACIAN = (np.ones((3, 3)) - 9 * np.pad([[1.0]], 1)).astype(np.float32) / 16
 
 
 class Peer(NamedTuple):
-    """A call on all images of a batch, and what it made: (B, H, W, C), or planes (B * C, H, W, 1)."""
+    """A call on all images of a batch, and its result: (B, H, W, C), or planes (B * C, H, W, 1)."""
 
     call: Callable[[], object]
     results: Callable[[], np.ndarray]
 
 
 def opencv(bundle: str, inputs: list[np.ndarray]) -> Peer:
-    """OpenCV's matrices are made here, outside of the call."""
+    """OpenCV's matrices are prepared here, outside of the call."""
     return peer(*PEERS[bundle], inputs)
 
 
@@ -163,8 +163,8 @@ def warp(into: Into, m, x, other):
 
 
 def on_bytes(function: Callable, scale: float) -> Callable:
-    """For what OpenCV does with bytes only, on float32 as chiasm's: the conversions there and back are part
-    of the call."""
+    """A function that OpenCV has for bytes only, on float32 like chiasm's: the conversions from and to
+    float32 are part of the call."""
 
     def call(into: Into, m, x, other):
         made = function(into, into("bytes", cv2.convertScaleAbs, m, alpha=scale))
@@ -174,7 +174,7 @@ def on_bytes(function: Callable, scale: float) -> Callable:
 
 
 def plain(function: Callable, *arguments, **options) -> Callable:
-    """A call that depends on the matrix alone."""
+    """A call that depends only on the matrix."""
     return lambda into, m, x, other: into("out", function, m, *arguments, **options)
 
 

@@ -1,4 +1,4 @@
-// What OpenCV does for the same work as a bundle: the peers that chiasm is measured beside.
+// OpenCV's calls for the same work as a bundle: the peers with which chiasm is compared.
 #pragma once
 
 #include <functional>
@@ -13,12 +13,12 @@ namespace peers {
 
 struct Peer {
   std::function<void()> call;
-  // What the last call made: a matrix an image, or one a plane. Empty where there is nothing to compare.
+  // The results of the last call: one matrix per image, or per plane. Empty if there is nothing to compare.
   std::function<std::vector<cv::Mat>()> results;
 };
 
-// Prepares OpenCV's own form of the inputs (HWC matrices, one an image) outside of the timed call, and
-// returns the call. Nothing where OpenCV has no function for the bundle. `inputs` must outlive the call.
+// Prepares the inputs in OpenCV's form (HWC matrices, one per image) outside of the timed call, and returns
+// the call; nothing if OpenCV has no function for the bundle. `inputs` must outlive the call.
 std::optional<Peer> opencv(const std::string& bundle, const std::vector<chiasm::Tensor>& inputs);
 
 }  // namespace peers

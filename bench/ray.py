@@ -1,7 +1,7 @@
-"""make bench WHAT=ray: a bundle over generated JPEGs, on Ray, in a plain loop and by `chiasm map`, beside
-OpenCV and NumPy -> docs/benchmarks_ray.md. It measures in ray_contenders.py, which runs in .deps/data.
+"""make bench WHAT=ray: a bundle on generated JPEGs, on Ray, in a plain loop and by `chiasm map`, compared
+with OpenCV and NumPy -> docs/benchmarks_ray.md. ray_contenders.py, which runs in .deps/data, measures.
 
-    python -m bench ray 1000     1,000 images in place of 20,000: to see that it works; writes no page
+    python -m bench ray 1000 1,000 images instead of 20,000: a quick test, which writes no page
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ FOLDER = ROOT / "build" / "bench" / "ray"
 PYTHON = ROOT / ".deps" / "data" / "bin" / "python"
 BUNDLE = "pipelines.preprocess"
 COUNT, SIZE = 20_000, (480, 640)
-#: Ray over the plain loop, chiasm over OpenCV in the same actors, bytes of driver and workers
+#: the aims: the rate of Ray over the plain loop, of chiasm over OpenCV in the same actors, and the most bytes
+#: of driver and workers
 AIMS = (0.85, 1.4, 1.5 * 2**30)
 
 
@@ -49,7 +50,7 @@ def main() -> int:
 
 
 def make_images(count: int):
-    """A folder of so many JPEGs, each another: blots and noise, as many bytes as a photograph has."""
+    """A folder of ``count`` different JPEGs: blots and noise, with about as many bytes as photographs."""
     import cv2
     import numpy as np
 
@@ -76,8 +77,8 @@ def page(found: dict, count: int, kilobytes: float) -> str:
         "",
         f"Made by `make bench WHAT=ray` on {date.today()}: {cpu()}, {cores()} cores. {count} generated JPEGs",
         f"of {SIZE[1]}x{SIZE[0]} ({kilobytes:.0f} KB) are read, decoded and run through `{BUNDLE}`",
-        "(3 x 224 x 224 float32) by two workers of one thread each; contenders take turns, three times;",
-        "medians. A rate is that of the last three quarters of a run. "
+        "(3 x 224 x 224 float32) by two workers with one thread each; contenders take turns, three times;",
+        "medians. Rates are measured over the last three quarters of a run. "
         + ", ".join(f"{name} {version}" for name, version in versions.items())
         + ".",
         "",
@@ -87,15 +88,15 @@ def page(found: dict, count: int, kilobytes: float) -> str:
         "",
         "| | measured | aim |",
         "|---|---|---|",
-        ratio("Ray over the plain loop", on_ray / loop, AIMS[0]),
-        ratio("chiasm over OpenCV and NumPy in the same actors", on_ray / opencv, AIMS[1]),
+        ratio("Ray, times as fast as the plain loop", on_ray / loop, AIMS[0]),
+        ratio("chiasm, times as fast as OpenCV and NumPy in the same actors", on_ray / opencv, AIMS[1]),
         (
-            f"| memory of driver and workers (proportional set size), most | {memory / 2**20:.0f} MB | under"
+            f"| peak memory of driver and workers (proportional set size) | {memory / 2**20:.0f} MB | under"
             f" {AIMS[2] / 2**20:.0f} MB |"
         ),
-        f"| the same, growth from a quarter of a run to its end | {growth / 2**20:+.0f} MB | flat |",
+        f"| growth of this memory from a quarter of a run to its end | {growth / 2**20:+.0f} MB | flat |",
         "",
-        "`chiasm map` over the same images in two processes:",
+        "`chiasm map` on the same images in two processes:",
         "",
         "| run | seconds | shards | the same bytes |",
         "|---|---|---|---|",

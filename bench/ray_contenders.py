@@ -1,4 +1,4 @@
-"""What `make bench WHAT=ray` measures; runs in .deps/data, where there is no torch, and prints JSON.
+"""The measurements of `make bench WHAT=ray`. Runs in .deps/data, which has no torch, and prints JSON.
 
 usage: python -m bench.ray_contenders BUNDLE PHOTOS FOLDER
 """
@@ -26,11 +26,11 @@ from chiasm.data import Map
 from chiasm.data.on_ray import map_batches
 
 WORKERS, BATCH, REPEATS = 2, 32, 3
-#: Rows that Ray reads into a block: of its own accord it takes so few that its tasks take most of the time.
+#: The rows that Ray reads into a block: by default it reads so few that the overhead of its tasks dominates.
 BLOCK = 100
-#: Of a run the rate is measured from here on.
+#: The part of a run, from its start, that does not count in the rate.
 FROM = 0.25
-#: In the environment of the workers that this program starts.
+#: A variable in the environment of the workers that this program starts.
 MARK = "CHIASM_BENCH"
 
 
@@ -61,7 +61,7 @@ def versions() -> dict[str, str]:
 
 
 def on_ray(photos: Path, add: Callable[[Any], Any]) -> dict:
-    """A fresh cluster of three CPUs, so that two workers leave one for reading."""
+    """In a fresh cluster of three CPUs, so that two workers leave one for reading."""
     ray.init(
         "local",
         num_cpus=WORKERS + 1,
@@ -82,7 +82,7 @@ def on_ray(photos: Path, add: Callable[[Any], Any]) -> dict:
             if began is None and done >= FROM * count:
                 began, first = time.monotonic(), done
             if began is not None and len(sizes) < 1 + 20 * (done / count - FROM) / (1 - FROM):
-                sizes.append(memory())  # some twenty times a run
+                sizes.append(memory())  # about twenty times per run
         assert began is not None and done == count
         return {
             "rate": (done - first) / (time.monotonic() - began),
@@ -94,7 +94,7 @@ def on_ray(photos: Path, add: Callable[[Any], Any]) -> dict:
 
 
 def memory() -> int:
-    """Proportional set size of this process and of Ray's workers."""
+    """The proportional set size of this process and of Ray's workers."""
     total, mine = 0, f"{MARK}={os.getpid()}".encode()
     for path in Path("/proc").glob("[0-9]*"):
         try:
@@ -109,7 +109,7 @@ def memory() -> int:
 
 
 class OpenCV:
-    """The pipeline as one writes it by hand."""
+    """The pipeline as a user would write it."""
 
     def __init__(self) -> None:
         import cv2
@@ -148,7 +148,7 @@ def with_opencv(files: Any) -> Any:
 
 
 def plain_loops(photos: Path, mapping: Map) -> dict:
-    """As many processes as Ray has workers, each with its part of the files and no engine."""
+    """As many processes as Ray has workers, each with its part of the files, without Ray."""
     context = multiprocessing.get_context("spawn")
     start, results = context.Barrier(WORKERS), context.Queue()
     paths = sorted(photos.iterdir())
@@ -176,7 +176,8 @@ def plain_loop(mapping: Map, paths: list[Path], start: Any, results: Any) -> Non
 
 
 def by_command(bundle: Path, photos: Path, folder: Path) -> list[dict]:
-    """An undisturbed run; one whose worker and then whose driver is killed, and which then goes on."""
+    """An undisturbed run, and a run in which a worker and then the driver are killed, and which is then
+    resumed."""
     out, found = folder / "out", []
     command = [sys.executable, "-m", "chiasm.export", "map", bundle, photos, out, "-j", str(WORKERS)]
     command += ["--rows", str(max(10, len(os.listdir(photos)) // 100))]
@@ -203,7 +204,7 @@ def by_command(bundle: Path, photos: Path, folder: Path) -> list[dict]:
 
 def wait_for_shards(out: Path, count: int, process: subprocess.Popen) -> int:
     while (have := len(list(out.glob("part-*")))) < count:
-        assert process.poll() is None, "it ended before it could be killed"
+        assert process.poll() is None, "the run ended before it could be killed"
         time.sleep(0.01)
     return have
 

@@ -1,8 +1,8 @@
-"""make bench: chiasm beside ONNX Runtime and OpenCV, interleaved in one process, medians ->
+"""make bench: chiasm compared with ONNX Runtime and OpenCV, interleaved in one process, medians ->
 docs/benchmarks.md.
 
-All are measured twice, in C++ with Debian's OpenCV, and in Python with OpenCV's pip wheel, which has IPP; the
-faster OpenCV of the two is what chiasm is compared with.
+All are measured twice: in C++ with Debian's OpenCV, and in Python with OpenCV's pip wheel, which has IPP.
+chiasm is compared with the faster OpenCV of the two.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from .machine import ROOT, bundle_path, cores, cpu, export_bundles, notes, progr
 from .tables import share
 
 PAGE = ROOT / "docs" / "benchmarks.md"
-#: a frame that a network's input is made of
+#: the size of a frame from which a network's input is made
 FRAME = (480, 640)
 SIZES = ((1, 256, 256), (8, 256, 256), (1, 1080, 1920))
-#: bundle, sizes, how many times as fast as OpenCV it should be (None: no aim was set)
+#: bundle, sizes, and the aim in times as fast as OpenCV (None: no aim)
 SPEED = (
     ("filters.sobel", SIZES, 2.0),
     ("filters.gaussian_blur2d", SIZES, 1.0),
@@ -60,7 +60,7 @@ def main() -> int:
 
 def speed_row(bundle: str, aim: float | None, size: tuple[int, int, int], threads: int) -> dict:
     debian = program("speed", bundle_path(bundle), threads, *size)
-    # A process of its own: the runtime's thread count is set once a process.
+    # In a separate process: a process can set the runtime's thread count only once.
     done = subprocess.run(
         [sys.executable, "-m", "bench.wheel", bundle, str(threads), *map(str, size)],
         capture_output=True,
@@ -95,20 +95,20 @@ def page(rows: list[dict], loads: list, waits: list, overhead: dict) -> str:
         "",
         f"Made by `make bench` on {date.today()}: {cpu()}, {cores()} cores, shared with other work;",
         (
-            "chiasm in C++ (native backend, into the caller's buffers) and OpenCV in turns in one process,"
+            "chiasm in C++ (native backend, into the caller's buffers) and OpenCV take turns in one process;"
             " medians."
         ),
         (
             f"OpenCV is the faster of Debian's {rows[0]['debian']['opencv_version']} (C++) and the wheel"
-            f" {cv2.__version__} (with IPP), each measured beside"
+            f" {cv2.__version__} (with IPP), each measured with"
         ),
         (
             "chiasm in its own process. *Times as fast* is OpenCV's time over chiasm's; a missed aim is"
-            " **bold**. *Of copy* is the bandwidth, of inputs"
+            " **bold**. *Of copy* is the bandwidth (inputs"
         ),
         (
-            "read once and outputs written once, as a share of what one thread's memcpy of as many bytes has"
-            " in the same run."
+            "read once, outputs written once) as a share of the bandwidth of one thread's memcpy of as many"
+            " bytes in the same run."
         ),
         "",
         "| bundle | size | threads | chiasm ms | of copy | OpenCV ms | times as fast | aim | OpenCV |",
@@ -126,7 +126,7 @@ def page(rows: list[dict], loads: list, waits: list, overhead: dict) -> str:
     lines += onnx_table(rows)
     lines += [
         "",
-        "## Load to first result, and memory over the bare program (sobel, 256 x 256)",
+        "## Time to the first result, and memory without the bare program (sobel, 256 x 256)",
         "",
         "| backend | first result ms | memory MB |",
         "|---|---|---|",
@@ -134,10 +134,10 @@ def page(rows: list[dict], loads: list, waits: list, overhead: dict) -> str:
     lines += [f"| {b} | {r['first_result_ms']:.1f} | {r['memory_mb']:.1f} |" for b, r in loads]
     lines += [
         "",
-        "## What callers wait at once (preprocess, a frame of 480 x 640 to 224 x 224, native)",
+        "## Latency of concurrent callers (preprocess, a frame of 480 x 640 to 224 x 224, native)",
         "",
-        "Several threads call one method. `num_threads` is the method's own: with 1 a call wakes no thread",
-        "and waits for none. The aim: with `num_threads` 1 and two callers, p99 within 2 medians.",
+        "Several threads call one method. `num_threads` is the method's option: with 1, a call uses no other",
+        "thread. The aim: with `num_threads` 1 and two callers, p99 within 2 medians.",
         "",
         "| num_threads | callers | median ms | p99 ms | calls in 10 s |",
         "|---|---|---|---|---|",
@@ -161,19 +161,19 @@ def page(rows: list[dict], loads: list, waits: list, overhead: dict) -> str:
 
 
 def onnx_table(rows: list[dict]) -> list[str]:
-    """Inside ONNX Runtime: the stock graph, and the fused node, which is to cost at most 10 % or 30 us more
+    """Inside ONNX Runtime: the stock graph, and the fused node, which should take at most 10 % or 30 us more
     than native code."""
     lines = [
         "",
         "## Inside ONNX Runtime",
         "",
         (
-            "The same files and the same run: the graph of standard operators (*stock*), and the fused node"
-            " with the plug-in."
+            "The same ONNX files in the same run: the graph of standard operators (*stock*), and the fused"
+            " node with the plug-in."
         ),
         (
-            "The aims: fused within 10 % or 30 us of native, and not slower than OpenCV in the geometric"
-            " mean. Misses are **bold**."
+            "Aims: fused within 10 % or 30 us of native, and not slower than OpenCV in the geometric mean."
+            " Missed aims are **bold**."
         ),
         "",
         (

@@ -1,4 +1,4 @@
-"""Tables of the pages: a race's times and their ratio for each op, size and number of threads."""
+"""Tables for the pages: the times of a race and their ratio, for each op, size and number of threads."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ def table(
     more: Callable[[dict], list[str]] = lambda row: [],
     titles: Iterable[str] = (),
 ) -> list[str]:
-    """A row for each op and size, with four columns for each number of threads; below it the geometric
-    means."""
+    """A row for each op and size, with four columns for each number of threads, and the geometric means
+    below."""
     threads = sorted({row["threads"] for row in rows})
     columns = ["op", "size", *titles]
     for n in threads:
@@ -42,15 +42,15 @@ def table(
     said = f"{everything:.2f}" if everything >= aims[0] else f"**{everything:.2f}**"
     lines += ["", f"Geometric mean: {said} ({', '.join(means)}); the aim is {aims[0]:g}."]
     if aims[1]:
-        lines.append(f"Under {aims[1]:g} somewhere: {', '.join(dict.fromkeys(slow)) or 'none'}.")
+        lines.append(f"Rows under {aims[1]:g}: {', '.join(dict.fromkeys(slow)) or 'none'}.")
     return lines
 
 
 def compared(
     race: str, ours: str, peer: str, bold: float, slanted: float
 ) -> Callable[[dict], tuple[list[str], float]]:
-    """What a row shows of one of its races: both times, our share of a copy's bandwidth and how many times as
-    fast ours is, and that number."""
+    """The cells of a row for one race: both times, our share of a copy's bandwidth, and how many times as
+    fast ours is. Also returns this number."""
 
     def cells(row: dict) -> tuple[list[str], float]:
         ratio = row[race][peer] / row[race][ours]
@@ -65,7 +65,7 @@ def compared(
 
 
 def share(race: dict, ours: str) -> str:
-    """Our bandwidth, of inputs read once and outputs written once, as a share of that of a copy in the same
+    """Our bandwidth (inputs read once, outputs written once) as a share of a copy's bandwidth in the same
     race."""
     return f"{race['copy'] / race[ours]:.0%}"
 

@@ -24,7 +24,7 @@ from .machine import bundle_path
 from .opencv import opencv
 
 SIZES = {"C": 3, "N": 64}
-#: for the threads of another's pool to fall asleep; OpenMP's look for work for about this long
+#: seconds until the threads of another contender's pool sleep; OpenMP's threads spin for about this long
 PAUSE = 0.02
 
 
@@ -58,20 +58,21 @@ def main(bundle: str, threads: int, batch: int, height: int, width: int) -> dict
 
 
 def room(method: chiasm.runtime.Method, inputs: list[np.ndarray]) -> list[np.ndarray]:
-    """Memory for the method's outputs."""
+    """Buffers for the method's outputs."""
     result = method(*inputs)
     return [np.empty_like(r) for r in (result if isinstance(result, tuple) else (result,))]
 
 
 def copy_of(arrays: list[np.ndarray]) -> Callable[[], None]:
-    """A copy that reads and writes as many bytes together as the arrays have."""
+    """A copy whose reads and writes together are as many bytes as the arrays."""
     source = np.ones(sum(a.nbytes for a in arrays) // 2, np.uint8)
     target = np.ones_like(source)
     return lambda: np.copyto(target, source)
 
 
 def onnx_options(threads: int) -> onnxruntime.SessionOptions:
-    """The pool's threads sleep between runs, else they would take the others' cores."""
+    """Options with which the pool's threads sleep between runs: otherwise they would occupy the other
+    contenders' cores."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
@@ -80,7 +81,7 @@ def onnx_options(threads: int) -> onnxruntime.SessionOptions:
 
 
 def onnx_call(session: onnxruntime.InferenceSession, inputs: list[np.ndarray]) -> Callable[[], None]:
-    """A run from and into memory that is kept."""
+    """A run with input and output buffers that are reused."""
     binding = session.io_binding()
     outputs = session.run(None, {t.name: x for t, x in zip(session.get_inputs(), inputs, strict=True)})
     kept = [
@@ -109,11 +110,11 @@ def make(tensor: dict, sizes: dict[str, int]) -> np.ndarray:
 
 
 def interleaved(contenders: list[Callable], seconds: float = 1.5, pause: float = 0.0) -> list[float]:
-    """Median microseconds of each, taking turns; short calls are repeated within a turn, and long ones have
-    fewer turns.
+    """Median microseconds of each contender; they take turns. Short calls are repeated within a turn, and
+    long ones have fewer turns.
 
-    `pause` seconds before each turn let the threads of the last contender's pool fall asleep. Half as long,
-    calls that do not count wake the machine and its caches up again, and as long do those that count.
+    `pause` seconds before each turn let the threads of the last contender's pool fall asleep. Then calls that
+    do not count warm up the machine and its caches for half that time; the calls that count run equally long.
     """
     repeats, warming = [], []
     for call in contenders:

@@ -1,1 +1,2 @@
-"""Pictures of what the ops do (docs/gallery), and the demo: photographs through bundles, by a C++ program."""
+"""Pictures that show what the ops do (docs/gallery), and the demo: a C++ program runs bundles on
+photographs."""

@@ -1,5 +1,5 @@
-"""Cases for the C++ program demo_runner: a bundle's inputs and eager Python's results as raw files, and what
-it made of them."""
+"""Cases for the C++ program demo_runner: a bundle's inputs and eager Python's results as raw files, and the
+program's results."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def write(folder: Path, file: str, tensor: torch.Tensor) -> dict:
 
 
 def run(cases: Path, backend: str) -> dict:
-    """What demo_runner reports; {"problem": ...} where it failed."""
+    """The report of demo_runner, or {"problem": ...} if it failed."""
     done = subprocess.run([RUNNER, cases, backend], capture_output=True, text=True)
     return (
         json.loads(done.stdout)

@@ -1,4 +1,4 @@
-"""The inputs that show an op at work: made of photographs wherever it takes images."""
+"""The inputs that show an op at work: photographs for all images."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .judged import judged
 from .photographs import photograph
 from .values import count, places, values
 
-#: What takes the formats of cameras.
+#: The ops that take camera formats.
 CAMERAS = (
     *(f"color.{name}_to_rgb" for name in ("nv12", "nv21", "i420", "yuyv", "uyvy")),
     *(f"pipelines.letterbox_{name}" for name in ("nv12", "nv21", "i420", "yuyv")),
 )
-#: Colour spaces that an eager conversion makes of RGB.
+#: Colour spaces to which an eager op converts RGB.
 SPACES = ("HLS", "HSL", "HSV", "LAB", "LUV", "XYZ", "YCbCr", "YUV")
 FRAMES = 9
 
@@ -29,7 +29,7 @@ def inputs(
     spec: Spec, images: np.ndarray, target: tuple[int, int] | None = None, points: int = 1000
 ) -> dict[str, torch.Tensor]:
     """The op's inputs for photographs (B, H, W, 3); `target` is the height and width of results whose size is
-    an input, `points` how many points or rotations an op gets that takes them."""
+    an input; `points` is the number of points or rotations for ops that take these."""
     batch, height, width, _ = images.shape
     wanted = target or (height * 3 // 4, width * 3 // 4)
     rgb = torch.from_numpy(images.transpose(0, 3, 1, 2).copy()).float() / 255.0
@@ -52,13 +52,13 @@ def inputs(
 
 
 def is_image(spec: Spec, tensor: TensorSpec) -> bool:
-    """Whether an input is pictures of the batch's size; neither masks nor labels are."""
+    """Whether an input is an image of the batch's size, and neither a mask nor labels."""
     shaped = bool(tensor.layout) or ("H" in tensor.shape and not spec.name.startswith("geometry."))
     return shaped and tensor.dtype in ("T", "uint8")
 
 
 def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.Tensor:
-    """A value, repeated over the batch and the channels; other named dimensions are its own."""
+    """A value, repeated over the batch and the channels; it must have all other named dimensions."""
     made = torch.as_tensor(value, dtype=samples.dtype_of(tensor.dtype, "float32"))
     own = dict(zip(reversed(tensor.shape), reversed(made.shape), strict=False))
     return made.expand(
@@ -67,7 +67,7 @@ def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.
 
 
 def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
-    """The photographs as an image input wants them: colour space, channels, layout, dtype, range."""
+    """The photographs, converted for an image input: colour space, channels, layout, dtype, range."""
     if tensor.name in ("src2", "template"):
         other = torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float() / 255.0
         rgb = (
@@ -105,7 +105,7 @@ def in_color(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
         return camera(spec.name.split(".")[1], tensor.name, rgb)
     if tensor.name == "alpha_val":
         return ramp(rgb)
-    if tensor.name == "seed":  # what is left of h-domes
+    if tensor.name == "seed":  # the seed of h-domes
         return (rgb - 0.25).clamp(0, 1)
     if "normals" in spec.name:
         made = normals(gray)
@@ -130,7 +130,7 @@ def in_color(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
 
 
 def camera(name: str, part: str, rgb: torch.Tensor) -> torch.Tensor:
-    """What a camera gives of the photographs: luma from 16 to 235 and chroma from 16 to 240, over 255."""
+    """The photographs in a camera's format: luma from 16 to 235 and chroma from 16 to 240, divided by 255."""
     luma, blue, red = color.rgb_to_ycbcr(rgb[..., : rgb.shape[-1] // 2 * 2]).split(1, 1)
     luma = (16 + 219 * luma) / 255
     u, v = ((128 + 224 * (chroma - 0.5)) / 255 for chroma in (blue, red))
@@ -145,7 +145,7 @@ def camera(name: str, part: str, rgb: torch.Tensor) -> torch.Tensor:
 
 
 def hills(rgb: torch.Tensor) -> torch.Tensor:
-    """A hill for each colour, 5 high."""
+    """A hill of height 5 for each colour."""
     y, x = torch.meshgrid(
         torch.linspace(0, 1, rgb.shape[2]), torch.linspace(0, 1, rgb.shape[3]), indexing="ij"
     )
@@ -162,7 +162,7 @@ def ramp(rgb: torch.Tensor) -> torch.Tensor:
 
 
 def rarer(images: torch.Tensor) -> torch.Tensor:
-    """1 on the rarer side of Otsu's threshold of the grey images, in one channel."""
+    """1 where the grey image is on the rarer side of its Otsu threshold, in one channel."""
     gray = images.mean(1, keepdim=True)
     bright = (gray > filters.otsu_threshold(gray)[1].view(-1, 1, 1, 1)).float()
     return torch.where(bright.mean((1, 2, 3), keepdim=True) > 0.5, 1 - bright, bright)

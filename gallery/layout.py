@@ -1,4 +1,4 @@
-"""Panels put together: a picture an op, a sheet of many."""
+"""Composes panels: one picture per op, and sheets with many pictures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GIVEN, MADE = (70, 90, 120), (176, 62, 0)
 
 
 def compose(panels: list[Panel], width: int = 480) -> Image.Image:
-    """Panels side by side, over each its label; wide ones have rows of their own."""
+    """Panels side by side, each under its label; wide panels have their own rows."""
     runs = [list(run) for _, run in groupby(panels, lambda p: p.weight >= WIDE)]
     rows = [row_of(row, columns, width) for run in runs for row, columns in rows_of(run)]
     canvas = Image.new("RGB", (width, sum(r.height for r in rows) + GAP * (len(rows) - 1)), "white")
@@ -31,7 +31,8 @@ def compose(panels: list[Panel], width: int = 480) -> Image.Image:
 
 
 def rows_of(panels: list[Panel]) -> Iterator[tuple[list[Panel], int]]:
-    """Rows of up to three, four panels as a square, small ones in one row; and how many have room in each."""
+    """Rows of up to three panels, four as a square, small ones in one row; and the number of places in each
+    row."""
     columns = 2 if len(panels) == 4 else min(len(panels), 3)
     if all(p.matrix for p in panels) or sum(p.weight for p in panels) <= 3:
         columns = len(panels)
@@ -57,7 +58,7 @@ def row_of(panels: list[Panel], columns: int, width: int) -> Image.Image:
 
 
 def cut(text: str, width: int) -> str:
-    """A label as far as there is room."""
+    """A label, cut off if it is too long."""
     if FONT.getlength(text) <= width:
         return text
     return next(
@@ -68,7 +69,7 @@ def cut(text: str, width: int) -> str:
 
 
 def scaled(pixels: np.ndarray, width: int) -> Image.Image:
-    """Enlarged in whole pixels, reduced smoothly; no higher than wide."""
+    """The image, enlarged in whole pixels or reduced smoothly; no taller than wide."""
     image = Image.fromarray(np.ascontiguousarray(pixels))
     width = min(width, int(width * image.width / image.height))
     if image.width < width:

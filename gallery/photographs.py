@@ -26,8 +26,8 @@ class View:
     """A part of a photograph.
 
     box: left, top, right, bottom; None takes all of it.
-    size: width and height that the part is reduced to; None leaves it as it is.
-    noise: standard deviation of what is added to it, in levels.
+    size: width and height to which the part is reduced; None keeps its size.
+    noise: standard deviation of the added noise, in levels.
     specks: share of the pixels that are made black or white.
     """
 

@@ -1,4 +1,4 @@
-"""Tensors as RGB arrays that can be looked at."""
+"""Tensors as RGB arrays for display."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import torch
 
 from chiasm import color
 
-#: What stands in for the other channels, and which channels are then shown in colour.
+#: The values that replace the other channels, and the channels that are then shown in colour.
 TINTED = {
     "HSV": ((0.0, 1.0, 1.0), (0,)),
     "HLS": ((0.0, 0.5, 1.0), (0,)),
@@ -32,7 +32,7 @@ CHECKS = (0.62, 0.88)
 
 
 def planes_of(tensor: torch.Tensor, layout: str) -> list[np.ndarray]:
-    """The images of a tensor, (H, W, C) each; of a volume the middle slice."""
+    """The images of a tensor, (H, W, C) each; for a volume the middle slice."""
     array = tensor.numpy()
     if layout == "NCDHW":
         array = array[:, :, array.shape[2] // 2]
@@ -46,7 +46,7 @@ def planes_of(tensor: torch.Tensor, layout: str) -> list[np.ndarray]:
 
 
 def visible(array: np.ndarray) -> tuple[np.ndarray, str]:
-    """Values (H, W, C) as bytes, and how they were mapped where that is not 0 to 1 -> black to white."""
+    """Values (H, W, C) as bytes, and a note on the mapping, unless 0 to 1 became black to white."""
     if array.dtype == np.uint8:
         return array, ""
     array = array.astype(np.float64)
@@ -64,7 +64,7 @@ def visible(array: np.ndarray) -> tuple[np.ndarray, str]:
 
 
 def rgb_of(array: np.ndarray) -> np.ndarray:
-    """Bytes (H, W, 1, 3 or 4) as RGB; alpha over a chequered ground."""
+    """Bytes (H, W, 1, 3 or 4) as RGB; alpha over a chequered background."""
     if array.shape[2] == 1:
         return array.repeat(3, 2)
     if array.shape[2] == 4:

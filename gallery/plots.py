@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 FONT = ImageFont.load_default(11)
 INK, PAPER, FAINT = (40, 40, 40), (250, 250, 250), (200, 200, 200)
-#: Of channels, and of the entries of a batch.
+#: The colours of channels, and of the samples of a batch.
 RGB = ((215, 50, 45), (40, 150, 60), (50, 90, 215))
 SERIES = ((31, 119, 180), (214, 90, 10), (44, 140, 44), (150, 80, 180))
 
@@ -20,7 +20,7 @@ def blank(size: tuple[int, int]) -> tuple[Image.Image, ImageDraw.ImageDraw]:
 
 
 def bars(series: list[np.ndarray], colors: tuple, labels: list[str], size: tuple[int, int]) -> np.ndarray:
-    """Groups of bars from 0, one colour a series; the values of the axis at the left."""
+    """Groups of bars from 0, one colour per series, with the axis at the left."""
     canvas, pen = blank(size)
     left, top, right, bottom = 42, 16 if labels else 6, size[0] - 4, size[1] - 6
     low, high = min(0.0, *(float(s.min()) for s in series)), max(float(s.max()) for s in series)
@@ -44,12 +44,12 @@ def bars(series: list[np.ndarray], colors: tuple, labels: list[str], size: tuple
 
 
 def short(value: float) -> str:
-    """Three digits, no exponent where that is short."""
+    """Three digits, without an exponent if that is short."""
     return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.2g}"
 
 
 def scatter(points: np.ndarray, inks: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Points (N, 2) in their colours, in equal scales."""
+    """Points (N, 2) in their colours, with equal scales on both axes."""
     canvas, pen = blank(size)
     low, high = points.min(0), points.max(0)
     scale = min((np.array(size) - 24) / np.maximum(high - low, 1e-12))

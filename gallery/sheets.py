@@ -62,7 +62,7 @@ class Sheet:
 
 
 class Chart(Sheet, ABC):
-    """A sheet that shows points by coordinates of their own."""
+    """A sheet that shows points in a coordinate system of its own."""
 
     @abstractmethod
     def at(self, points: np.ndarray) -> np.ndarray:
@@ -72,14 +72,13 @@ class Chart(Sheet, ABC):
         self.stroke(self.at(np.concatenate([points, points[:1]]) if closed else points), ink, width)
 
     def joins(self, a: np.ndarray, b: np.ndarray, ink: Ink = FAINT, width: float = 1) -> None:
-        """A line between each two points."""
+        """Draw a line between each pair of points."""
         for ends in np.stack([a, b], 1):
             self.path(ends, ink, width)
 
 
 class Plane(Chart):
-    """A part of the plane that shows all of `extent` (N, 2), in equal scales, with the limits of both axes at
-    the edges.
+    """A part of the plane that contains all of `extent` (N, 2), with the limits of both axes at the edges.
 
     down: whether y grows downwards, as in images.
     equal: whether both axes have one scale.
@@ -144,7 +143,7 @@ class Plane(Chart):
             self.spot(pixel, float(r), tuple(int(v) for v in ink), hollow)
 
     def lines(self, coefficients: np.ndarray, inks: np.ndarray, width: float = 1) -> None:
-        """The lines a x + b y + c = 0 of coefficients (N, 3), as far as the frame."""
+        """Draw the lines a x + b y + c = 0 of coefficients (N, 3), up to the frame."""
         corners = (np.array([[self.left, self.top], [self.right, self.bottom]]) - self.shift) / self.scale
         (x0, y0), (x1, y1) = corners.min(0), corners.max(0)
         for (a, b, c), ink in zip(coefficients.astype(np.float64), inks, strict=True):
@@ -171,24 +170,25 @@ class Photo(Chart):
         )
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """The middles of pixels (N, 2)."""
+        """The centres of pixels (N, 2)."""
         return (points + 0.5) * self.scale
 
 
 def turned(yaw: float, pitch: float) -> np.ndarray:
-    """Rows: to the right, down, away from who looks, of axes right, down, away that are turned by degrees."""
+    """A rotation by yaw and pitch, in degrees; its rows point to the viewer's right, down, and away from the
+    viewer."""
     (ca, sa), (cb, sb) = ((math.cos(math.radians(a)), math.sin(math.radians(a))) for a in (yaw, pitch))
     return np.array([[ca, 0, sa], [sa * sb, cb, -ca * sb], [-sa * cb, sb, ca * cb]])
 
 
-#: x right, y down, z away, as cameras have it, seen from behind, the left and above; x right, y up, z to who
-#: looks, as in a textbook.
+#: CAMERA: x right, y down, z away, as for cameras, seen from behind, the left and above. TEXTBOOK: x right, y
+#: up, z towards the viewer.
 CAMERA = turned(35, 25)
 TEXTBOOK = turned(-30, 20) @ np.diag([1.0, -1.0, -1.0])
 
 
 class Space(Chart):
-    """A part of space that shows all of `extent` (N, 3).
+    """A part of space that contains all of `extent` (N, 3).
 
     box: whether to draw the extent's edges, with the axes' names and limits.
     equal: whether the axes have one scale.
@@ -254,7 +254,7 @@ class Space(Chart):
     def dots(
         self, points: np.ndarray, inks: np.ndarray, radius: float | np.ndarray = 2.5, hollow: bool = False
     ) -> None:
-        """Far ones first, and smaller."""
+        """Draw dots, the far ones first and smaller."""
         away = (points * self.stretch) @ self.view[2]
         nearness = 1.3 - 0.6 * (away - away.min()) / max(float(np.ptp(away)), 1e-9)
         sizes = np.broadcast_to(radius, len(points)) * nearness
@@ -267,7 +267,7 @@ class Space(Chart):
             self.path((pose @ np.array([[0, 0, 0, 1], [*axis * length, 1]]).T).T[:, :3], ink, width)
 
     def cube(self, pose: np.ndarray, half: float = 0.5, ink: Ink = GRAY) -> None:
-        """The edges of a cube whose middle is a frame's origin."""
+        """The edges of a cube, centred at a frame's origin."""
         corners = np.array([[*(2.0 * np.array(c) - 1) * half, 1] for c in np.ndindex(2, 2, 2)]) @ pose.T
         for i in range(8):
             for j in (i | 4, i | 2, i | 1):
@@ -276,8 +276,8 @@ class Space(Chart):
 
 
 def table(values: np.ndarray, width: int, row: int = 16) -> np.ndarray:
-    """Numbers (R, C) in cells, tinted red and blue by their size and sign; in cells that are too small, the
-    tints alone."""
+    """Numbers (R, C) in cells, tinted red and blue by their size and sign; cells that are too small show only
+    the tints."""
     rows, columns = values.shape
     sheet = Sheet((width, rows * row + 1))
     reach = max(float(np.abs(values[np.isfinite(values)]).max(initial=0)), 1e-12)
@@ -298,7 +298,7 @@ def table(values: np.ndarray, width: int, row: int = 16) -> np.ndarray:
 
 
 def cell_text(value: float, reach: float) -> str:
-    """What is nearly 0 beside the others is 0."""
+    """A number as text; it is 0 if it is negligible relative to the others."""
     if math.isnan(value):
         return ""
     if abs(value) < 1e-6 * reach:

@@ -1,4 +1,4 @@
-"""Telling values for the inputs that are not photographs."""
+"""Values for the inputs that are not photographs, chosen to show the ops at work."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ VALUES: dict[str, dict[str, Any]] = {
 
 
 def values(spec: Spec) -> dict[str, Any]:
-    """What the table says for an op's inputs; longer names win."""
+    """The table's values for an op's inputs; longer names take precedence."""
     parts = [
         (name, known)
         for name, known in VALUES.items()
@@ -105,7 +105,7 @@ def values(spec: Spec) -> dict[str, Any]:
 
 
 def count(spec: Spec) -> int:
-    """The batch that the table's values make."""
+    """The batch size of the table's values."""
     known = values(spec)
     lists = (
         known[t.name]
@@ -116,7 +116,7 @@ def count(spec: Spec) -> int:
 
 
 def places(spec: Spec, sizes: dict[str, int]) -> dict[str, torch.Tensor]:
-    """What is drawn, in pixels, on images of the given sizes."""
+    """The positions to draw, in pixels, on images of the given sizes."""
     if not spec.name.startswith("image."):
         return {}
     h, w, b = sizes.get("H", 1), sizes.get("W", 1), sizes.get("B", 1)

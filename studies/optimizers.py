@@ -1,7 +1,8 @@
 """One step of an optimiser as a function of tensors: parameters, gradients and state in, parameters and state
 out.
 
-The same arithmetic as torch.optim's, in a form that is exported with the loss and its gradient as one graph.
+The same arithmetic as torch.optim's, in a form that can be exported with the loss and its gradient as one
+graph.
 """
 
 from typing import Tuple
@@ -18,9 +19,8 @@ def adam(
 
     Args:
         parameter, gradient: of one shape.
-        mean, square: of the same, the moving averages of the gradient and of its square; zeros at first.
-        step: (), which step this is, the first being 1.
-        lr: (), the learning rate.
+        mean, square: of the same shape, the moving averages of the gradient and of its square; zeros at
+        first. step: (), the number of the step, from 1. lr: (), the learning rate.
 
     Returns:
         parameter, mean and square after the step.
@@ -46,13 +46,13 @@ def adam(
 def momentum(
     parameter: Tensor, gradient: Tensor, velocity: Tensor, lr: Tensor, factor: float = 0.9
 ) -> Tuple[Tensor, Tensor]:
-    """Stochastic gradient descent with momentum as torch.optim.SGD does it.
+    """Stochastic gradient descent with momentum, like torch.optim.SGD.
 
     Args:
         parameter, gradient: of one shape.
-        velocity: of the same; zeros at first.
+        velocity: of the same shape; zeros at first.
         lr: (), the learning rate.
-        factor: how much of the velocity stays.
+        factor: the part of the velocity that is kept.
 
     Returns:
         parameter and velocity after the step.

@@ -1,5 +1,5 @@
-"""What the use cases (`make study WHAT=NAME`) share: where they write, and the page that their runs make,
-docs/use_cases.md."""
+"""Shared parts of the use cases (`make study WHAT=NAME`): their folders, and the page docs/use_cases.md that
+their runs write."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bench.machine import cores, cpu
 from gallery.cases import BUILD, ROOT
 
 PAGE = ROOT / "docs" / "use_cases.md"
-#: beside the page, one folder for all of them: NAME.png or NAME_WHAT.png
+#: the folder of all pictures, next to the page: NAME.png or NAME_WHAT.png
 PICTURES = ROOT / "docs" / "use_cases"
 #: the sections' titles by example, in the page's order
 TITLES = {
@@ -24,14 +24,14 @@ TITLES = {
 }
 _HEAD = """# Use cases
 
-The four of the Kornia paper (E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library
-for PyTorch, WACV 2020, section 4), distribution, and training with augmentation. Each section is written by
-the run of its command: no figure here was typed.
+The four use cases of the Kornia paper (E. Riba et al., Kornia: an Open Source Differentiable Computer Vision
+Library for PyTorch, WACV 2020, section 4), distribution, and training with augmentation. The run of its
+command writes each section, with all its numbers.
 """
 
 
 def folder(name: str) -> Path:
-    """Where an example keeps its bundles and what it makes on its way."""
+    """The folder of an example's bundles and intermediate files."""
     made = BUILD / "studies" / name
     made.mkdir(parents=True, exist_ok=True)
     return made
@@ -44,7 +44,7 @@ def settings_table(settings: object) -> list[str]:
 
 
 def publish(name: str, lines: list[str], page: Path = PAGE) -> None:
-    """Write an example's section, leaving the others as their runs wrote them."""
+    """Write an example's section; the other sections stay unchanged."""
     sections = _sections(page)
     made = f"Written by `make study WHAT={name}` on {date.today()}: {cpu()}, {cores()} cores."
     sections[TITLES[name]] = "\n".join([made, "", *lines]).strip()

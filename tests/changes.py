@@ -1,8 +1,8 @@
-"""What has changed since the base, so that a test run can leave out a part of what has not.
+"""Finds what has changed since the base, so that a test run can skip a part of the rest.
 
     ... | python tests/changes.py 3    of the files named there: what has changed, and every third other one
 
-The base is $CHIASM_BASE, else where the branch left origin's, else the commit before.
+The base is $CHIASM_BASE, else the commit at which the branch left origin's, else the previous commit.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def git(*arguments: str) -> str:
-    """What git says, or nothing where this is no repository or the revision does not exist."""
+    """The output of git; empty if this is not a repository or the revision does not exist."""
     done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True, text=True)
     return done.stdout.strip() if done.returncode == 0 else ""
 
 
 @cache
 def changed_files() -> frozenset[str]:
-    """Paths that differ from the base, also those not committed."""
+    """Paths that differ from the base, including uncommitted changes."""
     base = os.environ.get("CHIASM_BASE") or git("merge-base", "HEAD", "origin/HEAD")
     if not base or base == git("rev-parse", "HEAD"):
         base = "HEAD~1"
@@ -43,7 +43,7 @@ def changed_files() -> frozenset[str]:
 
 @cache
 def has_changed(test: Path) -> bool:
-    """Whether a file of tests, or a file of chiasm's that it imports, has changed."""
+    """Whether a file of tests, or a file of chiasm that it imports, has changed."""
     changed = changed_files()
     if str(test.relative_to(ROOT)) in changed:
         return True
@@ -56,7 +56,7 @@ def has_changed(test: Path) -> bool:
 
 
 def source_of(function: Callable) -> str:
-    """The path of the file that a function of chiasm's stands in."""
+    """The path of the file that defines a function of chiasm."""
     return str(Path(inspect.getsourcefile(function) or "").resolve().relative_to(ROOT))
 
 
@@ -66,7 +66,8 @@ def _text_of(file: Path) -> bytes:
 
 
 def is_drawn(name: str, file: Path, of: int) -> bool:
-    """Whether one of so many falls on `name`: the same one as long as the content of `file` is the same."""
+    """Whether `name` is chosen, as one of ``of`` names. The choice is the same as long as the content of
+    `file` is."""
     digest = hashlib.sha256(name.encode() + _text_of(file)).digest()
     return digest[0] % of == 0
 
@@ -85,7 +86,7 @@ def leave_out(
 
 
 if __name__ == "__main__":
-    # Of the files named on standard input those that have changed, and of the others one of so many.
+    # Prints the files named on standard input that have changed, and one of so many of the others.
     for line in sys.stdin.read().split():
         if (
             os.environ.get("CHIASM_ALL_TESTS")

@@ -1,9 +1,9 @@
-"""Which targets `make test` runs: some always, the others if their sources have changed.
+"""Chooses the targets that `make test` runs: some always, the others if their sources have changed.
 
     python tests/stages.py     the targets, in the order in which they are run
 
-Those that are left out are said, with their sources, on standard error. `make test-all` leaves none out, and
-each can be run by its name. What the sources are compared with is in tests/changes.py.
+Skipped targets are listed, with their sources, on standard error. `make test-all` skips none, and each can be
+run by its name. tests/changes.py finds changed sources.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ FAMILIES = (
     *("augmentation", "color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses"),
     *("metrics", "morphology", "ops", "pipelines"),
 )
-#: What native code is linked with; readers, servers and wheels are the same whatever is in it.
+#: The sources of native code; readers, servers and wheels do not depend on its content.
 ARTIFACTS = ("runtime/artifact/", "python/chiasm/primitives/kernels/", "python/chiasm/export/formats/")
 #: What is exported, and the exporter.
 OPS = (
@@ -42,7 +42,7 @@ OPS = (
     "python/chiasm/primitives/",
     "python/chiasm/export/",
 )
-#: What a target tests: folders and files; empty for one that is always run.
+#: The folders and files that a target tests; empty for targets that always run.
 SOURCES: dict[str, tuple[str, ...]] = {
     "lint": (),
     "test-bundles": (),

@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# Fetch Debian's packages for aarch64 and unpack them to .deps/aarch64: libsodium, which the runtime is linked with, and dlpack's header.
-# With `python` also a Python of .venv's version, NumPy and ONNX Runtime, which the wheel for aarch64 is tried with under qemu. Nothing
-# is installed, and this machine's own list of packages stays as it is.
-# usage: tools/aarch64.sh [python]        Called by `make build-aarch64` and `make test-aarch64`; quick when it is there.
+# Fetch Debian's packages for aarch64 and unpack them to .deps/aarch64: libsodium, which the runtime is linked
+# with, and dlpack's header. With `python` also a Python of .venv's version, NumPy and ONNX Runtime, to test
+# the wheel for aarch64 under qemu. Nothing is installed, and this machine's own list of packages does not
+# change. Called by `make build-aarch64` and `make test-aarch64`; quick if it exists already.
+# usage: tools/aarch64.sh [python]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=$PWD/.deps/aarch64 python=$(.venv/bin/python -c 'import sys; print("python%d.%d" % sys.version_info[:2])')
 
-# fetch MADE PACKAGE...: unless the file MADE is there
+# fetch MADE PACKAGE...: fetch the packages unless the file MADE exists
 fetch() {
   local made=$folder/$1 work
   shift

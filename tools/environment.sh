@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Make an environment apart from .venv, of packages that are pinned with hashes.
-# usage: [ABOUT=TEXT] tools/environment.sh NAME LOCKED        makes .deps/NAME; ABOUT is said while it is made
+# Make a separate environment, with packages that are pinned by hash.
+# usage: [ABOUT=TEXT] tools/environment.sh NAME LOCKED        makes .deps/NAME; ABOUT is shown meanwhile
 # Safe to run again, quick when nothing has changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."

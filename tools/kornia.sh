@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Install Kornia for `make bench WHAT=images`, and for that alone, in .deps/kornia: without dependencies, so that it runs on the
-# project's torch; `bench/images` puts the folder on its path.
+# Install Kornia in .deps/kornia, only for benchmarks: without dependencies, so that it uses the project's
+# torch. The benchmarks add the folder to their path.
 # usage: tools/kornia.sh        Safe to run again, quick when nothing has changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."

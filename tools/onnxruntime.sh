@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Lay out ONNX Runtime for CMake in .deps/onnxruntime: the library from the wheel, which has no headers, and the headers
-# from Debian's libonnxruntime-dev, which is in Debian 13 and later; an older Debian takes that one package's headers from
-# its own mirror's Debian 13. Any onnxruntime release folder may be given to CMake instead (-Donnxruntime_ROOT=).
+# Lay out ONNX Runtime for CMake in .deps/onnxruntime: the library from the wheel, which has no headers, and
+# the headers from Debian's libonnxruntime-dev, which is in Debian 13 and later; on an older Debian, this one
+# package is taken from Debian 13 on the same mirror. CMake also accepts any onnxruntime release folder
+# (-Donnxruntime_ROOT=).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=.deps/onnxruntime

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Write the exported bundles in FOLDER as wheels, one a family: chiasm-bundles-filters and so on. A wheel that is there and holds
-# the same is left as it is, so that a run that was ended goes on.
+# Write the exported bundles in FOLDER as wheels, one per family: chiasm-bundles-filters and so on. An
+# existing wheel with the same content is kept, so that an interrupted run can be resumed.
 # usage: [DIST=FOLDER] tools/packs.sh FOLDER
 set -euo pipefail
 cd "$(dirname "$0")/.."

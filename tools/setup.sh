@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Install what chiasm needs on a Debian machine: system packages, a Python environment in .venv, ONNX Runtime's headers, Triton's.
+# Install chiasm's requirements on a Debian machine: system packages, a Python environment in .venv, ONNX
+# Runtime's headers, Triton's.
 # usage: tools/setup.sh        Called by `make setup`; safe to run again, quick when nothing is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -22,7 +23,8 @@ debian_packages() {
   as_root apt-get -qq update
   as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends "${missing[@]}" >/dev/null
 }
-# Where Python can already make environments, both installs go on at once: one waits for the disk, the other for the network.
+# If Python can already make environments, both installs run in parallel: one waits for the disk, the other
+# for the network.
 if "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null; then
   debian_packages &
   debian=$!

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Make the site, build/site/html, of the Markdown pages that are there, of a page for each op of the catalog, and of one where ops run live in
-# the browser. A link that leads nowhere is an error.
+# Make the site, build/site/html: the Markdown pages, a page for each op of the catalog, and a page on which
+# ops run live in the browser. A broken link is an error.
 # usage: tools/site.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,7 +17,7 @@ rm -rf build/site
 mkdir -p $source
 cp tools/site/index.md tools/site/interface.md $source
 doxygen tools/site/Doxyfile
-# What pages are, and what they lead to
+# The pages, and the files to which they link
 tar c --exclude=python/chiasm/artifact --exclude='*.so' --exclude=__pycache__ --exclude=corpus --exclude=frozen ./*.md LICENSE Makefile bench cmake docs \
   examples gallery include packaging python runtime studies tests tools | tar x -C $source
 PYTHONPATH=python .venv/bin/python tools/site/reference.py $source/reference

@@ -1,5 +1,5 @@
-"""Write `python/chiasm/FAMILY/__init__.pyi`: what editors and type checkers know of the module classes, which
-are made at run time.
+"""Write `python/chiasm/FAMILY/__init__.pyi`: the declarations, for editors and type checkers, of the module
+classes, which are generated at run time.
 
 usage: tools/stubs.py        `make stubs`; tests/ops/test_stubs.py compares.
 """
@@ -91,7 +91,7 @@ def _class(made: Any, function: Callable[..., Any]) -> list[str]:
 
 
 def _docstring(text: str) -> list[str]:
-    """As the body of a class."""
+    """The docstring as the body of a class."""
     return textwrap.fill(f'"""{text}"""', 105, initial_indent="    ", subsequent_indent="    ").splitlines()
 
 

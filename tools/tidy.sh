@@ -1,13 +1,15 @@
 #!/usr/bin/env bash
-# clang-tidy (.clang-tidy) over the runtime's sources, by the commands of build/release. usage: tools/tidy.sh
-# Of sources that have not changed since the base every third is looked at, all with CHIASM_ALL_TESTS. What a source was found
-# clean with is noted in build/tidy: it is looked at again when it, a header or the checks have changed.
+# clang-tidy (.clang-tidy) over the runtime's sources, with the compile commands of build/release.
+# usage: tools/tidy.sh
+# Sources that have changed since the base are checked, and every third of the others; all with
+# CHIASM_ALL_TESTS. build/tidy records clean sources: a source is checked again when it, a header or the
+# checks have changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mkdir -p build/tidy
 headers=$(find .clang-tidy runtime include \( -name .clang-tidy -o -name '*.h' -o -name '*.hpp' \) -print0 | sort -z | xargs -0 sha256sum | sha256sum | cut -d' ' -f1)
 folders=(runtime/{base,core,backends,ort,python})
-# Not built where its headers are not
+# Not built without its headers
 ! grep -q /runtime/triton/ build/release/compile_commands.json || folders+=(runtime/triton)
 pending=()
 while IFS= read -r source; do

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# What the Triton backend is built and tested with.
+# Fetch the software with which the Triton backend is built and tested.
 # usage: tools/triton.sh headers    Triton's C API in .deps/triton-headers, from the crate triton-sys (BSD-3), by cargo; called by setup
 #        tools/triton.sh server     a tritonserver, its client, perf_analyzer in .deps/triton; called by `make test-serving`
-# Safe to run again, quick when nothing has changed. Without cargo the backend is not built, and a sentence says so.
+# Safe to run again, quick when nothing has changed. Without cargo the backend is not built, and a message
+# says so.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-.venv/bin/python}
@@ -16,8 +17,8 @@ headers() {
   [ "$(cat "$folder/.crate" 2>/dev/null)" = "$sha256" ] && return
   command -v cargo >/dev/null || without "its headers come with a crate, and cargo 1.68 or later is not installed"
   work=$(mktemp -d)
-  trap 'rm -rf "$work"' EXIT # of a variable that outlives the function
-  # A package that needs the crate and is never compiled: cargo fetches it from whatever registry it is set up for
+  trap 'rm -rf "$work"' EXIT # expanded after the function has returned
+  # A package that needs the crate and is never compiled: cargo fetches it from its configured registry
   printf '[package]\nname = "headers"\nversion = "0.0.0"\n[lib]\npath = "none.rs"\n[dependencies]\ntriton-sys = "=%s"\n' \
     "$version" > "$work/Cargo.toml"
   : > "$work/none.rs"
@@ -45,7 +46,7 @@ server() {
   want=$(sha256sum tools/triton/server.txt | cut -d' ' -f1)
   [ "$(cat "$folder/.server" 2>/dev/null)" = "$want" ] && return
   .venv/bin/uv pip install --quiet --python "$folder/bin/python" --require-hashes --no-deps -r tools/triton/server.txt
-  # What perf_analyzer needs by other names
+  # perf_analyzer needs these under other names
   site=$("$folder/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
   mkdir -p "$folder/lib/perf_analyzer"
   ln -sf "$site"/nvidia_pytriton.libs/libb64-*.so.0d "$folder/lib/perf_analyzer/libb64.so.0d"

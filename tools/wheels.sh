@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Build chiasm's wheels into dist/: chiasm for each Python that is named, chiasm-export and chiasm-torch once. auditwheel gives each
-# the oldest glibc that its code runs with. Sources that are the same give the same bytes.
+# Build chiasm's wheels into dist/: chiasm for each Python in PYTHONS, chiasm-export and chiasm-torch once.
+# auditwheel tags each with the oldest glibc on which its code runs. The same sources give the same bytes.
 # usage: [PYTHONS="python3.10 python3.12"] [DIST=FOLDER] tools/wheels.sh [runtime] [aarch64] [export] [torch]
 #   aarch64: chiasm for that CPU, by a cross-compiler (tools/aarch64.sh first). By default the other three.
 set -euo pipefail
@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 PYTHONS=${PYTHONS:-.venv/bin/python}
 DIST=$(realpath -m "${DIST:-dist}")
 [ $# -gt 0 ] || set -- runtime export torch
-# The times that archives hold: the last commit's, or a fixed one where there is no repository.
+# The timestamps in archives: the last commit's, or a fixed one without a repository.
 export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || echo 1750000000)}
 export CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 
@@ -49,13 +49,13 @@ for what in "$@"; do
         portable
       done
       ;;
-    export) # static libraries, which auditwheel does not look into: they were compiled with this machine's glibc
+    export) # static libraries, which auditwheel does not inspect: they are compiled for this machine's glibc
       [ -e python/chiasm/artifact/symbols.map ] || { echo "wheels.sh: chiasm-export needs what make build makes" >&2 && exit 1; }
       staged=build/chiasm-export
       rm -rf $staged
       mkdir -p $staged/chiasm
       cp packaging/export/pyproject.toml LICENSE $staged
-      # Without the precompiled headers, 280 MB for this source tree alone
+      # Without the precompiled headers: 280 MB, usable only in this source tree
       (cd python/chiasm && find artifact \( -name '*.a' -o -path 'artifact/*include/*' -type f -o -name symbols.map \) -exec cp --parents {} "../../$staged/chiasm" \;)
       build "${PYTHONS%% *}" ./$staged
       glibc=$(ldd --version | sed -nE '1s/.* ([0-9]+)\.([0-9]+)$/\1_\2/p')

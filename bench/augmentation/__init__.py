@@ -1,1 +1,2 @@
-"""A pipeline of augmentation on a batch of bytes, beside Kornia, torchvision, Albumentations and DALI."""
+"""An augmentation pipeline on a batch of bytes, compared with Kornia, torchvision, Albumentations and
+DALI."""

@@ -1,4 +1,4 @@
-"""make bench WHAT=augmentation: six steps from bytes to a network's input, beside Kornia, torchvision,
+"""make bench WHAT=augmentation: six steps from bytes to a network's input, compared with Kornia, torchvision,
 Albumentations and DALI -> docs/benchmarks_augmentation.md."""
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ from .settings import SETTINGS, STEPS
 from .worker import LOOK
 
 CONTENDERS = (NATIVE, EAGER, COMPILED, KORNIA, BYTES, FLOAT, WHOLE, ALBUMENTATIONS, DALI)
-#: whose single steps are timed, too
+#: contenders whose single steps are timed too
 STEPPED = (NATIVE, ALBUMENTATIONS, DALI)
-#: batches that are compared; by how many standard errors their means in parts, 147 of them, and by which
-#: factor their deviations may differ
+#: the number of batches that are compared; the most standard errors by which the means of their 147 parts may
+#: differ; the largest ratio of their deviations
 BATCHES, ERRORS, RATIO = 16, 6.0, 1.1
 IMAGES = FOLDER / "images.npy"
 RECORD = FOLDER / "found.json"
@@ -85,7 +85,7 @@ def main() -> int:
 
 
 def check(processes: Sequence[Process]) -> None:
-    """The process ends where a contender's results are not distributed as the others'."""
+    """Exit the process if the distribution of a contender's results differs from chiasm's."""
     found = looks([p for p in processes if p.contender is not WHOLE], BATCHES)
     ours = found[NATIVE.name]
     for name, theirs in found.items():

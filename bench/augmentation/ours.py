@@ -1,6 +1,6 @@
 """chiasm's pipeline: bundles and eager Python.
 
-The images stay bytes while they are moved, and are float32 from the changes of colour on.
+Images stay bytes in the geometric steps, and are float32 from the colour changes on.
 """
 
 from __future__ import annotations
@@ -68,9 +68,10 @@ def write(pipelines: Iterable[Sequence[str]]) -> None:
                 TensorSpec("seed", ("B",), "int64", range=(-(2**62), 2**62)),
             ],
             gradients=(),
-            # The blur mirrors at the borders, and a crop before it gives images of one size.
+            # The blur mirrors at the borders. A crop before it gives all images one size.
             symbols={"H": (S.taps, 4096), "W": (S.taps, 4096)} if steps[0] == "blur" else {},
-            # A position between two steps of 1/32 pixel is rounded to either: a few levels of 255.
+            # A position halfway between two steps of 1/32 pixel may be rounded to either: a difference of a
+            # few levels of 255.
             tolerances={"float32": Tolerance(0.25, 0.0)},
         )
         export(pipeline(steps), spec, FOLDER, formats=["native"])

@@ -12,7 +12,8 @@ from .settings import SETTINGS as S
 from .settings import STEPS
 
 PAGE = ROOT / "docs" / "benchmarks_augmentation.md"
-#: how many times as fast as the faster of each the native pipeline should be, on two threads
+#: by name: how many times as fast as the fastest of these contenders the native pipeline should be, on two
+#: threads
 AIMS: dict[str, tuple[float, tuple[Contender, ...]]] = {
     "Kornia, compiled": (3.0, (COMPILED,)),
     "torchvision v2, the faster": (1.5, (BYTES, FLOAT)),
@@ -22,7 +23,7 @@ AIMS: dict[str, tuple[float, tuple[Contender, ...]]] = {
 
 
 def page(found: dict[str, Any]) -> str:
-    """``found``: as __main__.py gathers it."""
+    """``found``: the results, as collected in __main__.py."""
     versions = ", ".join(f"{name} {version}" for name, version in found["versions"].items())
     size, several = f"3 x {S.side} x {S.side}", found["batches"] * S.batch
     columns = [f"{n} thread{'s' * (n != '1')}: ms | of CPU | times as fast" for n in found["times"]]
@@ -36,40 +37,39 @@ def page(found: dict[str, Any]) -> str:
         ),
         "",
         paragraph(
-            f"{S.batch} photographs of {size}, bytes, become a batch of {S.batch} x {size} float32. Each"
-            " image has parameters of its own, uniform in the same ranges for all contenders:"
+            f"A batch of {S.batch} photographs of {size}, bytes, becomes {S.batch} x {size} float32. Each"
+            " image has its own parameters, uniform in the same ranges for all contenders:"
         ),
         "",
         "| step | drawn for each image |",
         "|---|---|",
-        f"| flip | left and right, with a probability of {S.flip:g} |",
+        f"| flip | horizontal, with a probability of {S.flip:g} |",
         f"| crop | a box of {S.area[0]:g} to {S.area[1]:g} of the area, width / height {S.ratio[0]:.2f} to"
         f" {S.ratio[1]:.2f}, resized to {S.side} x {S.side}, bilinear |",
-        f"| affine | {S.degrees:g} degrees and {S.shift:g} of the side to either side,"
-        f" factor {S.scale[0]:g} to {S.scale[1]:g}, bilinear |",
-        f"| jitter | brightness, contrast, saturation {least:g} to {most:g}, hue {S.hue:g} turns to either"
-        " side, in an order drawn too |",
-        f"| blur | Gaussian, {S.taps} x {S.taps} taps, deviation {S.sigma[0]:g} to {S.sigma[1]:g} pixels |",
-        "| normalise | ImageNet's mean and deviation |",
+        f"| affine | angle up to +-{S.degrees:g} degrees, shift up to +-{S.shift:g} of the side,"
+        f" scale {S.scale[0]:g} to {S.scale[1]:g}, bilinear |",
+        f"| jitter | brightness, contrast, saturation {least:g} to {most:g}, hue up to +-{S.hue:g} turns,"
+        " in random order |",
+        f"| blur | Gaussian, {S.taps} x {S.taps} taps, sigma {S.sigma[0]:g} to {S.sigma[1]:g} pixels |",
+        "| normalise | ImageNet's mean and standard deviation |",
         "",
         paragraph(
-            "Each contender is a process of its own. They take turns: a call or two by the clock after one"
-            " that does not count; medians, in milliseconds a batch. *Times as fast* is the contender's time"
-            " over that of chiasm's native code; *of CPU* are the milliseconds of all its threads together,"
-            " which other work on the machine disturbs less. Before the times, what contenders make is"
-            " compared: the mean"
-            f" of {several} results in {found['side']} x {found['side']} parts, and the deviation of all"
-            " values."
+            "Each contender is a separate process. They take turns: one call that does not count, then one or"
+            " two timed calls; medians, in milliseconds per batch. *Times as fast* is the contender's time"
+            " divided by that of chiasm's native code; *of CPU* is the CPU time of all its threads together,"
+            " in milliseconds, which other work on the machine disturbs less. Before timing, the contenders'"
+            " results are compared: the mean"
+            f" of {several} results in {found['side']} x {found['side']} parts, and the standard deviation of"
+            " all values."
         ),
         "",
         paragraph(
-            "chiasm's images stay bytes while they are moved, and are float32 from the jitter on. Kornia"
-            " takes float32 in [0, 1], made of the bytes within the time, and draws one order of the colours"
-            " for a batch. torchvision and Albumentations take one image a call, and the batch is shared"
-            " among as many Python threads as there are; *one draw a batch* gives all images the same"
-            " parameters, which is less work. DALI makes no batch ahead; its colours have one order, its"
-            " mirror image is taken by the operator that normalises, and its result is valid until its next"
-            " run."
+            "chiasm's images stay bytes in the geometric steps, and are float32 from the jitter on. Kornia"
+            " takes float32 in [0, 1]; the conversion is part of its time, and it draws one order of the"
+            " colour changes per batch. torchvision and Albumentations take one image per call, and Python"
+            " threads share the batch; *one draw a batch* gives all images the same parameters, which is less"
+            " work. DALI prepares no batch ahead. Its colour changes have a fixed order, its operator that"
+            " normalises also flips, and its result is valid until its next run."
         ),
         "",
         f"| contender | {' | '.join(columns)} |",
@@ -100,7 +100,7 @@ def paragraph(text: str) -> str:
 def aims(found: dict[str, Any]) -> list[str]:
     threads, times = list(found["times"].items())[-1]
     lines = [
-        f"How many times as fast chiasm is on {threads} threads; **bold** where an aim is missed:",
+        f"How many times as fast chiasm is on {threads} threads; a missed aim is **bold**:",
         "",
         "| than | times as fast | aim |",
         "|---|---|---|",
@@ -118,9 +118,9 @@ def step_table(found: dict[str, Any]) -> list[str]:
     names = list(next(iter(found["steps"].values())))
     lines = [
         paragraph(
-            "Each step alone, of the same batch on one thread, in milliseconds of CPU. With chiasm, blur and"
-            " normalise take and give float32, jitter takes bytes and gives float32, as in its pipeline. With"
-            " the others steps give bytes but for normalise."
+            "Each step alone, on the same batch and one thread, in milliseconds of CPU time. As in its"
+            " pipeline, chiasm's blur and normalise take and return float32, and its jitter takes bytes and"
+            " returns float32. The other contenders' steps return bytes, except normalise."
         ),
         "",
         f"| step | {' | '.join(names)} |",

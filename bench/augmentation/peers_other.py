@@ -1,5 +1,5 @@
-"""Albumentations and DALI, which have an environment of their own (.deps/augmentation). Both take frames
-(B, H, W, 3), which are made beforehand."""
+"""Albumentations and DALI, which have a separate environment (.deps/augmentation). Both take frames (B, H, W,
+3), which are prepared outside the measured time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def frames_of(images: np.ndarray) -> np.ndarray:
 
 
 def albumentations(images: np.ndarray, steps: Sequence[str], threads: int) -> Call:
-    """One image a call, in as many threads; OpenCV, which it calls, has one in each."""
+    """One image per call, in ``threads`` threads; OpenCV, which it calls, uses one thread in each."""
     import albumentations as A
     import cv2
 
@@ -57,10 +57,10 @@ def albumentations(images: np.ndarray, steps: Sequence[str], threads: int) -> Ca
 
 
 def dali(images: np.ndarray, steps: Sequence[str], threads: int) -> Call:
-    """The operators for CPUs. A call waits for its own batch: nothing is made ahead of it.
+    """The operators for CPUs. A call waits for its own batch: no batch is prepared ahead.
 
-    The mirror image is taken by the operator that normalises, as DALI's users do: its distribution is the
-    same. The changes of colour have DALI's order, which is always the same.
+    The operator that normalises also flips, as is usual with DALI; the distribution is the same. The colour
+    changes are in DALI's order, which is fixed.
     """
     from nvidia.dali import fn, pipeline_def, types
 

@@ -14,7 +14,7 @@ from torchvision.transforms import v2
 from .settings import SETTINGS as S
 from .settings import Call, shares
 
-#: calls after which torch.compile has stopped making new graphs of Kornia's pipeline; it did so after eleven
+#: warm-up calls, until torch.compile makes no new graphs of Kornia's pipeline; eleven were enough
 COMPILING = 30
 
 
@@ -26,7 +26,7 @@ class Numbers(nn.Module):
 
 
 def kornia_pipeline(steps: Sequence[str]) -> nn.Module:
-    # beside the project's torch (tools/kornia.sh)
+    # uses the project's torch (tools/kornia.sh)
     sys.path.append(".deps/kornia")
     import kornia.augmentation as K
 
@@ -46,7 +46,7 @@ def kornia_eager(images: np.ndarray, steps: Sequence[str], threads: int) -> Call
 
 
 def kornia_compiled(images: np.ndarray, steps: Sequence[str], threads: int) -> Call:
-    torch._dynamo.config.recompile_limit = 64  # an order of the colours is a graph of its own
+    torch._dynamo.config.recompile_limit = 64  # each order of the colours needs its own graph
     call = _batch(torch.compile(kornia_pipeline(steps)), images, threads)
     for _ in range(COMPILING):
         call()
@@ -65,7 +65,7 @@ def _batch(pipeline: Callable[[Tensor], Tensor], images: np.ndarray, threads: in
 
 
 def torchvision_pipeline(steps: Sequence[str], as_float: bool) -> Callable[[Tensor], Tensor]:
-    """On bytes until the normalisation, or on numbers from the start."""
+    """On bytes until the normalisation, or on floats from the start."""
     bilinear = v2.InterpolationMode.BILINEAR
     shift = (S.shift, S.shift)
     made: dict[str, Callable[[], nn.Module]] = {
@@ -93,12 +93,13 @@ def torchvision_float(images: np.ndarray, steps: Sequence[str], threads: int) ->
 
 
 def torchvision_batch(images: np.ndarray, steps: Sequence[str], threads: int) -> Call:
-    """One set of parameters for all images, which is less work and another distribution."""
+    """One set of parameters for all images, which is less work and a different distribution."""
     return _batch(torchvision_pipeline(steps, False), images, threads)
 
 
 def _each(pipeline: Callable[[Tensor], Tensor], images: np.ndarray, threads: int) -> Call:
-    """Each image on its own, shared among threads that have one of torch's each, as a loader's workers do."""
+    """Each image in its own call, distributed over threads with one torch thread each, like the workers of a
+    loader."""
     torch.set_num_threads(1)
     pool = ThreadPoolExecutor(threads, initializer=lambda: torch.set_num_threads(1))
     given = torch.from_numpy(images)

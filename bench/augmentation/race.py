@@ -1,4 +1,4 @@
-"""The contenders, each in a process of its own, taking turns: one calls while the others wait for a line."""
+"""The contenders, each in its own process, take turns: one runs while the others wait for a line of input."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from typing import Any
 
 from ..machine import ROOT
 
-#: the project's environment, and the one of tools/augmentation.in
+#: the Python of the project's environment, and of the environment of tools/augmentation.in
 OURS, APART = ".venv/bin/python", ".deps/augmentation/bin/python"
 
 
-#: seconds of a call of which a turn has one
+#: calls of at least so many seconds have one call per turn
 LONG = 0.3
 
 
 @dataclass(frozen=True)
 class Contender:
     name: str
-    #: of this package, with the function that makes its call
+    #: the module in this package that has the function that makes the contender's call
     module: str
     function: str
     python: str = OURS
@@ -52,7 +52,7 @@ class Process:
         environment = os.environ | {
             "PYTHONPATH": str(ROOT / "python") if contender.python == OURS else "",
             "OMP_NUM_THREADS": str(threads),
-            "NO_ALBUMENTATIONS_UPDATE": "1",  # it asks a server for its newest version
+            "NO_ALBUMENTATIONS_UPDATE": "1",  # otherwise it asks a server for its newest version
         }
         self.process = subprocess.Popen(
             [*command, str(images), str(threads), *steps],
@@ -65,7 +65,7 @@ class Process:
         self.error: str | None = None
 
     def wait(self) -> None:
-        """Until it is ready, or has failed."""
+        """Wait until it is ready or has failed."""
         self.error = self._answer().get("error")
 
     def ask(self, line: str) -> Any:
@@ -101,8 +101,8 @@ def started(
 
 
 def medians(processes: Sequence[Process], seconds: float, least: int = 5) -> dict[str, list[float]]:
-    """Milliseconds a call of each, and those of processors, by name: medians of two calls a turn, or one that
-    takes long, after one that does not count."""
+    """By name, milliseconds per call, and milliseconds of CPU time: medians. Each turn has one call that does
+    not count, then two calls, or one if calls are long."""
     taken: dict[str, list[list[float]]] = {p.contender.name: [] for p in processes if not p.error}
     start, rounds = time.monotonic(), 0
     while time.monotonic() - start < seconds or rounds < least:
@@ -118,5 +118,5 @@ def medians(processes: Sequence[Process], seconds: float, least: int = 5) -> dic
 
 
 def looks(processes: Sequence[Process], count: int) -> dict[str, dict[str, Any]]:
-    """What so many batches of each are like."""
+    """The statistics of ``count`` batches of each contender."""
     return {p.contender.name: p.ask(f"look {count}") for p in processes if not p.error}

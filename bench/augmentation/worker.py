@@ -1,9 +1,9 @@
-"""One contender in a process of its own, which does as lines on its standard input say:
+"""One contender in its own process, which reads commands from its standard input, one per line:
 
 python -m bench.augmentation.worker MODULE FUNCTION IMAGES THREADS STEP...
 
-N       call it once, and then N times by the clock: a line of JSON, [seconds, seconds of processors] of each
-look N  what N batches are like: JSON with their mean picture, its variance (the mean of its values'), and the
+N call it once, then N times with timing: a line of JSON, [seconds, seconds of CPU time] of each look N
+statistics of N batches: JSON with their mean image, its variance (the mean over its values), and the
         deviation of all values
 """
 
@@ -22,12 +22,12 @@ import numpy as np
 
 from .settings import Call
 
-#: a mean picture has so many pixels a side
+#: height and width of a mean image
 LOOK = 7
 
 
 def main(module: str, function: str, images: str, threads: str, *steps: str) -> None:
-    # Print nothing but answers: libraries write to standard output.
+    # Only answers go to standard output: redirect what libraries print there.
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     warnings.simplefilter("ignore")
@@ -37,7 +37,7 @@ def main(module: str, function: str, images: str, threads: str, *steps: str) -> 
         call: Call = make(np.load(images), steps, int(threads))
         call()
         ready = {"ready": True}
-    except Exception as error:  # what a contender cannot do is said on the page
+    except Exception as error:  # the page reports a contender's failure
         call, ready = (lambda: None), {"error": f"{type(error).__name__}: {error}".splitlines()[0]}
     print(json.dumps(ready), file=answers, flush=True)
     for line in sys.stdin:
@@ -72,8 +72,8 @@ def look(call: Call, count: int) -> dict[str, Any]:
 
 
 def keep_memory() -> None:
-    """Have what is freed used again: large results are new memory from the system else, whose first use takes
-    longer than many a step."""
+    """Make malloc reuse freed memory. Otherwise large results are in new memory from the system, whose first
+    use takes longer than many steps."""
     mmap_threshold, trim_threshold = -3, -1
     for parameter in (mmap_threshold, trim_threshold):
         ctypes.CDLL(None).mallopt(parameter, 1 << 30)

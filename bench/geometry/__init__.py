@@ -1,1 +1,1 @@
-"""Geometry ops beside OpenCV."""
+"""Geometry ops compared with OpenCV."""

@@ -1,4 +1,5 @@
-"""make bench WHAT=geometry: geometry ops beside Debian's OpenCV, in C++ -> docs/benchmarks_geometry.md."""
+"""make bench WHAT=geometry: geometry ops compared with Debian's OpenCV, in C++ ->
+docs/benchmarks_geometry.md."""
 
 from __future__ import annotations
 
@@ -49,24 +50,24 @@ def page(rows: list[dict]) -> str:
         "",
         (
             f"Made by `make bench WHAT=geometry` on {date.today()}: {cpu()}, {cores()} cores. chiasm"
-            f" {chiasm.__version__}'s native backend into the caller's buffers"
+            f" {chiasm.__version__}'s native backend writes into the caller's buffers"
         ),
         (
-            f"and Debian's OpenCV {opencv} into matrices that are kept, in C++, in turns in one process;"
+            f"and Debian's OpenCV {opencv} into matrices that are reused, in C++, in turns in one process;"
             " medians. Images are photographs, float32, three"
         ),
         (
-            "channels, planar for chiasm and HWC for OpenCV. *Difference* is the mean absolute one between"
-            " their results, of values from 0 to 1."
+            "channels, planar for chiasm and HWC for OpenCV. *Difference* is the mean absolute difference of"
+            " their results, for values from 0 to 1."
         ),
         (
-            "*Of copy* is the bandwidth, of inputs read once and outputs written once, as a share of that of"
-            " one thread's memcpy of as many bytes in the same run."
+            "*Of copy* is the bandwidth (inputs read once, outputs written once) as a share of the bandwidth"
+            " of one thread's memcpy of as many bytes in the same run."
         ),
         "",
         (
-            f"Aims: {IMAGE_AIM:g} times as fast for images, {MATRIX_AIM:g} times for matrices. What misses"
-            " them is ***bold and slanted***, what is slower **bold**."
+            f"Aims: {IMAGE_AIM:g} times as fast for images, {MATRIX_AIM:g} times for matrices. Numbers under"
+            " the aim are ***bold and slanted***, other numbers under 1 **bold**."
         ),
         "",
         *table(rows),

@@ -1,4 +1,4 @@
-"""The one list of cases: a bundle, at which sizes, on what inputs. OpenCV's calls have the bundles' names in
+"""The list of cases: a bundle, its sizes and its inputs. OpenCV's calls have the bundles' names in
 bench/opencv_peers."""
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 IMAGES = ((8, 256, 256), (1, 1080, 1920))
-#: How many times as fast as OpenCV: images, and small matrices by the thousand.
+#: The aims, in times as fast as OpenCV: for images, and for thousands of small matrices.
 IMAGE_AIM, MATRIX_AIM = 0.8, 2.0
 
 
@@ -19,7 +19,7 @@ class Case:
     what: str
     #: (batch, height, width)
     sizes: tuple[tuple[int, int, int], ...]
-    #: the inputs that are no images, and the values of symbols, for a size
+    #: for a size: the inputs other than images, and the values of symbols
     values: Callable[[int, int, int], dict]
     aim: float = IMAGE_AIM
 
@@ -29,7 +29,7 @@ def _scaled(factor: float) -> Callable[[int, int, int], dict]:
 
 
 def _matrix(rows: list[list[float]]) -> Callable[[int, int, int], dict]:
-    """The same for each image, and an output of the image's size."""
+    """The same matrix for each image, and an output of the image's size."""
     return lambda b, h, w: {"M": np.tile(rows, (b, 1, 1)).ravel().tolist(), "OH": h, "OW": w}
 
 
@@ -39,7 +39,7 @@ def _camera(b: int, h: int, w: int) -> dict:
 
 
 def _correspondences(count: int) -> Callable[[int, int, int], dict]:
-    """Points, and where a homography takes them, to a tenth of a pixel or so."""
+    """Points, and the same points mapped by a homography, with noise of about a tenth of a pixel."""
 
     def values(b: int, h: int, w: int) -> dict:
         random = np.random.default_rng(1)
@@ -62,7 +62,7 @@ _POINTS = 2000
 
 
 def _mostly_wrong(b: int, x1: np.ndarray, x2: np.ndarray, random: np.random.Generator) -> dict:
-    """Three of five points of the second image are anywhere. With fewer OpenCV stops before it has drawn all
+    """Three of five points of the second image are random. With fewer, OpenCV stops before it has drawn all
     samples."""
     moved = x2 + random.normal(0, 0.5, x2.shape)
     wrong = random.random(len(x2)) < 0.6

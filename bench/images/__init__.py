@@ -1,1 +1,1 @@
-"""The image ops that OpenCV's users reach for most, beside OpenCV and Kornia."""
+"""The most common image ops of OpenCV's users, compared with OpenCV and Kornia."""

@@ -1,7 +1,7 @@
-"""make bench WHAT=images: the image ops beside OpenCV and Kornia -> docs/benchmarks_images.md.
+"""make bench WHAT=images: the image ops compared with OpenCV and Kornia -> docs/benchmarks_images.md.
 
-First every peer's values are compared with chiasm's (check.py). Then C++ with Debian's OpenCV is measured in
-a process for each row, and all that Python has in a process for each number of threads (measure.py).
+First every peer's values are compared with chiasm's (check.py). Then Debian's OpenCV is measured in C++, in
+one process per row, and everything else in Python, in one process per number of threads (measure.py).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Whether OpenCV (Debian's and the wheel), Kornia and its ONNX files make what chiasm makes, within what
-ops.py allows.
+"""Checks that the results of OpenCV (Debian's and the wheel), Kornia and its ONNX files equal chiasm's,
+within the tolerances in ops.py.
 
-python -m bench.images.check [OP...]    -> build/bench-images/check.json; fails where a peer does other work
+python -m bench.images.check [OP...] -> build/bench-images/check.json; fails if a peer's results differ
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def main(names: list[str]) -> int:
             print(f"{op.bundle:28} {peer:12} {'ok' if row['ok'] else 'DIFFERS':8} {row['text']}", flush=True)
     if not names:
         REPORT.write_text(json.dumps(report, indent=1))
-    print(f"check: {failed} peers differ more than they may")
+    print(f"check: {failed} peers exceed their tolerances")
     return 1 if failed else 0
 
 
@@ -88,7 +88,7 @@ def _output(op: Op, result: object) -> np.ndarray:
 
 
 def row(ours: np.ndarray, peer: Callable[[], np.ndarray], agreement: Agreement) -> dict:
-    """How near `ours` and what the peer makes are."""
+    """Compares `ours` with the peer's result."""
     try:
         theirs = peer()
     except Exception as error:

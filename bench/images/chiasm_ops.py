@@ -1,4 +1,4 @@
-"""Bundles of the list, opened natively."""
+"""The bundles of the list, opened with the native backend."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Native(NamedTuple):
 
 
 def measured(names: Collection[str] = ()) -> list[Op]:
-    """The ops of the list, or those named, whose bundles have native code without libtorch."""
+    """The ops of the list, or only `names`, whose bundles have native code without libtorch."""
     return [op for op in OPS if (not names or op.bundle in names) and _has_native(op)]
 
 

@@ -1,4 +1,4 @@
-"""Photographs at the sizes that are measured, and the inputs made of them."""
+"""Photographs at the measured sizes, and the inputs made from them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def photograph(batch: int, height: int, width: int) -> np.ndarray:
 
 
 def photograph_file(size: tuple[int, int, int]) -> Path:
-    """The photograph's bytes, for C++; made where they are missing."""
+    """The file of the photographs' bytes, for C++; written if it is missing."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     path = FOLDER / f"photograph.{'x'.join(map(str, size))}.raw"
     if not path.exists():
@@ -41,7 +41,7 @@ def photograph_file(size: tuple[int, int, int]) -> Path:
 
 
 def inputs(op: Op, signature: Mapping, size: tuple[int, int, int]) -> dict[str, np.ndarray]:
-    """The method's inputs by name, as bench.cpp makes them: a second image is the first turned by 180
+    """The method's inputs by name, as bench.cpp makes them: a second image is the first, rotated by 180
     degrees."""
     pixels = np.frombuffer(photograph_file(size).read_bytes(), np.uint8).reshape(size[0], 3, *size[1:])
     sizes = dict(zip("BHW", size, strict=True)) | {"C": 3}
@@ -60,5 +60,5 @@ def inputs(op: Op, signature: Mapping, size: tuple[int, int, int]) -> dict[str, 
 
 
 def bench_arguments(op: Op, size: tuple[int, int, int]) -> list[str]:
-    """The arguments of build/release/bin/bench that say what inputs are made of."""
+    """The arguments of build/release/bin/bench that define the inputs."""
     return [*map(str, size), str(photograph_file(size)), json.dumps(op.values)]

@@ -1,7 +1,7 @@
-"""Kornia's ops on the inputs of ours, eager and as ONNX files of their own.
+"""Kornia's ops on the inputs of chiasm's ops, eager and as ONNX files.
 
-python -m bench.images.kornia_peers    -> build/bench-images/kornia/OP.HASH.onnx, and OP.HASH.txt: empty, or
-why there is none
+python -m bench.images.kornia_peers -> build/bench-images/kornia/OP.HASH.onnx, and OP.HASH.txt: empty, or the
+reason why there is none
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ sys.path.append(str(ROOT / ".deps" / "kornia"))
 import kornia
 
 FILES = FOLDER / "kornia"
-#: seconds of this process that the export of one op may take
+#: the most seconds of this process's CPU time for the export of one op
 LIMIT = 60
 
 
@@ -46,7 +46,7 @@ class Module(torch.nn.Module):
 
 
 class One(Module):
-    """Arguments with names, which torch.export wants for sizes that vary."""
+    """With a named argument, as torch.export requires for dynamic sizes."""
 
     def forward(self, image: torch.Tensor) -> object:
         return super().forward(image)
@@ -58,7 +58,7 @@ class Two(Module):
 
 
 def images(inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
-    """Those of the inputs that Kornia takes: the images, as float32 in [0, 1]."""
+    """The inputs for Kornia: the images, as float32 in [0, 1]."""
     return [x if x.dtype == np.float32 else x / np.float32(255) for x in inputs.values() if x.ndim == 4]
 
 
@@ -73,7 +73,7 @@ def eager(op: Op, inputs: dict[str, np.ndarray]) -> Callable[[], object]:
 
 
 def onnx_file(op: Op, size: tuple[int, int, int]) -> Path | str:
-    """The op's file, for any size or else for this one, or why there is none."""
+    """The op's file, for any size or for this one, or the reason why there is none."""
     for path in (file_of(op, ".onnx"), file_of(op, f".{size[1]}.onnx")):
         if path.exists():
             return path
@@ -81,14 +81,15 @@ def onnx_file(op: Op, size: tuple[int, int, int]) -> Path | str:
 
 
 def file_of(op: Op, ending: str) -> Path:
-    """Named by all that it is made of, so that what is there need not be made again."""
+    """The name contains a hash of everything that determines the content, so an existing file is never
+    exported again."""
     code = op.kornia.__code__
     made_of = op.values, code.co_code, code.co_consts, code.co_names, torch.__version__, kornia.__version__
     return FILES / f"{op.bundle}.{hashlib.sha256(repr(made_of).encode()).hexdigest()[:8]}{ending}"
 
 
 def export(op: Op) -> None:
-    """For any size where that can be had, for the sizes that are measured where not."""
+    """Export for any size if possible, else for each measured size."""
     problem = attempt(op, (2, 48, 64), file_of(op, ".onnx"), dynamic=True)
     if problem:
         problem = next(
@@ -101,7 +102,7 @@ def export(op: Op) -> None:
 
 
 def attempt(op: Op, size: tuple[int, int, int], path: Path, dynamic: bool) -> str:
-    """Why it failed; empty where it did not."""
+    """The reason of the failure, or an empty string."""
     count = 2 if op.bundle == "enhance.add_weighted" else 1
     generator = torch.Generator().manual_seed(1)
     arguments = tuple(torch.rand(size[0], 3, *size[1:], generator=generator) for _ in range(count))
@@ -124,7 +125,7 @@ def attempt(op: Op, size: tuple[int, int, int], path: Path, dynamic: bool) -> st
                 for i, d in enumerate(t.shape)
                 if i != 1
             ):
-                return "the sizes of the example were taken for constants"
+                return "the export made the sizes of the example constants"
             program.save(path)
     except Exception as error:
         return _cause(error)
@@ -138,7 +139,7 @@ def _too_long(number: int, frame: object) -> None:
 
 
 def _cause(error: BaseException) -> str:
-    """The first line of the error under the others."""
+    """The first line of the innermost error."""
     while error.__cause__ is not None:
         error = error.__cause__
     return f"{type(error).__name__}: {str(error).strip().splitlines()[0]}"[:160]

@@ -1,11 +1,11 @@
-"""What is measured in Python, for one number of threads, which a process can set once.
+"""The measurements in Python, for one number of threads, which a process can set only once.
 
     python -m bench.images.measure THREADS SECONDS [OP...]    -> a line of JSON, in microseconds, for each op
     and size
 
-Each of three races has its contenders and a copy of as many bytes in turns: chiasm's native backend and
-OpenCV's pip wheel; native and Kornia eager; in ONNX Runtime the fused and the flat form and Kornia's own
-file.
+In each of three races, the contenders and a copy of as many bytes take turns: chiasm's native backend and
+OpenCV's pip wheel; the native backend and eager Kornia; in ONNX Runtime, the fused form, the flat form and
+Kornia's own file.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""The one list of ops: with what values each is measured, which op of Kornia does the same work, and how far
-the peers may differ.
+"""The list of ops: the values with which each is measured, Kornia's op for the same work, and how much the
+peers may differ.
 
 OpenCV's calls have the same names in bench/opencv_peers (C++) and bench/opencv.py.
 """
@@ -15,35 +15,34 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far another's values may be from chiasm's."""
+    """The allowed difference of a peer's values from chiasm's."""
 
     tolerance: float = 1e-5
-    #: of the values must be within the tolerance
+    #: the share of the values that must be within the tolerance
     share: float = 1.0
-    #: the tolerance is a part of the greatest value
+    #: whether the tolerance is relative to the greatest value
     relative: bool = False
-    #: pixels at the border that are not compared
+    #: the number of pixels at the border that are not compared
     edge: int = 0
-    #: in what they differ by definition
+    #: the differences in their definitions
     note: str = ""
 
 
 @dataclass(frozen=True)
 class Op:
     bundle: str
-    #: `kornia(k, values, *images)` with the module `k`; None where Kornia has no such op
+    #: `kornia(k, values, *images)` with the module `k`; None if Kornia has no such op
     kornia: Callable | None
-    #: the inputs that are no images: a number, or all numbers of the tensor
+    #: the inputs other than images: a number, or all numbers of the tensor
     values: Mapping[str, float | list[float]] = field(default_factory=dict)
     opencv_agrees: Agreement = Agreement()
     kornia_agrees: Agreement = Agreement()
-    #: OpenCV's result (B, C, H, W) in chiasm's terms
+    #: converts OpenCV's result (B, C, H, W) to chiasm's conventions
     aligned: Callable[[np.ndarray], np.ndarray] = lambda x: x
-    #: which of the outputs OpenCV makes too
+    #: the index of the output that OpenCV computes too
     output: int = 0
     opencv_type: str = "float32"
-    #: the bundle in which `values` are constants and so may be another form in ONNX; Kornia's files have them
-    #: as constants
+    #: the bundle in which `values` are constants, as in Kornia's files; this may change the form in ONNX
     constant: str = ""
 
 
@@ -81,8 +80,8 @@ OPS = (
         "color.rgb_to_yuv",
         lambda k, v, x: k.color.rgb_to_yuv(x),
         aligned=lambda x: x - np.array([0, 0.5, 0.5], np.float32)[:, None, None],
-        opencv_agrees=Agreement(2e-3, note="U and V around 0.5; constants of three digits"),
-        kornia_agrees=Agreement(2e-3, note="constants of three digits"),
+        opencv_agrees=Agreement(2e-3, note="U and V around 0.5; constants with three digits"),
+        kornia_agrees=Agreement(2e-3, note="constants with three digits"),
     ),
     Op("filters.box_blur", lambda k, v, x: k.filters.box_blur(x, (5, 5))),
     Op(
@@ -101,7 +100,7 @@ OPS = (
         "filters.bilateral_blur",
         lambda k, v, x: k.filters.bilateral_blur(x, (5, 5), 0.1, (1.5, 1.5)),
         opencv_agrees=Agreement(
-            0.03, 0.99, note="the disc of 13 pixels, chiasm all 25 of the square; exp from a table"
+            0.03, 0.99, note="sums the disc of 13 pixels, chiasm the square of 25; exp from a table"
         ),
     ),
     Op(
@@ -118,9 +117,7 @@ OPS = (
         opencv_agrees=Agreement(
             0,
             0.99,
-            note=(
-                "grey, blur and gradients in whole numbers, so that single pixels differ; makes no magnitude"
-            ),
+            note=("grey, blur and gradients in integers, so single pixels differ; no magnitude"),
         ),
         kornia_agrees=Agreement(0, 0.999),
     ),
@@ -136,7 +133,7 @@ OPS = (
         lambda k, v, x: k.filters.otsu_threshold(x),
         opencv_type="uint8 inside",
         opencv_agrees=Agreement(
-            1e-6, 0.99, note="256 levels, chiasm 256 bins from the least to the greatest value"
+            1e-6, 0.99, note="256 levels; chiasm has 256 bins from the smallest to the greatest value"
         ),
         kornia_agrees=Agreement(1e-6, 0.999),
     ),
@@ -150,7 +147,7 @@ OPS = (
         "enhance.adjust_gamma",
         lambda k, v, x: k.enhance.adjust_gamma(x, v["gamma"], v["gain"]),
         {"gamma": 0.45, "gain": 1.0},
-        opencv_agrees=Agreement(1e-5, note="the power alone: the gain is 1, and nothing exceeds the limits"),
+        opencv_agrees=Agreement(1e-5, note="only the power: the gain is 1, and no value exceeds the limits"),
     ),
     Op(
         "enhance.threshold.binary",
@@ -164,7 +161,7 @@ OPS = (
         lambda k, v, x: k.enhance.equalize(x),
         opencv_type="uint8 inside",
         opencv_agrees=Agreement(
-            0.05, 0.85, note="leaves the darkest level out of the curve, chiasm as Pillow the brightest"
+            0.05, 0.85, note="omits the darkest level from the curve; chiasm, like Pillow, the brightest"
         ),
         kornia_agrees=Agreement(1e-6, 0.999),
     ),
@@ -172,14 +169,14 @@ OPS = (
         "enhance.clahe",
         lambda k, v, x: k.enhance.equalize_clahe(x, 4.0, (3, 4)),
         opencv_type="uint8",
-        opencv_agrees=Agreement(0, note="chiasm too has bytes in and out"),
+        opencv_agrees=Agreement(0, note="bytes in and out, like chiasm"),
         kornia_agrees=Agreement(8, 0.9, note="float32 in and out; other borders and rounding"),
     ),
     Op(
         "enhance.integral_image",
         lambda k, v, x: k.enhance.integral_image(x),
         aligned=lambda x: x[..., 1:, 1:],
-        opencv_agrees=Agreement(1e-5, relative=True, note="a row and a column of zeros more"),
+        opencv_agrees=Agreement(1e-5, relative=True, note="has an extra row and column of zeros"),
         kornia_agrees=Agreement(1e-5, relative=True),
     ),
     Op(

@@ -1,4 +1,4 @@
-"""docs/benchmarks_images.md: a table for each question, every number of it from the run."""
+"""Writes docs/benchmarks_images.md: a table for each question, with all numbers from the run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .kornia_peers import kornia, onnx_file
 from .ops import OPS
 
 PAGE = ROOT / "docs" / "benchmarks_images.md"
-#: how many times as fast as OpenCV, as Kornia, as Kornia's ONNX files: in the geometric mean, and at least
+#: the aims, in times as fast as OpenCV, Kornia and Kornia's ONNX files: the geometric mean, and the minimum
 OPENCV, EAGER, ONNX = (1.3, 0.7), (10.0, 0.0), (2.0, 1.0)
 
 
@@ -38,8 +38,8 @@ def page(rows: list[dict]) -> str:
             f" {version('onnxruntime')}."
         ),
         (
-            "*Of copy* is the bandwidth, of inputs read once and outputs written once, as a share of that of"
-            " one thread's copy of as many bytes in the same race."
+            "*Of copy* is the bandwidth (inputs read once, outputs written once) as a share of the bandwidth"
+            " of one thread's copy of as many bytes in the same race."
         ),
         (
             "The inputs are photographs, three channels; [benchmarks.md](benchmarks.md) has pipelines,"
@@ -57,7 +57,7 @@ def page(rows: list[dict]) -> str:
 
 def left_out() -> list[str]:
     named = [op.bundle for op in OPS if op not in measured()]
-    return [f"Left out, because native code of it needs libtorch: {', '.join(named)}.", ""] if named else []
+    return [f"Omitted, because their native code needs libtorch: {', '.join(named)}.", ""] if named else []
 
 
 def opencv_table(rows: list[dict]) -> list[str]:
@@ -66,16 +66,16 @@ def opencv_table(rows: list[dict]) -> list[str]:
         "## Is it as fast as OpenCV?",
         "",
         (
-            "chiasm's native backend into the caller's buffers, and OpenCV into matrices that are kept; its"
-            " HWC matrices are made"
+            "chiasm's native backend writes into the caller's buffers, and OpenCV into matrices that are"
+            " reused; its HWC matrices are prepared"
         ),
         (
-            "beforehand. OpenCV's data are float32 as chiasm's; where it has the op for bytes only (`uint8"
-            " inside`), converting there and back"
+            "beforehand. OpenCV's data are float32 like chiasm's; if it has the op for bytes only (`uint8"
+            " inside`), the conversion to bytes and back"
         ),
-        "is part of its time. clahe has bytes in and out in both.",
+        "is part of its time. clahe takes and returns bytes in both.",
         f"Aims: {OPENCV[0]} times as fast in the geometric mean, no op under {OPENCV[1]}.",
-        f"Where OpenCV is faster the number is **bold**, under {OPENCV[1]} ***bold and slanted***.",
+        f"Numbers are **bold** if OpenCV is faster, and ***bold and slanted*** under {OPENCV[1]}.",
     ]
     for peer, title in (
         ("debian", "In C++, Debian's OpenCV"),
@@ -104,12 +104,12 @@ def kornia_table(rows: list[dict]) -> list[str]:
         "## Is it faster than Kornia, from Python?",
         "",
         (
-            "`Method.run_into` on arrays of NumPy, and Kornia on tensors with the same values, eager, in"
+            "`Method.run_into` on NumPy arrays, and eager Kornia on tensors with the same values, in"
             " `torch.inference_mode()`."
         ),
-        "Before each turn on two threads both rest until the other's threads sleep, and warm up.",
-        f"Aim: {EAGER[0]:g} times as fast in the geometric mean. Where Kornia is faster the number is"
-        " ***bold***." + (f" Kornia has no {', '.join(without)}." if without else ""),
+        "Before each turn on two threads, a contender waits until the other's threads sleep, then warms up.",
+        f"Aim: {EAGER[0]:g} times as fast in the geometric mean. Numbers are ***bold*** if Kornia is"
+        " faster." + (f" Kornia has no {', '.join(without)}." if without else ""),
         "",
         *table(
             [r for r in rows if "kornia" in r],
@@ -138,17 +138,17 @@ def onnx_table(rows: list[dict]) -> list[str]:
         "## In ONNX Runtime, is it faster than Kornia's own export?",
         "",
         (
-            "Kornia's ops by `torch.onnx.export(dynamo=True)`, their parameters constants; chiasm's flat file"
-            " of standard operators, and the fused one"
+            "Kornia's ops, exported by `torch.onnx.export(dynamo=True)` with constant parameters; chiasm's"
+            " flat file of standard operators, and its fused file"
         ),
         (
-            f"with the plug-in. The same sessions' options. Aims: {ONNX[0]:g} times as fast in the geometric"
-            " mean, no op slower (***bold***)."
+            f"with the plug-in. All sessions have the same options. Aims: {ONNX[0]:g} times as fast in the"
+            " geometric mean, no op slower (***bold***)."
         ),
     ]
     if constant := [op.bundle for op in OPS if op.constant]:
         lines.append(
-            f"chiasm's numbers are inputs, one for each image, but constants in {', '.join(constant)}."
+            f"chiasm's parameters are inputs, one per image, except in {', '.join(constant)}: constants."
         )
     if fixed:
         lines.append(f"Exported for one size, because the export for any size fails: {', '.join(fixed)}.")
@@ -172,8 +172,8 @@ def check_table(bundles: set[str]) -> list[str]:
         "## Is it the same work?",
         "",
         (
-            "`python -m bench.images.check`: what the peers make of the photographs at"
-            f" {'x'.join(map(str, SIZE))}, against chiasm's values."
+            "`python -m bench.images.check` compares the peers' results for photographs of"
+            f" {'x'.join(map(str, SIZE))} with chiasm's."
         ),
         "",
         "| op | Debian's OpenCV | wheel | OpenCV differs in | Kornia | Kornia differs in |",

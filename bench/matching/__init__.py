@@ -1,1 +1,1 @@
-"""Matching of two views beside OpenCV."""
+"""Matching of two views, compared with OpenCV."""

@@ -1,5 +1,5 @@
-"""make bench WHAT=matching: two views of a scene matched by one bundle, beside OpenCV's SIFT, in C++ ->
-docs/benchmarks_matching.md."""
+"""make bench WHAT=matching: two views of a scene matched by one bundle, compared with OpenCV's SIFT, in C++
+-> docs/benchmarks_matching.md."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ PAGE = ROOT / "docs" / "benchmarks_matching.md"
 PROGRAM = ROOT / "build" / "release" / "bin" / "bench_matching"
 FOLDER = ROOT / "build" / "bench-matching"
 PIPELINE, DETECTOR = "pipelines.two_view_homography", "feature.detect_keypoints.dog"
-#: the pipeline's defaults, of which the last has to be said to the detector; in the fourth octave 27 taps
-#: have to fit twice
+#: the options of the pipeline and of the detector, which needs the pipeline's default response and threshold
+#: too. LIMITS: in the fourth octave, 27 taps must fit twice
 OPTIONS = {"max_keypoints": 2500}
 DETECTION = OPTIONS | {"response": "dog", "threshold": 0.005}
 LIMITS = {"H": (210, 32768), "W": (218, 32768), "OH": (210, 32768), "OW": (218, 32768)}
 TURNS = 5
-#: the aim is about pairs in both images of which OpenCV finds so many key points
+#: the aim is for pairs in which OpenCV finds at least so many key points in both images
 MANY = 2000
 
 
 def main() -> int:
-    with Console(stderr=True).status("exporting the bundles, minutes where they are not cached"):
+    with Console(stderr=True).status("exporting the bundles: takes minutes unless they are cached"):
         for name, options in ((PIPELINE, OPTIONS), (DETECTOR, DETECTION)):
             _export(name, options)
     made = pairs(FOLDER)
@@ -49,7 +49,7 @@ def main() -> int:
 
 
 def _export(name: str, options: dict) -> None:
-    """The catalog's op as the benchmark wants it, native only."""
+    """Export the catalog's op with the benchmark's options, native only."""
     entry = catalog()[name]
     symbols = entry.spec.symbols | {k: v for k, v in LIMITS.items() if k in entry.spec.symbols}
     export(
@@ -89,22 +89,22 @@ def page(rows: list[dict]) -> str:
             " findHomography with RANSAC), in C++, in turns in one process."
         ),
         (
-            "Ten photographs of scikit-image, each moved by six homographies, with what the change is called"
-            " done to it (bench/matching/pairs.py)."
+            "Ten photographs of scikit-image, each warped by six homographies, one for each change of the"
+            " table (bench/matching/pairs.py)."
         ),
         "",
         (
-            "*Repeatability*: share of the key points in the common part of both images that have one of the"
-            " other image within 3 pixels; *matching score*: right matches"
+            "*Repeatability*: share of the key points in the common part of both images that have a key point"
+            " of the other image within 3 pixels; *matching score*: correct"
         ),
         (
-            "among as many; *precision*: right ones among the matches; *corner error*: mean distance of where"
-            " the homography and the truth take the four corners."
+            "matches as a share of the same key points; *precision*: share of correct matches; *corner"
+            " error*: mean distance between the four corners as mapped by the homography and by the truth."
         ),
         "",
         *accuracy(rows),
         "",
-        "Time of a pair, from bytes to the homography, medians of the pairs:",
+        "Time per pair, from bytes to the homography, median over the pairs:",
         "",
         *speed(rows),
     ]
@@ -112,7 +112,8 @@ def page(rows: list[dict]) -> str:
 
 
 def accuracy(rows: list[dict]) -> list[str]:
-    """By the kind of change, of the runs on one thread: the number of threads changes nothing."""
+    """A table by kind of change, from the runs on one thread: the number of threads does not affect
+    results."""
     lines = [
         (
             "| change | by | key points | repeatability | matching score | precision | median corner error |"
@@ -140,7 +141,7 @@ def speed(rows: list[dict]) -> list[str]:
         "| pairs | threads | number | chiasm ms | OpenCV ms | times as fast |",
         "|---|---|---|---|---|---|",
     ]
-    for title, least in (("all", 0), (f"with {MANY} of OpenCV's key points or more", MANY)):
+    for title, least in (("all", 0), (f"{MANY} or more key points by OpenCV", MANY)):
         for threads in sorted({r["threads"] for r in rows}):
             of = [r for r in rows if r["threads"] == threads and r["OpenCV"]["keypoints"] >= least]
             ours, theirs = (median(r[name]["ms"] for r in of) for name in ("chiasm", "OpenCV"))

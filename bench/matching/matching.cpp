@@ -1,11 +1,11 @@
 // Two views of a scene, matched by chiasm's native code and by OpenCV; `python -m bench.matching` calls this
-// and scores what it says.
+// and scores its output.
 //
 //     bench_matching PIPELINE DETECTOR THREADS TURNS IMAGE1 IMAGE2 [IMAGE1 IMAGE2 ...]
 //
-// For each pair of image files a line of JSON: of either contender the homography, the matches (x y of image
-// 1, x y of image 2), the key points of both images, and the median milliseconds of TURNS calls that take
-// turns.
+// For each pair of image files, it prints a line of JSON. For each contender, this has the homography, the
+// matches (x y of image 1, x y of image 2), the key points of both images, and the median milliseconds of
+// TURNS calls. The contenders' calls alternate.
 #include <iostream>
 #include <optional>
 #include <random>
@@ -38,7 +38,7 @@ class Chiasm {
     for (float& u : uniforms_) u = uniform(random);
   }
 
-  // Bytes in, as from a file: the conversion is a part of it.
+  // Takes bytes, as from a file: the conversion is measured too.
   void match(const cv::Mat& first, const cv::Mat& second) {
     first.convertTo(images_[0], CV_32F, 1 / 255.0);
     second.convertTo(images_[1], CV_32F, 1 / 255.0);
@@ -84,7 +84,7 @@ class Chiasm {
   std::optional<chiasm::Outputs> results_;
 };
 
-// As its documentation shows it: the ratio test of the two nearest, then RANSAC.
+// The method in OpenCV's documentation: the ratio test of the two nearest neighbours, then RANSAC.
 class OpenCv {
  public:
   void match(const cv::Mat& first, const cv::Mat& second) {

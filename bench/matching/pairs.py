@@ -1,4 +1,4 @@
-"""Photographs and what they become under known homographies: ten of scikit-image's, each changed in six
+"""Photographs and their images under known homographies: ten photographs of scikit-image, each changed in six
 ways."""
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ class Pair:
     change: str
     first: Path
     second: Path
-    homography: np.ndarray  # from the pixels of the first to those of the second
+    homography: np.ndarray  # maps pixels of the first image to the second
 
 
 def pairs(folder: Path) -> list[Pair]:
-    """All 60, written as files. The same numbers at random each time."""
+    """All 60 pairs, written as files. The random numbers are the same in every run."""
     folder.mkdir(parents=True, exist_ok=True)
     made = []
     for i, name in enumerate(PHOTOGRAPHS):
@@ -54,8 +54,8 @@ def pairs(folder: Path) -> list[Pair]:
 
 
 def _homography(change: str, shape: tuple[int, int], random: np.random.Generator) -> np.ndarray:
-    """About the image's centre: corners moved by up to a fifth of the sides (a tenth for light, blur and
-    JPEG), shrunk by 1.3 to 2.5, turned by 15 to 180 degrees."""
+    """A homography about the image's centre: corners moved by up to a fifth of the sides (a tenth for light,
+    blur and JPEG), scaled down by 1.3 to 2.5, or rotated by 15 to 180 degrees."""
     height, width = shape
     corners = np.float32([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]])
     centre = corners.mean(0)
@@ -71,8 +71,9 @@ def _homography(change: str, shape: tuple[int, int], random: np.random.Generator
 
 
 def _warped(grey: np.ndarray, homography: np.ndarray) -> np.ndarray:
-    """Without aliasing: at four times the size along either axis, then the mean of each 4 x 4 pixels."""
-    # Pixel x has its centre at 4 x + 1.5 there.
+    """The warped image without aliasing: rendered at four times the size along each axis, then the mean of
+    each 4 x 4 pixels."""
+    # In the enlarged image, the centre of pixel x is at 4 x + 1.5.
     enlarge = np.array([[4, 0, 1.5], [0, 4, 1.5], [0, 0, 1.0]])
     size = (4 * grey.shape[1], 4 * grey.shape[0])
     large = cv2.warpPerspective(grey, enlarge @ homography, size, flags=cv2.INTER_CUBIC)

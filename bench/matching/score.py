@@ -1,7 +1,7 @@
 """How well key points, matches and homographies agree with the truth.
 
 Repeatability and matching score are K. Mikolajczyk, C. Schmid et al.'s (A comparison of affine region
-detectors, IJCV 2005), by places alone.
+detectors, IJCV 2005), by positions only.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 from scipy.spatial import KDTree
 
-#: pixels that count as the same place
+#: the largest distance, in pixels, that counts as the same position
 NEAR = 3.0
 
 
 def score(found: dict, homography: np.ndarray, shape: tuple[int, int]) -> dict:
-    """Of one contender's answer about one pair."""
+    """The scores of one contender's result for one pair."""
     first, second = (np.array(found[k], float).reshape(-1, 2) for k in ("keypoints1", "keypoints2"))
     first = first[_inside(_moved(first, homography), shape)]
     second = second[_inside(_moved(second, np.linalg.inv(homography)), shape)]
@@ -33,8 +33,8 @@ def score(found: dict, homography: np.ndarray, shape: tuple[int, int]) -> dict:
 
 
 def corner_error(estimated: list[float] | None, homography: np.ndarray, shape: tuple[int, int]) -> float:
-    """Mean distance, in pixels, of where the estimate and the truth take the image's corners; infinite where
-    there is no estimate."""
+    """The mean distance, in pixels, between the image's corners mapped by the estimate and by the truth;
+    infinite without an estimate."""
     if estimated is None or not np.isfinite(estimated).all():
         return np.inf
     height, width = shape
@@ -55,7 +55,8 @@ def _inside(points: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _correspondences(first: np.ndarray, second: np.ndarray) -> int:
-    """How many pairs of near points there are, the nearest first, each point in one pair at most."""
+    """The number of pairs of near points. Pairs are chosen greedily, the nearest first, and each point is in
+    at most one pair."""
     if not len(first) or not len(second):
         return 0
     distances = KDTree(first).sparse_distance_matrix(KDTree(second), NEAR, output_type="coo_matrix")

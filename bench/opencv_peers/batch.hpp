@@ -1,4 +1,4 @@
-// What the families of peers share: the images of a batch as matrices, with room for results.
+// Shared code of the peers: the images of a batch as matrices, and matrices for results.
 #pragma once
 
 #include <map>
@@ -33,7 +33,7 @@ inline std::vector<cv::Mat> planes(const chiasm::Tensor& tensor) {
   return result;
 }
 
-// The same as bytes, for what OpenCV does with bytes only; `scale` takes floating point to 0..255.
+// The same as bytes, for functions that OpenCV has for bytes only; `scale` maps floating point to 0..255.
 inline std::vector<cv::Mat> byte_planes(const chiasm::Tensor& tensor, double scale) {
   std::vector<cv::Mat> result;
   for (const auto& plane : planes(tensor))
@@ -60,7 +60,7 @@ struct Batch {
       : in(std::move(matrices)), out(in.size()), scratch(in.size()), more(in.size()), bytes(in.size()) {}
 };
 
-// `body(batch, i)` makes batch.out[i] of batch.in[i].
+// `body(batch, i)` computes batch.out[i] from batch.in[i].
 template <class Body>
 Peer per_image(std::vector<cv::Mat> in, Body body) {
   auto batch = std::make_shared<Batch>(std::move(in));
@@ -70,8 +70,8 @@ Peer per_image(std::vector<cv::Mat> in, Body body) {
   return {call, [batch] { return batch->out; }};
 }
 
-// For what OpenCV does with bytes only, on float32 as chiasm's: the conversions there (values are 0 to 1 /
-// scale) and back are part of the call. `body(bytes, result, scratch)` works on bytes.
+// A function that OpenCV has for bytes only, on float32 like chiasm's: the conversions to bytes (of values
+// from 0 to 1 / scale) and back are part of the call. `body(bytes, result, scratch)` works on bytes.
 template <class Body>
 Peer per_byte_image(std::vector<cv::Mat> in, double scale, Body body) {
   return per_image(std::move(in), [scale, body](Batch& b, size_t i) {

@@ -19,7 +19,7 @@ Peer add_weighted(const Inputs& x) {
   });
 }
 
-// Without the gain, which is 1, and the limits, which are kept by themselves.
+// Without the gain, which is 1, and without clamping, which has no effect here.
 Peer adjust_gamma(const Inputs& x) {
   const double gamma = first(x[1]);
   return per_image(images(x[0]), [gamma](Batch& b, size_t i) { cv::pow(b.in[i], gamma, b.out[i]); });

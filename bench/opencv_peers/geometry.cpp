@@ -48,7 +48,8 @@ Peer half(const Inputs& x) {
   return per_image(images(x[0]), [](Batch& b, size_t i) { cv::pyrDown(b.in[i], b.out[i]); });
 }
 
-// body(matrices) for each entry of the batch, with the inputs' rows as matrices of `channels`.
+// Calls body(matrices) for each entry of the batch, with the inputs' rows as matrices with `channels`
+// channels.
 template <class Body>
 Peer per_entry(const Inputs& x, std::vector<int> rows, std::vector<int> channels, Body body) {
   std::vector<std::vector<cv::Mat>> entries(size_t(x[0].shape()[0]));
@@ -69,7 +70,7 @@ Peer homography(const Inputs& x) {
   return per_entry(x, {0, 0}, {2, 2}, [](const std::vector<cv::Mat>& m) { cv::findHomography(m[0], m[1]); });
 }
 
-// So sure of the result that all samples are drawn.
+// A confidence so high that all samples are drawn.
 constexpr double kConfidence = 1 - 1e-15;
 
 Peer robust_homography(const Inputs& x) {

@@ -1,1 +1,1 @@
-"""Every op of the catalog that another library has, too: the spec's peer."""
+"""Every op of the catalog that another library has too: the spec's peer."""

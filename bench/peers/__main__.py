@@ -1,4 +1,4 @@
-"""make bench WHAT=peers: every op that another library has, too, beside it, from Python ->
+"""make bench WHAT=peers: every op that another library has too, compared with it from Python ->
 docs/benchmarks_peers.md."""
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from ..tables import compared, table
 from .measure import chosen, sizes
 
 PAGE = ROOT / "docs" / "benchmarks_peers.md"
-#: how many times as fast as the peer: in the geometric mean, and below which a row is named
+#: the aims, in times as fast as the peer: the geometric mean, and the limit below which rows are highlighted
 MEAN, LEAST = 1.0, 0.5
 HEAD = f"""# Benchmarks beside other libraries
 
 Made by `make bench WHAT=peers` on {{date}}: {{cpu}}, {{cores}} cores.
 chiasm {chiasm.__version__}'s native backend writes into the caller's buffers; OpenCV's wheel {{opencv}}
-(with IPP), SciPy, scikit-image, Pillow and NumPy make their results anew, in memory that is used again. All
-are called from Python, in turns, in one process; medians. The images are photographs of three channels. A
-peer that takes one image is called for each of a batch.
+(with IPP), SciPy, scikit-image, Pillow and NumPy allocate their results, in memory that malloc reuses. All
+are called from Python, in turns, in one process; medians. The images are photographs with three channels. A
+peer that takes one image is called for each image of a batch.
 
-Results are compared before they are timed. *Apart* is by how much they differ at most. *Of copy* is the
-bandwidth, of inputs read once and outputs written once, as a share of that of one thread's copy of as many
-bytes in the same turns.
+Results are compared before they are timed. *Apart* is their largest difference. *Of copy* is the bandwidth
+(inputs read once, outputs written once) as a share of the bandwidth of one thread's copy of as many bytes in
+the same turns.
 
-*Times as fast* is the peer's time over chiasm's, by which rows are sorted (on one thread). Where the peer is
-faster it is **bold**, under {LEAST} ***bold and slanted***."""
+*Times as fast* is the peer's time over chiasm's; rows are sorted by it (on one thread). The number is
+**bold** if the peer is faster, and ***bold and slanted*** under {LEAST}."""
 
 
 def main() -> int:
@@ -73,7 +73,7 @@ def main() -> int:
 
 
 def page(rows: list[dict], load: float) -> str:
-    """`load`: of the machine, before the run."""
+    """`load`: the machine's load before the run."""
     lines = [*HEAD.format(date=date.today(), cpu=cpu(), cores=cores(), opencv=cv2.__version__).splitlines()]
     lines += busy(load)
     for title, some in (

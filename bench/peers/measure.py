@@ -1,4 +1,4 @@
-"""What is measured, for one number of threads, which a process can set once.
+"""The measurements for one number of threads, which a process can set only once.
 
     python -m bench.peers.measure THREADS SECONDS [OP...]    -> a line of JSON, in microseconds, for each op
     and size
@@ -30,7 +30,7 @@ from ..wheel import PAUSE, copy_of, interleaved, room
 
 #: (batch, height, width), of three channels
 IMAGES = ((8, 256, 256), (1, 1080, 1920))
-#: of what has no images: how many samples, and of how many points
+#: for ops without images: the number of samples, and of points in each
 BATCH, POINTS = 1000, 1000
 
 
@@ -47,7 +47,7 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
 
 
 def chosen(names: list[str]) -> list[Entry]:
-    """The ops with a peer whose name has one of the names in it; all where there is none."""
+    """The ops with a peer whose name contains one of `names`; all of them if `names` is empty."""
     return [
         e
         for name, e in catalog().items()
@@ -56,7 +56,7 @@ def chosen(names: list[str]) -> list[Entry]:
 
 
 def sizes(spec: Spec) -> list[dict[str, int]]:
-    """The sizes of the symbols to measure at."""
+    """The values of the symbols at which to measure."""
     used = spec.used_symbols()
     if "H" in used and "W" in used:
         made = [
@@ -69,8 +69,8 @@ def sizes(spec: Spec) -> list[dict[str, int]]:
 
 
 def keep_memory() -> None:
-    """Have what is freed used again. Otherwise each large result of a peer, which is given no buffer, is new
-    memory from the system, and the first use of its pages takes longer than many an op."""
+    """Make malloc reuse freed memory. Otherwise each large result of a peer, which gets no buffer, is in new
+    memory from the system, and the first use of its pages takes longer than many ops."""
     mmap_threshold, trim_threshold = -3, -1
     for parameter in (mmap_threshold, trim_threshold):
         ctypes.CDLL(None).mallopt(parameter, 1 << 30)
@@ -103,7 +103,7 @@ def measured(entry: Entry, size: dict[str, int], threads: int, seconds: float) -
 
 
 def inputs(spec: Spec, size: dict[str, int], variant: str | None) -> list[torch.Tensor]:
-    """Photographs where the spec makes no images of its own."""
+    """Photographs, unless the spec makes its own images."""
     made = samples.make(spec, size, variant)
     if spec.sample is None:
         made |= {t.name: pictures(t, made[t.name]) for t in spec.inputs if t.layout in ("NCHW", "NHWC")}
@@ -111,7 +111,7 @@ def inputs(spec: Spec, size: dict[str, int], variant: str | None) -> list[torch.
 
 
 def pictures(tensor: TensorSpec, like: torch.Tensor) -> torch.Tensor:
-    """Photographs of the shape, type and range of a tensor."""
+    """Photographs in the shape, type and range of a tensor."""
     batch, *rest = like.shape
     height, width = rest[1:] if tensor.layout == "NCHW" else rest[:2]
     channels = rest[0] if tensor.layout == "NCHW" else rest[2]
@@ -123,7 +123,7 @@ def pictures(tensor: TensorSpec, like: torch.Tensor) -> torch.Tensor:
 
 
 def checked(spec: Spec, ours: list[np.ndarray], theirs: Work) -> float:
-    """By how much the results differ at most; the process ends where they may not."""
+    """The largest difference of the results; exits the process if it exceeds the tolerance."""
     most = 0.0
     for a, e, described in zip(ours, theirs.outputs(ours), spec.outputs, strict=True):
         apart = compared(spec, a, e, described.layout)

@@ -1,5 +1,5 @@
-"""make bench WHAT=serving: a bundle in Triton's C++ backend beside the same work in its Python backend ->
-docs/benchmarks_serving.md."""
+"""make bench WHAT=serving: a bundle in Triton's C++ backend, compared with the same work in its Python
+backend -> docs/benchmarks_serving.md."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ instance_group {{ kind: KIND_CPU count: {cores()} }}
 
 
 def everything(server: Server) -> tuple[Rows, Rows]:
-    """The models in turns, in each of the repeats."""
+    """Measure the models in turns, in each of the repeats."""
     rows: Rows = {}
     busy: Rows = {}
     with Progress() as progress:
@@ -76,7 +76,7 @@ def everything(server: Server) -> tuple[Rows, Rows]:
                         found = measure.measure(server, model, size, concurrency)
                         rows.setdefault((model, size, concurrency), []).append(found)
                 for model in MODELS:
-                    progress.update(task, advance=1, description=f"{model} {size} beside a busy process")
+                    progress.update(task, advance=1, description=f"{model} {size} with a busy process")
                     with measure.busy_core():
                         found = measure.measure(server, model, size, 1)
                     busy.setdefault((model, size, 1), []).append(found)
@@ -89,17 +89,17 @@ def page(rows: Rows, busy: Rows) -> str:
         "",
         fill(
             f"Made by `make bench WHAT=serving` on {date.today()}: {cpu()}, {cores()} cores, which the server"
-            f" and the clients share. chiasm {chiasm.__version__}'s bundle `{BUNDLE}` makes of a frame a"
-            f" normalised image of 224 x 224, in Triton 2.51, {cores()} instances of each model, one thread"
-            " each. perf_analyzer asks by gRPC, with frames and results in system shared memory. The models"
-            f" take turns; figures are medians of {REPEATS} repeats. *Outside* is the server's time for a"
-            " request without the model's own computing, as Triton's statistics say it.",
+            f" and the clients share. chiasm {chiasm.__version__}'s bundle `{BUNDLE}` converts a frame to a"
+            f" normalised image of 224 x 224, in Triton 2.51, with {cores()} instances of each model, one"
+            " thread each. perf_analyzer sends requests by gRPC, with frames and results in system shared"
+            f" memory. The models take turns; figures are medians of {REPEATS} repeats. *Outside* is the"
+            " server's time for a request without the model's own computation, from Triton's statistics.",
             110,
         ),
         "",
         *table(rows),
         "",
-        "With another process that keeps a core busy, one request at a time:",
+        "While another process keeps a core busy, one request at a time:",
         "",
         *busy_table(busy),
     ]

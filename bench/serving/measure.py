@@ -1,4 +1,5 @@
-"""One measurement: perf_analyzer asks a model by gRPC, with frames and results in shared memory."""
+"""One measurement: perf_analyzer sends requests to a model by gRPC, with frames and results in shared
+memory."""
 
 from __future__ import annotations
 
@@ -16,16 +17,16 @@ from tests.serving.server import VENV, Server
 
 #: one result: (1, 3, 224, 224) float32
 OUTPUT_BYTES = 3 * 224 * 224 * 4
-#: of a window, of which perf_analyzer takes three
+#: the length of a window; perf_analyzer uses three
 MILLISECONDS = 2000
-#: percent by which they may differ: any, for what is reported is the median of repeats
+#: percent by which the windows may differ: practically any, because the median of repeats is reported
 STABILITY = 1000
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Requests a second; in microseconds the latency that a client sees, and what the server spends outside
-    of the model's own computing."""
+    """Requests per second; in microseconds, the latency that a client sees, and the server's time outside the
+    model's own computation."""
 
     rate: float
     p50: float
@@ -67,7 +68,7 @@ def _counted(server: Server, model: str) -> dict[str, int]:
 
 @contextmanager
 def busy_core() -> Iterator[None]:
-    """Another process that never rests."""
+    """Runs another process that keeps a core busy."""
     process = subprocess.Popen([sys.executable, "-c", "while True: pass"])
     try:
         yield

@@ -1,8 +1,9 @@
 """make demo: part of the catalog on real photographs, from C++, on every backend.
 
 The inputs and eager Python's results are written to build/demo; the C++ program demo_runner runs each bundle
-in a process a backend and says how far it is from eager, how long loading and running took, and how much
-memory; OpenCV does the same work beside it. Then the tables are printed and the pictures written.
+in one process per backend, and reports the largest difference from eager Python, the times of loading and
+running, and the memory. OpenCV does the same work for comparison. Then tables are printed and pictures
+written.
 """
 
 from __future__ import annotations
@@ -140,7 +141,7 @@ def shown_ops() -> dict[str, Entry]:
 
 
 def scenes(spec: Spec) -> list[Scene]:
-    """(label, inputs) of the runs of one op; the first one gives the pictures."""
+    """(label, inputs) of the runs of one op; the pictures show the first run."""
     astronaut, cat, coffee = photograph("astronaut.png"), photograph("chelsea.png"), photograph("coffee.png")
     pairs = np.stack([coffee[60:315, 100:451], coffee[80:335, 140:491]])  # a batch of two, both sides odd
     photos = {"astronaut 512x512": astronaut[None], "cat 300x451": cat[None], "coffee 2 of 255x351": pairs}
@@ -195,7 +196,7 @@ def print_parity(console: Console, reports: dict[str, dict]) -> tuple[int, int]:
 
 
 def print_cost(console: Console, reports: dict[str, dict]) -> None:
-    """Load time, memory, time per run on the first input, OpenCV beside."""
+    """Print load time, memory and time per run on the first input, with OpenCV's for comparison."""
     title = "Cost: load ms / memory MB / run ms, one process each; OpenCV (Debian's) on the same threads"
     table = Table(
         Column("op", no_wrap=True),

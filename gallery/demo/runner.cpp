@@ -3,7 +3,7 @@
 //
 //     demo_runner CASES.json native|torch|onnx|opencv
 //
-// A process a backend, so that memory is that backend's alone.
+// Each process runs one backend, so that the memory is that backend's.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -36,7 +36,7 @@ chiasm::DType dtype_named(const std::string& name) {
   throw std::runtime_error("there is no dtype " + name);
 }
 
-// Calls body(T{}) with the type of a dtype that results have.
+// Calls body(T{}) with the C++ type of a result's dtype.
 template <class Body>
 auto with_type(chiasm::DType dtype, const Body& body) {
   switch (dtype) {
@@ -52,7 +52,7 @@ auto with_type(chiasm::DType dtype, const Body& body) {
   }
 }
 
-// A tensor that was written as raw bytes beside the case file.
+// A tensor that was written as raw bytes next to the case file.
 struct Loaded {
   std::vector<char> bytes;
   chiasm::DType dtype;
@@ -104,7 +104,7 @@ Difference compare(const chiasm::Tensor& result, Loaded& expected, const json& e
   });
 }
 
-// Median milliseconds of a call that is repeated for a while.
+// The median milliseconds of a call, which is repeated for some time.
 template <class Call>
 double median_milliseconds(Call call) {
   call();
@@ -124,8 +124,8 @@ json run_chiasm(const json& cases, const std::string& folder, const std::string&
   auto bundle = chiasm::Bundle::open(cases.at("bundle").get<std::string>());
   chiasm::LoadOptions options;
   options.backend = backend;
-  options.fused = false;  // onnx on its own operators: native code has its own column
-  // Empty where the op is of one type
+  options.fused = false;  // onnx with standard operators: native code has its own column
+  // Empty if the op has only one type
   if (const auto dtype = cases.at("dtype").get<std::string>(); !dtype.empty())
     options = options.with_dtype(dtype_named(dtype));
   auto method = bundle.method("forward", options);

@@ -1,4 +1,4 @@
-"""Telling inputs for the geometry, where its samplers' are not."""
+"""Inputs that show geometry ops at work better than their spec's example inputs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .space import scale_space, solid, spatial, volume_sizes
 
 __all__ = ["WARPED", "counts", "geometric", "lattice", "scale_space", "solid", "volume_sizes"]
 
-#: Sizes by the beginning of an op's name: how many points, samples, boxes.
+#: By the beginning of an op's name, its sizes: the number of points, samples, boxes.
 COUNTS = {
     "geometry.bbox": {"B": 4},
     "geometry.bbox.transform_bbox": {"B": 1, "N": 4},
@@ -74,7 +74,7 @@ WARPED = tuple(
         "transform.warp",
     )
 )
-#: By the beginning of an op's name; what a longer one makes, wins.
+#: By the beginning of an op's name; longer names take precedence.
 MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "geometry.bbox.bbox_to_mask": straight_boxes,
     "geometry.bbox.infer_bbox": straight_boxes,
@@ -125,11 +125,11 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
 
 
 def counts(spec: Spec) -> dict[str, int]:
-    """What the table says of an op's sizes; longer names win."""
+    """An op's sizes in the table; longer names take precedence."""
     known = [name for name in COUNTS if spec.name.startswith(name)]
     return {symbol: size for name in sorted(known, key=len) for symbol, size in COUNTS[name].items()}
 
 
 def geometric(spec: Spec, sizes: dict[str, int], rgb: Tensor) -> Inputs:
-    """Inputs of an op, as far as there are more telling ones than its sampler's."""
+    """Inputs of an op, for those that replace the spec's example inputs."""
     return made_by(MAKERS, Setting(spec, sizes, rgb))

@@ -1,4 +1,4 @@
-"""Cameras with lenses, and depth maps of a ball before a wall."""
+"""Cameras with lenses, and depth maps of a ball in front of a wall."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from chiasm.geometry import calibration, transform
 from .plane import lattice
 from .setting import Inputs, Setting, mesh, motion
 
-#: Coefficients of a lens as OpenCV orders them: radial and tangential, rational, prisms, tilt.
+#: The coefficients of a lens in OpenCV's order: radial and tangential, rational, thin prism, tilt.
 LENS = [-0.24, 0.06, 0.004, -0.003, -0.01, 0.02, 0.01, 0.005, 0.02, 0.01, -0.02, 0.01, 0.05, -0.04]
 
 
 def relief(h: int, w: int) -> Tensor:
-    """Depths (h, w) of a ball before a wall that leans."""
+    """Depths (h, w) of a ball in front of a leaning wall."""
     grid = mesh(w, h) * torch.tensor([w / h, 1.0])
     x, y = grid.unbind(-1)
     wall = 5.0 + 0.5 * x - 0.4 * y
@@ -91,7 +91,7 @@ def cameras(s: Setting) -> Inputs:
 
 
 def lenses(s: Setting) -> Inputs:
-    """A lens on a camera that sees 640 x 480 pixels, and a grid of them."""
+    """A lens on a camera that sees 640 x 480 pixels, and a grid of its pixels."""
     camera = torch.tensor([[520.0, 0.0, 320.0], [0.0, 520.0, 240.0], [0.0, 0.0, 1.0]])
     size = int((s.shape("dist") or (1, 4))[1])
     made = {
@@ -104,7 +104,7 @@ def lenses(s: Setting) -> Inputs:
 
 
 def bent_photo(s: Setting) -> Inputs:
-    """The photograph as a wide lens would have taken it."""
+    """The photograph as taken through a wide-angle lens."""
     camera, bend = camera_of(s.height, s.width)[None], torch.tensor([[-0.45, 0.18, 0.0, 0.0, 0.0]])
     pixels = ((mesh(s.width, s.height) + 1) / 2 * torch.tensor([s.width - 1.0, s.height - 1.0])).flatten(
         0, 1

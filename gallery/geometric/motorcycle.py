@@ -1,5 +1,5 @@
-"""A photographed scene that two cameras saw: the stereo pair of a motorcycle inside scikit-image (Middlebury
-2014), the right camera turned."""
+"""A scene photographed by two cameras: scikit-image's stereo pair of a motorcycle (Middlebury 2014), with the
+right camera rotated."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from gallery.photographs import DATA, photograph
 
 from .setting import Inputs, Setting
 
-#: Where the turned camera sees the right photograph's pixels: a roll and a pan, so that epipolar lines are
-#: not its rows.
+#: The homography from the right photograph to the rotated camera: a roll and a pan, so that epipolar lines
+#: are not image rows.
 TURN = np.array([[0.93, -0.25, 80.0], [0.24, 0.97, -95.0], [-1.6e-4, 5e-5, 1.0]])
 
 
 @cache
 def views() -> tuple[np.ndarray, np.ndarray]:
-    """The left photograph and the turned right one, (500, 741, 3), uint8."""
+    """The left photograph and the rotated right one, (500, 741, 3), uint8."""
     right = torch.from_numpy(photograph("motorcycle_right.png").copy()).permute(2, 0, 1)[None].float()
     turned = transform.warp_perspective(right, torch.from_numpy(TURN).float()[None], right.shape[-2:])
     return photograph("motorcycle_left.png"), turned[0].permute(1, 2, 0).round().byte().numpy()
 
 
 def stereo_pair(s: Setting) -> Inputs:
-    """Pixels of the left photograph, and where the turned right one has them, by the true disparity; for
-    RANSAC a quarter of them anywhere."""
-    if "N" not in s.shape("points1")[1:]:  # samples of seven are too few to look at
+    """Pixels of the left photograph, and their positions in the rotated right one, by the true disparity; for
+    RANSAC, a quarter of the latter are random."""
+    if "N" not in s.shape("points1")[1:]:  # samples of seven points are too few for a picture
         return {}
     count = s.sizes["N"]
     with np.load(DATA / "motorcycle_disp.npz") as data:

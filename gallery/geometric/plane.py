@@ -14,10 +14,10 @@ from .setting import FACE, Inputs, Setting, mesh, motion
 
 
 def lattice(rgb: Tensor, steps: int = 8) -> Tensor:
-    """Photographs with regular lines drawn on them, which show how they are warped."""
+    """Photographs with a lattice drawn on them, which shows how they are warped."""
     h, w = rgb.shape[-2:]
     step = w / steps
-    # None at the borders, which some warps repeat
+    # No lines at the borders, which some warps repeat
     y, x = (
         torch.arange(h)[:, None] + 0.5 * step,
         torch.arange(w) + 0.5 * step,
@@ -69,12 +69,12 @@ def planar(s: Setting) -> Inputs:
 
 
 def quadrilateral(w: int, h: int) -> Tensor:
-    """Four corners about the middle of an image, in perspective."""
+    """Four corners around the centre of an image, in perspective."""
     return torch.tensor([[0.22, 0.12], [0.7, 0.04], [0.85, 0.8], [0.3, 0.92]]) * torch.tensor([w, h])
 
 
 def ripples(s: Setting) -> Inputs:
-    """Maps that are twisted about the middle; those in pixels also leave the image a little."""
+    """Maps that twist around the centre; those in pixels also reach slightly outside the image."""
     x, y = mesh(s.sizes.get("OW", 2), s.sizes.get("OH", 2)).unbind(-1)
     twist = 0.9 * torch.exp(-2.5 * (x * x + y * y))
     u, v = 1.08 * (x * twist.cos() - y * twist.sin()), 1.08 * (x * twist.sin() + y * twist.cos())
@@ -93,7 +93,7 @@ def whole_box(s: Setting) -> Inputs:
 
 
 def splines(s: Setting) -> Inputs:
-    """Eight points, of which the inner ones move."""
+    """Eight points; the inner ones move."""
     ends = torch.tensor(
         [
             [-0.9, -0.9],

@@ -10,7 +10,7 @@ from .setting import BOX, FACE, Inputs, Setting, mesh, motion
 
 
 def pixel_homographies(s: Setting) -> Inputs:
-    """From 640 x 480 to 800 x 360 pixels; or between -1 and 1."""
+    """Homographies from 640 x 480 to 800 x 360 pixels, or between -1 and 1."""
     n = int(s.shape("dst_pix_trans_src_pix")[1])
     if "denormalize" in s.spec.name:
         made = (
@@ -35,7 +35,7 @@ def affine_matrices(s: Setting) -> Inputs:
 
 
 def pixels_of(s: Setting) -> Inputs:
-    """Points all over an image or a volume of the op's size."""
+    """Points everywhere in an image or a volume of the op's size."""
     size = torch.tensor([float(s.spec.config[n]) for n in ("width", "height", "depth") if n in s.spec.config])
     share = torch.rand((s.sizes["N"], len(size)), generator=torch.Generator().manual_seed(0))
     return {"pixel_coordinates": share * 2 - 1 if "denormalize" in s.spec.name else share * (size - 1)}
@@ -69,7 +69,7 @@ def tangents(s: Setting) -> Inputs:
 
 
 def affine_pairs(s: Setting) -> Inputs:
-    """Points, and where an affine map takes them, with a little noise."""
+    """Points, and the same points mapped by an affine map, with a little noise."""
     random = torch.Generator().manual_seed(0)
     points = torch.rand((s.sizes["N"], 2), generator=random) * 120
     moved = points @ torch.tensor([[0.9, 0.3], [-0.2, 0.8]]) + 5 + torch.randn(points.shape, generator=random)
@@ -86,7 +86,7 @@ def straight_boxes(s: Setting) -> Inputs:
 
 
 def bent_boxes(s: Setting) -> Inputs:
-    """Four boxes, the last of which is none."""
+    """Four boxes, the last of which is invalid."""
     boxes = straight_boxes(s)["boxes"]
     boxes[3, 2] += torch.tensor([6.0, 8.0, 0.0])[: boxes.shape[-1]]
     return {"boxes": boxes}

@@ -1,4 +1,4 @@
-"""Volumes made of the photographs, boxes in them, and their transforms, in voxels."""
+"""Volumes made from the photographs, boxes in them, and their transforms, in voxels."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DEPTH, SHARE = 12, 3
 
 
 def volume_sizes(spec: Spec, height: int, width: int) -> dict[str, int]:
-    """Sizes of the volumes, where there are any."""
+    """The sizes of the op's volumes, if it has any."""
     if not any(t.layout == "NCDHW" for t in spec.inputs):
         return {}
     d, h, w = DEPTH, height // SHARE, width // SHARE
@@ -37,8 +37,8 @@ def solid(rgb: Tensor) -> Tensor:
 
 
 def scale_space(rgb: Tensor) -> Tensor:
-    """Differences of Gaussians of the photographs, whose spread grows from slice to slice: blobs are
-    extremes, (B, 3, D, H, W) from 0 to 1."""
+    """Differences of Gaussians of the photographs, whose sigma grows from slice to slice: blobs are extrema.
+    (B, 3, D, H, W), from 0 to 1."""
     size = rgb.shape[-2] // SHARE, rgb.shape[-1] // SHARE
     small = functional.interpolate(rgb, size, mode="bilinear", antialias=True)
     spreads = [1.2**k for k in range(DEPTH + 1)]
@@ -47,7 +47,7 @@ def scale_space(rgb: Tensor) -> Tensor:
 
 
 def spatial(s: Setting) -> Inputs:
-    """Transforms of volumes, in voxels; without a volume, of a box of 24 x 16 x 12 voxels."""
+    """Transforms of volumes, in voxels; if the op has no volume, of a box of 24 x 16 x 12 voxels."""
     d, h, w = (s.sizes.get(n, default) for n, default in (("D", 12), ("H", 16), ("W", 24)))
     size = torch.tensor([w, h, d], dtype=torch.float32)
     center, angles, scales = (size - 1) / 2, torch.tensor([1.0, 2.0, 28.0]), torch.tensor([0.85, 0.85, 0.9])

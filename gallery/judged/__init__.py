@@ -1,5 +1,5 @@
-"""Telling inputs for what is found in images: classes, key points, matches; and for losses and metrics, which
-judge it."""
+"""Inputs for ops on things found in images (classes, key points, matches), and for losses and metrics, which
+judge these."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DISPARITY = (
     "mean_bad_pixel_error",
     "root_mean_squared_disparity_error",
 )
-#: By the beginning of an op's name; what a longer one makes, wins.
+#: By the beginning of an op's name; longer names take precedence.
 MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "contrib.combine_tensor_patches": windows,
     "contrib.diamond_square": terrain,
@@ -77,5 +77,5 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
 
 
 def judged(spec: Spec, sizes: dict[str, int], rgb: Tensor) -> Inputs:
-    """Inputs of an op, as far as there are more telling ones than its sampler's."""
+    """Inputs of an op, for those that replace the spec's example inputs."""
     return made_by(MAKERS, Setting(spec, sizes, rgb))

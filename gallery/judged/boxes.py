@@ -1,4 +1,4 @@
-"""Boxes round coins: where they are, and where they were found."""
+"""Boxes around coins: the true ones, and detections."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def moved(boxes: Tensor, spread: float) -> Tensor:
 
 
 def detections(s: Setting) -> Inputs:
-    """Most coins are found, some twice, some with another's class, and something that is none."""
+    """Most coins are detected, some twice, some with a wrong class, and one detection is not a coin."""
     true, classes = coins(s)
     nothing = torch.tensor([[4.0, 4.0, 30.0, 28.0], [100.0, 60.0, 130.0, 95.0]])
     found = torch.cat([moved(true[:-2], 2.0), moved(true[:2], 6.0), nothing])

@@ -1,5 +1,4 @@
-"""A horse on a meadow: the class of every pixel, and what a network that is not yet trained well might say of
-it."""
+"""A horse on a meadow: the class of every pixel, and a possible result of a badly trained network."""
 
 from __future__ import annotations
 
@@ -35,8 +34,8 @@ def truth(s: Setting) -> Tensor:
 
 
 def found(labels: Tensor, count: int) -> Tensor:
-    """(count, H, W): shares of the classes, smooth, a little beside the true places; the sun is taken for a
-    cloud."""
+    """(count, H, W): probabilities of the classes, smooth and slightly displaced from the true places; the
+    sun is classified as a cloud."""
     planes = functional.one_hot(labels, count).permute(2, 0, 1).float()
     if count > CLOUD:
         planes[CLOUD] += 0.7 * planes[SUN]
@@ -46,8 +45,8 @@ def found(labels: Tensor, count: int) -> Tensor:
 
 
 def classes(s: Setting) -> Inputs:
-    """Logits or the likeliest class, and the truth, of which a part is to be ignored where the op can; two
-    classes are the horse and the rest."""
+    """Logits or the most likely class, and the truth. A part of the truth is ignored if the op supports it.
+    With two classes, these are the horse and the rest."""
     pred, target = s.shape("pred"), s.shape("target")
     labels = truth(s)
     if "binary" in s.spec.name or pred[1:2] == (1,):
@@ -74,7 +73,7 @@ def classes(s: Setting) -> Inputs:
 
 
 def silhouettes(s: Setting) -> Inputs:
-    """Shares of the classes, and the classes."""
+    """Probabilities of the classes, and the true classes."""
     labels = truth(s)
     labels = (labels == HORSE).long() if s.shape("pred")[1] == 1 else labels
     shares = found(labels, 2)[1:] if s.shape("pred")[1] == 1 else found(labels, 6)
@@ -82,7 +81,7 @@ def silhouettes(s: Setting) -> Inputs:
 
 
 def heat_maps(s: Setting) -> Inputs:
-    """Three hills, and where they were looked for: one is found, one is moved, one is moved and wide."""
+    """Three hills, and their predictions: one is right, one is displaced, one is displaced and too wide."""
     grid = (mesh(s.width, s.height) + 1) / 2
     target = [(0.2, 0.3, 0.1), (0.5, 0.65, 0.1), (0.8, 0.4, 0.1)]
     pred = [(0.2, 0.3, 0.1), (0.56, 0.7, 0.1), (0.74, 0.52, 0.16)]

@@ -1,4 +1,4 @@
-"""Local affine frames on a photograph, patches of it, descriptors of these."""
+"""Local affine frames on a photograph, its patches, and their descriptors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from torch import Tensor
 from chiasm import color, feature, filters
 from gallery.geometric.setting import Inputs, Setting
 
-#: Of frames made by hand: centres as shares of the image's size, radii, degrees, stretch along and across.
+#: Frames made by hand: centres relative to the image's size, radii, degrees, stretch along and across.
 PLACES = (
     (0.16, 0.25),
     (0.4, 0.2),
@@ -24,7 +24,7 @@ PLACES = (
 RADII = (12.0, 20.0, 15.0, 22.0, 17.0, 24.0, 13.0, 20.0)
 DEGREES = (0.0, 40.0, 90.0, 135.0, 180.0, -30.0, -80.0, 60.0)
 STRETCH = (1.0, 1.4, 0.7, 1.5, 1.2, 0.7, 1.5, 1.0)
-#: Ops that look at the image inside the frames get those of key points.
+#: Ops that read the image inside the frames get frames of key points.
 LOOKING = ("adapt_laf", "extract", "get_laf_descriptors", "orient_laf")
 
 
@@ -39,8 +39,8 @@ def by_hand(s: Setting) -> Tensor:
 
 
 def found(gray: Tensor, count: int, octaves: int = 2, apart: float = 0.0, size: float = 3.0) -> Tensor:
-    """(1, at most `count`, 2, 3): the strongest blobs, whose centres are apart by a multiple of their
-    radii."""
+    """(1, at most `count`, 2, 3): the strongest blobs, whose centres are at least a multiple `apart` of their
+    radii away from each other."""
     lafs, _, valid = feature.detect_keypoints(
         gray, 40 * count if apart else count, "dog", num_octaves=octaves, mr_size=size
     )
@@ -55,12 +55,12 @@ def found(gray: Tensor, count: int, octaves: int = 2, apart: float = 0.0, size: 
 
 
 def away(s: Setting) -> Tensor:
-    """Frames by hand that are at the border, flat, or not there: what the op asks of them."""
+    """Frames by hand that are at the border, flat or missing, depending on what the op tests."""
     lafs = by_hand(s)
     if "inside" in s.spec.name:
         lafs[0, [0, 3, 5], :, 2] += torch.tensor([[-28.0, 0.0], [24.0, 0.0], [0.0, 30.0]])
     if "valid" in s.spec.name:
-        # Half is exact, and so is the determinant of 0
+        # A half is exact, so the determinant is exactly 0
         lafs[0, [1, 4, 6], 1, :2] = 0.5 * lafs[0, [1, 4, 6], 0, :2]
     if "filled" in s.spec.name:
         lafs[0, 5:] = 0
@@ -68,7 +68,8 @@ def away(s: Setting) -> Tensor:
 
 
 def frames(s: Setting) -> Inputs:
-    """Frames in pixels, and what else is asked for; angles and factors that differ from frame to frame."""
+    """Frames in pixels, and the op's other inputs, with angles and factors that differ from frame to
+    frame."""
     gray = color.rgb_to_grayscale(s.rgb)
     lafs = away(s)
     if any(word in s.spec.name for word in LOOKING):
@@ -102,7 +103,7 @@ def forms(lafs: Tensor) -> Tensor:
 
 
 def scale_space(s: Setting, gray: Tensor) -> Inputs:
-    """Levels of growing blur."""
+    """Levels with increasing blur."""
     if s.shape("input")[2:] != ("D", "H", "W"):
         return {}
     return {
@@ -115,7 +116,7 @@ def scale_space(s: Setting, gray: Tensor) -> Inputs:
 
 
 def patches(s: Setting) -> Inputs:
-    """Patches about key points, and their SIFT."""
+    """Patches around key points, and their SIFT descriptors."""
     picture = (
         color.rgb_to_grayscale(s.rgb) if s.shape("patches")[1:2] == (1,) or not s.shape("patches") else s.rgb
     )
@@ -131,7 +132,7 @@ def patches(s: Setting) -> Inputs:
 
 
 def response(s: Setting) -> Inputs:
-    """How blob-like the photograph is, at most 1."""
+    """The blob response of the photograph, at most 1."""
     found = feature.hessian_response(
         filters.gaussian_blur2d(color.rgb_to_grayscale(s.rgb), (17, 17), (2.0, 2.0))
     ).clamp(min=0)

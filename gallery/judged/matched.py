@@ -1,4 +1,5 @@
-"""Key points of the motorcycle's two photographs, and a photograph with its like in another perspective."""
+"""Key points of the motorcycle's two photographs, and a photograph with a view of it in another
+perspective."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from gallery.photographs import photograph
 from .frames import found
 from .pairs import motorcycle_disparity, noise
 
-#: Reduced, as the photographs are here; one image has more key points than the other.
+#: The photographs are reduced by this step. One image has more key points than the other.
 STEP, COUNTS = 2, (60, 70)
 Found = tuple[Tensor, Tensor]
 
@@ -41,15 +42,15 @@ def key_points() -> tuple[Found, Found]:
 
 
 def partners(points: Tensor) -> Tensor:
-    """Where the right photograph has the left one's pixels (N, 2), by the true disparity; NaN where that is
-    not known."""
+    """The positions in the right photograph of the left one's pixels (N, 2), by the true disparity; NaN if
+    that is unknown."""
     true = motorcycle_disparity()[::STEP, ::STEP] / STEP
     x, y = (points[:, i].round().long().clamp(0, true.shape[1 - i] - 1) for i in (0, 1))
     return torch.stack([points[:, 0] - true[y, x], points[:, 1]], 1)
 
 
 def described(s: Setting) -> Inputs:
-    """Masks leave out what is at the right."""
+    """Descriptors of both photographs; masks exclude the right side."""
     made: Inputs = {}
     for index, (lafs, descriptors) in enumerate(key_points(), 1):
         made |= {f"lafs{index}": lafs, f"desc{index}": descriptors, f"mask{index}": lafs[..., 0, 2] < 230}
@@ -57,8 +58,8 @@ def described(s: Setting) -> Inputs:
 
 
 def two_images(s: Setting) -> Inputs:
-    """The photograph, and it as a worse camera sees it from elsewhere, when what is at its left has
-    slipped."""
+    """The photograph, and the same scene from another view, by a worse camera, with the left part
+    displaced."""
     gray = color.rgb_to_grayscale(s.rgb)
     w, h = s.width, s.height
     bend = s.repeated(

@@ -1,4 +1,4 @@
-"""Two images that are to be compared."""
+"""Pairs of images to compare."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def noise(shape: tuple[int, ...], spread: float, seed: int = 2) -> Tensor:
 
 
 def differing(s: Setting) -> Inputs:
-    """The photograph, and a noisy copy on which something lies that is not in it."""
+    """The photograph, and a noisy copy with an additional object."""
     copy = (s.rgb + noise(tuple(s.rgb.shape), 0.06)).clamp(0, 1)
     left, top, side = s.width // 10, s.height // 8, s.height // 3
     cup = (
@@ -42,8 +42,8 @@ def rougher(s: Setting) -> Inputs:
 
 
 def related(s: Setting) -> Inputs:
-    """Three times the photograph's brightness, and something that goes with it exactly, more or less, not at
-    all; masks leave out a corner."""
+    """Three copies of the photograph's brightness, and images that correlate with it exactly, roughly and not
+    at all; masks exclude a corner."""
     gray = color.rgb_to_grayscale(s.rgb)[:, 0]
     other = (
         torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float().mean(1, keepdim=True)
@@ -81,7 +81,7 @@ def motorcycle_disparity() -> Tensor:
 
 
 def disparities(s: Setting) -> Inputs:
-    """The motorcycle's, where it is known, and a found one that is smooth, noisy, and wrong in a part."""
+    """The motorcycle's known disparity, and an estimate that is smooth, noisy and partly wrong."""
     true = motorcycle_disparity()[::2, ::2]
     valid = torch.isfinite(true)
     found = filters.median_blur(filled(true)[None, None], (7, 7)) + noise((1, 1, *true.shape), 0.5)
@@ -94,7 +94,7 @@ def disparities(s: Setting) -> Inputs:
 
 
 def filled(values: Tensor) -> Tensor:
-    """What is NaN is what is nearest to it."""
+    """``values`` with the nearest value in place of NaN."""
     where = ndimage.distance_transform_edt(
         torch.isnan(values).numpy(), return_distances=False, return_indices=True
     )
@@ -102,7 +102,7 @@ def filled(values: Tensor) -> Tensor:
 
 
 def inverse_depth(s: Setting) -> Inputs:
-    """The motorcycle, and its disparity, which is in proportion to inverse depth."""
+    """The motorcycle, and its disparity, which is proportional to inverse depth."""
     left = (
         torch.from_numpy(photograph("motorcycle_left.png")[::2, ::2].copy()).permute(2, 0, 1)[None].float()
         / 255
@@ -111,7 +111,7 @@ def inverse_depth(s: Setting) -> Inputs:
 
 
 def flows(s: Setting) -> Inputs:
-    """The flow of what turns and comes nearer; found with noise, and with a part that stands still."""
+    """The flow of a scene that rotates and comes nearer; the estimate has noise, and zeros in a part."""
     grid = mesh(s.width, s.height)
     x, y = grid.unbind(-1)
     true = torch.stack([8 * x - 10 * y, 10 * x + 6 * y], -1)

@@ -10,7 +10,7 @@ from gallery.geometric.setting import Inputs, Setting
 
 
 def windows(s: Setting) -> Inputs:
-    """Windows of the photograph, as the op wants them."""
+    """Windows of the photograph, as the op takes them."""
     config = s.spec.config
     small = functional.interpolate(s.rgb, config["original_size"], mode="bilinear", antialias=True).clamp(
         0, 1

@@ -1,4 +1,4 @@
-"""Rotations, directions and positions that were found, and true ones."""
+"""Estimated rotations, directions and positions, and true ones."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def vectors(s: Setting) -> Inputs:
 
 
 def positions(s: Setting) -> Inputs:
-    """A camera's way up a spiral, and a found one that drifts; errors of poses in degrees."""
+    """A camera's path up a spiral, and an estimate that drifts; errors of poses in degrees."""
     turn = torch.linspace(0, 9, 24)
     true = torch.stack([turn.cos(), turn.sin(), 0.25 * turn], 1)
     random = torch.Generator().manual_seed(0)

@@ -1,4 +1,4 @@
-"""Volumes that are to be compared."""
+"""Pairs of volumes to compare."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DEPTH, HEIGHT, WIDTH = 12, 44, 58
 
 
 def coordinates() -> tuple[Tensor, Tensor, Tensor]:
-    """z, y, x from -1 to 1, x as long as the volume is wide."""
+    """z, y, x from -1 to 1; x as wide as the volume."""
     axes = (
         torch.linspace(-1, 1, DEPTH),
         torch.linspace(-1, 1, HEIGHT),
@@ -24,14 +24,14 @@ def coordinates() -> tuple[Tensor, Tensor, Tensor]:
 
 
 def ball(place: tuple[float, float, float], radius: float) -> Tensor:
-    """(D, H, W): 1 within, 0 without, smooth at the border."""
+    """(D, H, W): 1 inside, 0 outside, smooth at the surface."""
     z, y, x = coordinates()
     distance = ((z - place[0]) ** 2 + (y - place[1]) ** 2 + (x - place[2]) ** 2).sqrt()
     return torch.sigmoid(12 * (radius - distance))
 
 
 def balls(s: Setting) -> Inputs:
-    """A ball, in two classes also a smaller one; they are found beside their places."""
+    """A ball, with two classes also a smaller one; the estimates are displaced."""
     true = torch.stack([ball((0.0, 0.0, -0.4), 0.6), ball((0.2, 0.1, 0.8), 0.4)])
     found = torch.stack([ball((0.2, 0.1, -0.3), 0.55), ball((0.0, -0.1, 0.9), 0.45)])
     if s.shape("pred")[1] == 1:
@@ -42,7 +42,7 @@ def balls(s: Setting) -> Inputs:
 
 
 def frames_of(rgb: Tensor) -> Tensor:
-    """(B, C, D, H, W): a camera that goes over the photograph."""
+    """(B, C, D, H, W): the frames of a camera that moves over the photograph."""
     step = 3
     small = functional.interpolate(
         rgb, (HEIGHT, WIDTH + step * DEPTH), mode="bilinear", antialias=True
@@ -58,7 +58,7 @@ def noisy_volumes(s: Setting) -> Inputs:
 
 
 def related_volumes(s: Setting) -> Inputs:
-    """Frames of the photograph, and their negative with noise; masks leave out a side."""
+    """Frames of the photograph, and their negative with noise; masks exclude one side."""
     made = frames_of(s.rgb.mean(1, keepdim=True))[:, 0]
     x = coordinates()[2][None]
     other = (1 - made**2 + noise(tuple(made.shape), 0.1)).clamp(0, 1)

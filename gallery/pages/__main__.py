@@ -1,5 +1,5 @@
-"""make gallery: one picture an op, computed by its bundle through the C++ runtime -> build/gallery, and a
-sheet of each family -> docs/gallery."""
+"""make gallery: one picture per op, computed by its bundle in the C++ runtime -> build/gallery, and a sheet
+per family -> docs/gallery."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def main(patterns: tuple[str, ...], bundles: Path) -> None:
 
 
 def draw(entry: Entry, bundle: Path) -> tuple[str, str]:
-    """Write an op's picture; returns its caption, and what is wrong with the values, if anything is."""
+    """Write an op's picture; returns its caption, and a description of wrong values, if there are any."""
     spec, chosen, folder = entry.spec, scene(entry.spec.name), WORK / "cases" / entry.spec.name
     photos = chosen.images()
     given = inputs(spec, photos, chosen.target, points=24)

@@ -7,13 +7,14 @@ from html import escape
 from pathlib import Path
 
 COLUMNS, LONGEST = 3, 100
-ABOUT = """Written by `make gallery`; do not edit. Every picture is the work of an exported bundle that a C++
-program ran on a photograph (from scikit-image) or on points and matrices, natively where the bundle has
-native code. Inputs are at the left, with blue labels; outputs at the right, with orange ones."""
+ABOUT = """Written by `make gallery`; do not edit. Exported bundles computed the pictures: a C++ program ran
+each on a photograph (from scikit-image) or on points and matrices, natively if the bundle has native code.
+Inputs are at the left, with blue labels; outputs at the right, with orange labels."""
 
 
 def families(names: Iterable[str]) -> dict[str, list[str]]:
-    """Names by what is before the first dot, or before the second where that would be too many for a page."""
+    """Names, grouped by the part before the first dot, or before the second dot if that is too many for a
+    page."""
     found: dict[str, list[str]] = {}
     for name in sorted(names):
         found.setdefault(name.partition(".")[0], []).append(name)
@@ -27,7 +28,7 @@ def families(names: Iterable[str]) -> dict[str, list[str]]:
 
 
 def write_pages(captions: dict[str, str], summaries: dict[str, str], folder: Path) -> None:
-    """A page a family and one that leads to them."""
+    """Write a page per family, and an index page."""
     index = ["# Gallery", "", ABOUT, "", "| family | ops |", "|---|---|"]
     for family, names in families(captions).items():
         listed = ", ".join(f"`{n.removeprefix(family)[1:]}`" for n in names)
@@ -37,7 +38,7 @@ def write_pages(captions: dict[str, str], summaries: dict[str, str], folder: Pat
 
 
 def page(family: str, names: list[str], captions: dict[str, str], summaries: dict[str, str]) -> str:
-    lines = [f"# {family}", "", f"{len(names)} ops. [What is seen here](README.md).", "", "<table>"]
+    lines = [f"# {family}", "", f"{len(names)} ops. [About these pictures](README.md).", "", "<table>"]
     for start in range(0, len(names), COLUMNS):
         cells = [cell(n, captions[n], summaries[n]) for n in names[start : start + COLUMNS]]
         lines += ["<tr>", *cells, "</tr>"]

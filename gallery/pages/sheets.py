@@ -1,4 +1,4 @@
-"""The sheets of docs/gallery: small pictures of all ops of a family on one.
+"""The sheets of docs/gallery: one sheet per family, with small pictures of its ops.
 
 python -m gallery.pages.sheets FOLDER    from the pictures OP.jpg in FOLDER, without running anything
 """
@@ -15,7 +15,7 @@ from .page import ABOUT, families
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "gallery"
 COLUMNS, WIDTH, GAP, TEXT = 6, 232, 8, 13
-#: A sheet has at least so many ops, where its family has as many; families with fewer share one.
+#: The fewest ops of a sheet: families with fewer ops share one.
 LEAST = 45
 QUALITY = 70
 #: The README's picture: ops on different inputs.
@@ -93,7 +93,7 @@ def draw(pictures: Path, names: Sequence[str], columns: int = COLUMNS) -> Image.
 
 
 def write_sheets(pictures: Path, folder: Path) -> None:
-    """A sheet a family, the page that shows them, and the README's picture."""
+    """Write the sheets, the page that shows them, and the README's picture."""
     names = sorted(p.stem for p in pictures.glob("*.jpg"))
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("*.jpg"):

@@ -1,4 +1,4 @@
-"""Which photographs show an op best."""
+"""The photographs that show an op best."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STARS = View("hubble_deep_field.jpg", (330, 180, 448, 268))
 
 @dataclass(frozen=True)
 class Scene:
-    """Photographs of one size, and the size (height, width) wanted of an op that is told it."""
+    """Photographs of one size, and the result's size (height, width) for ops that take it."""
 
     views: tuple[View, ...]
     target: tuple[int, int] | None = None
@@ -39,9 +39,9 @@ class Scene:
 
 QUARTERS = tuple(View("coffee.png", (x, y, x + 236, y + 177), SMALL) for y in (20, 197) for x in (100, 336))
 
-#: Losses that are of classes.
+#: Losses on classes.
 CLASSIFIED = ("binary_focal", "dice", "focal", "hausdorff", "lovasz", "one_hot", "tversky")
-#: By the beginning of an op's name; the longest that fits counts.
+#: By the beginning of an op's name; the longest match counts.
 SCENES = {
     "": Scene((PORTRAIT,)),
     "color.raw_to_rgb": Scene((EYE,)),

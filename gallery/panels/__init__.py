@@ -1,4 +1,4 @@
-"""What to show of an op: its inputs and what the C++ program made of them, as labelled pictures, and a
+"""The content of an op's picture: its inputs and the C++ program's outputs, as labelled panels, and a
 caption."""
 
 from .choice import caption, panels

@@ -1,4 +1,4 @@
-"""One small thing as a picture: a turned cube, a moved frame, a table of numbers."""
+"""One small item as a picture: a rotated cube, a moved frame, a table of numbers."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def cell(part: Part, index: int, width: int) -> np.ndarray:
 
 
 def rows_of(item: np.ndarray) -> np.ndarray:
-    """Numbers as a table, no more than five in a row of a vector; matrices under each other, wide ones on
-    their side."""
+    """Numbers as a table: vectors in rows of at most five, matrices below each other, wide ones
+    transposed."""
     if item.ndim == 0:
         return item.reshape(1, 1)
     if item.ndim == 1:
@@ -75,7 +75,8 @@ def whole_pose(item: np.ndarray) -> np.ndarray:
 
 
 def cube(pose: np.ndarray, size: tuple[int, int], view: np.ndarray = TEXTBOOK) -> np.ndarray:
-    """A cube with axes x, y, z (red, green, blue) in a pose; where it is moved, from the grey axes."""
+    """A cube with axes x, y, z (red, green, blue) in a pose; if it is translated, with the original axes in
+    grey."""
     moved = np.abs(pose[:3, 3]).max() > 0
     reach = 1.05 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     origin = np.eye(3) * 0.8
@@ -90,7 +91,7 @@ def cube(pose: np.ndarray, size: tuple[int, int], view: np.ndarray = TEXTBOOK) -
 
 
 def warped(matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """The square from -1 to 1 with a grid, where a homography takes it."""
+    """The square from -1 to 1 with a grid, mapped by a homography."""
     seen = np.concatenate([mapped(matrix, line) for line in grid_of(CORNERS[0], CORNERS[2])])
     plane = Plane(size, np.concatenate([seen, CORNERS]))
     plane.path(CORNERS, OUTLINE, 1, closed=True)
@@ -99,8 +100,7 @@ def warped(matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
 
 
 def lines(matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """The epipolar lines, in the square from -1 to 1, of nine points of it, which are drawn in their
-    colours."""
+    """Nine points of the square from -1 to 1 and their epipolar lines in it, in the same colours."""
     steps = np.array([-0.6, 0.0, 0.6])
     points = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
     plane = Plane(size, CORNERS)
@@ -111,7 +111,7 @@ def lines(matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
 
 
 def square(matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """A square with its axes, turned and moved from the grey one in the plane."""
+    """A square with its axes, rotated and moved in the plane from the grey one."""
     move = np.eye(3)
     move[: len(matrix), : len(matrix)] = matrix
     corners = CORNERS @ move[:2, :2].T + move[:2, 2]

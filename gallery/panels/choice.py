@@ -1,4 +1,4 @@
-"""Which panels an op gets, and the caption under them."""
+"""Chooses an op's panels, and writes the caption under them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from . import (
 )
 from .model import Panel, Shown, numbers
 
-#: What draws the pictures that specs name.
+#: The functions that draw the pictures that specs name.
 PICTURES: dict[str, Callable[[Shown], list[Panel]]] = {
     "SIFT descriptors": patches.glyphs,
     "areas under a curve": scores.areas,
@@ -87,7 +87,7 @@ PICTURES: dict[str, Callable[[Shown], list[Panel]]] = {
 
 
 def picture_of(spec: Spec) -> str:
-    """The name of an op's picture: what its spec says, else images where it makes some."""
+    """The name of an op's picture: the spec's, or else images if the op returns any."""
     name = spec.picture or ("images" if any(t.layout for t in spec.outputs) else "tensors")
     if name not in PICTURES:
         raise ValueError(
@@ -103,8 +103,8 @@ def panels(shown: Shown) -> list[Panel]:
 
 
 def caption(shown: Shown, made: list[Panel]) -> str:
-    """Configuration, values of the inputs and outputs that are no pictures, and how values were mapped to
-    colours."""
+    """The configuration, the values of inputs and outputs that are not pictures, and how values were mapped
+    to colours."""
     said = [", ".join(f"{k}={v!r}" for k, v in shown.spec.config.items())]
     seen = {name for p in made for name in (*p.label.split(", "), *p.label.split()[:1])}
     said += [

@@ -1,4 +1,4 @@
-"""What losses and metrics compare, and the maps that they make."""
+"""The inputs that losses and metrics compare, and the maps that they return."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DOT, LEFT_OUT = (31, 119, 180), (190, 190, 190)
 
 
 def compared(shown: Shown) -> list[Panel]:
-    """The inputs, and outputs that are maps of them."""
+    """The inputs, and the outputs that are maps."""
     depths = [
         shown.inputs[t.name]
         for t in shown.spec.inputs
@@ -42,7 +42,7 @@ def compared(shown: Shown) -> list[Panel]:
 
 
 def hidden(shown: Shown, name: str, pixels: np.ndarray) -> np.ndarray:
-    """Without what the input's mask leaves out."""
+    """The pixels without those that the input's mask excludes."""
     mask = shown.inputs.get(f"{name}_mask")
     if mask is None:
         return pixels
@@ -51,7 +51,7 @@ def hidden(shown: Shown, name: str, pixels: np.ndarray) -> np.ndarray:
 
 
 def maps(shown: Shown) -> list[Panel]:
-    """Outputs that have a value for each pixel, the mean of their channels."""
+    """The outputs with a value per pixel, as the mean of their channels."""
     made = []
     for name, value in shown.outputs.items():
         if value.dim() == 5:
@@ -64,7 +64,7 @@ def maps(shown: Shown) -> list[Panel]:
 
 
 def labelled(shown: Shown) -> list[str]:
-    """The first output's values."""
+    """The first output's values as text."""
     return [
         f"{next(iter(shown.outputs))} {short(v) if abs(v) >= 100 else f'{v:.3g}'}"
         for v in shown.first.flatten().tolist()
@@ -72,7 +72,7 @@ def labelled(shown: Shown) -> list[str]:
 
 
 def series(shown: Shown) -> list[Panel]:
-    """An image an entry, with its value."""
+    """One image per sample, with its value."""
     images = shown.inputs[shown.spec.inputs[0].name]
     return [
         Panel(label, (image[0].numpy()[..., None] * np.full(3, 255)).astype(np.uint8))
@@ -81,7 +81,7 @@ def series(shown: Shown) -> list[Panel]:
 
 
 def pairs(draw: Callable[[Shown, int], list[Panel]]) -> Callable[[Shown], list[Panel]]:
-    """Panels for each of the values, which are of several pairs."""
+    """Panels for each of the values, which belong to several pairs."""
 
     def panels(shown: Shown) -> list[Panel]:
         columns = [draw(shown, i) for i in range(shown.first.numel())]
@@ -108,7 +108,7 @@ def planes(shown: Shown, index: int) -> list[Panel]:
 
 
 def signals(shown: Shown, index: int) -> list[Panel]:
-    """One against the other; what a mask leaves out is grey."""
+    """One plotted against the other; what a mask excludes is grey."""
     points = torch.stack([shown.inputs[n][index] for n in ("input", "target")], 1).double().numpy()
     masks = [shown.inputs[n][index].numpy() for n in ("input_mask", "target_mask") if n in shown.inputs]
     counted = np.logical_and.reduce([np.ones(len(points), bool), *masks])
@@ -125,7 +125,7 @@ def signals(shown: Shown, index: int) -> list[Panel]:
 
 
 def each_class(shown: Shown) -> list[Panel]:
-    """The labels, and an image a class."""
+    """The labels, and one image per class."""
     given = [p for p in compared(shown) if p.given]
     return given + [
         Panel(f"class {i}", (plane.numpy()[..., None] * np.full(3, 255)).astype(np.uint8))

@@ -1,4 +1,4 @@
-"""Polynomials and their roots, lines and planes through points, rotations about a mean."""
+"""Polynomials and their roots, lines and planes fitted to points, rotations around a mean."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ ROOT, CURVE, FIT = (214, 90, 10), (31, 119, 180), (214, 90, 10)
 
 
 def polynomials(shown: Shown) -> list[Panel]:
-    """Curves with dots at the real roots, a polynomial a column; the coefficients above, the roots below."""
+    """Curves with dots at the real roots, one polynomial per column, with the coefficients above and the
+    roots below."""
     coefficients, roots = shown.inputs["coeffs"].double().numpy(), shown.first.double().numpy()
     columns = range(min(3, len(roots)))
     tables = [Panel("coeffs", table(coefficients[i : i + 1], THIRD[0], 20), given=True) for i in columns]
@@ -39,7 +40,7 @@ def curve(coefficients: np.ndarray, roots: np.ndarray) -> np.ndarray:
 
 
 def fit(shown: Shown) -> list[Panel]:
-    """Points, larger where they weigh more, and what is fitted to them."""
+    """Points, larger with more weight, and the fitted line or plane."""
     points = shown.inputs["points"][0].double().numpy()
     radius = 2.6 * np.sqrt(shown.inputs["weights"][0].numpy())
     inks = wheel(points)

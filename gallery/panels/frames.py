@@ -16,12 +16,12 @@ Ink = tuple[int, int, int]
 YES, NO, GHOST = (20, 150, 60), (230, 40, 20), (150, 150, 150)
 TURN = np.linspace(0, 2 * np.pi, 49)
 CIRCLE = np.stack([np.cos(TURN), np.sin(TURN)], 1)
-#: The inputs that say where frames are, the most telling first.
+#: The inputs that define frames, the most informative first.
 PLACED = ("laf", "LAF", "lafs", "lafs_1", "threepts", "ells", "xy")
 
 
 def frames(shown: Shown) -> list[Panel]:
-    """What is given, with numbers that belong to it; what is made of it, over what was given in grey."""
+    """The inputs, with their numbers; and the outputs, with the inputs in grey below."""
     name = next(n for n in PLACED if n in shown.inputs)
     places = shown.inputs[name][0].double().numpy()
     numbers = {
@@ -40,7 +40,7 @@ def frames(shown: Shown) -> list[Panel]:
 
 
 def after(shown: Shown, name: str, places: np.ndarray, label: str, value: torch.Tensor) -> np.ndarray:
-    """An output: frames or points by themselves, numbers and flags at the frames that were given."""
+    """An output: frames or points as they are, numbers and flags at the input frames."""
     count = len(places)
     if value.numel() == count:
         sheet = paper(shown, places, shown.photo)
@@ -64,7 +64,7 @@ def after(shown: Shown, name: str, places: np.ndarray, label: str, value: torch.
 
 
 def seen(shown: Shown) -> np.ndarray:
-    """The photograph as frames lie on it after the op."""
+    """The photograph on which the output frames lie."""
     if "trans_01" not in shown.inputs:
         return shown.photo
     photo = torch.from_numpy(shown.photo.copy()).permute(2, 0, 1)[None].float()
@@ -73,7 +73,7 @@ def seen(shown: Shown) -> np.ndarray:
 
 
 def spans(places: np.ndarray) -> bool:
-    """Whether they are pixels; else they are shares of the image's size."""
+    """Whether they are in pixels; else they are relative to the image's size."""
     return bool(np.abs(places).max() > 3)
 
 
@@ -82,7 +82,7 @@ def paper(shown: Shown, places: np.ndarray, photo: np.ndarray) -> Chart:
 
 
 def pale(photo: np.ndarray) -> Photo:
-    """A photograph on which colours are seen well."""
+    """A pale photograph, on which colours are easy to see."""
     return Photo(photo // 2 + 127, HALF[0])
 
 
@@ -92,7 +92,7 @@ def inks_of(count: int) -> np.ndarray:
 
 
 def draw(sheet: Chart, name: str, places: np.ndarray, inks: np.ndarray) -> None:
-    """Frames (N, 2, 3), three points each, forms (N, 5), points (N, 2) or (N, P, 2)."""
+    """Draw frames (N, 2, 3), three points each, forms (N, 5), points (N, 2) or (N, P, 2)."""
     for place, ink in zip(places, (tuple(int(v) for v in i) for i in inks), strict=True):
         if place.shape == (2, 3) and name in ("threepts", "points"):
             sheet.path(place.T[[0, 2, 1]], ink, 1.6)
@@ -128,7 +128,7 @@ def write(sheet: Chart, name: str, places: np.ndarray, numbers: list[torch.Tenso
 
 
 def detected(shown: Shown) -> list[Panel]:
-    """A ring round each key point, as large as its frame."""
+    """A ring around each key point, as large as its frame."""
     valid = shown.outputs["valid"][0].numpy()
     sheet = Photo(shown.photo, HALF[0])
     for frame in shown.outputs["lafs"][0].double().numpy()[valid]:
@@ -138,7 +138,7 @@ def detected(shown: Shown) -> list[Panel]:
 
 
 def proposed(shown: Shown) -> list[Panel]:
-    """A dot where each window's key point is, the larger its response the larger."""
+    """A dot at each window's key point, larger with its response."""
     given = input_panels(shown)
     sheet = Photo(given[0].image, HALF[0])
     places, scores = (

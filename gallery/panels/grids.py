@@ -1,4 +1,4 @@
-"""Grids of the plane and what matrices make of them."""
+"""Grids of the plane, mapped by matrices."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ GRID, OUTLINE, GRID_LINES = (120, 150, 190), (205, 205, 205), 8
 
 
 def square_of(matrix: np.ndarray) -> np.ndarray:
-    """(3, 3) of an affine transform (2, 3) or a homography."""
+    """The (3, 3) matrix of an affine transform (2, 3) or a homography."""
     return np.concatenate([matrix, [[0, 0, 1]]]) if matrix.shape == (2, 3) else matrix.astype(np.float64)
 
 
 def mapped(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Where a matrix takes points (..., 2)."""
+    """Points (..., 2), mapped by a matrix."""
     made = (
         np.concatenate([points, np.ones_like(points[..., :1])], -1).astype(np.float64) @ square_of(matrix).T
     )
@@ -30,7 +30,7 @@ def grid_of(low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
 
 
 def draw_grid(plane: Plane, low: np.ndarray, high: np.ndarray, matrix: np.ndarray | None = None) -> None:
-    """A grid, or where a matrix takes it; its first two sides in red and green."""
+    """Draw a grid, mapped by a matrix if one is given, with its first two sides in red and green."""
     lines = grid_of(low, high)
     inks = {0: (40, 150, 60), GRID_LINES + 1: (215, 50, 45)}
     for index, line in enumerate(lines):

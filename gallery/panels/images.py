@@ -37,7 +37,7 @@ def output_panels(shown: Shown) -> list[Panel]:
 
 
 def image_panels(name: str, tensor: torch.Tensor, layout: str, color: str, given: bool) -> list[Panel]:
-    """A panel an image of the batch; one a channel where channels are no red, green and blue."""
+    """One panel per image of the batch; one per channel if the channels are not red, green and blue."""
     made, arrays = [], planes_of(tensor, layout)
     for array in arrays:
         if color in TINTED:
@@ -50,7 +50,7 @@ def image_panels(name: str, tensor: torch.Tensor, layout: str, color: str, given
             if color == "BGR" and layout == "HWC":
                 image = image[..., ::-1]
             elif color == "BGR":
-                note = "blue is shown as red, as it lies"
+                note = "stored order: blue is shown as red"
             made.append(
                 Panel(
                     name,
@@ -64,7 +64,7 @@ def image_panels(name: str, tensor: torch.Tensor, layout: str, color: str, given
 
 
 def kernel_panel(name: str, kernel: torch.Tensor, given: bool = False, weight: float = 1.0) -> Panel:
-    """A matrix, enlarged; its values are not spread further than to black and white."""
+    """A matrix, enlarged; its values range at most from black to white."""
     values = kernel.numpy()[..., None] / max(float(kernel.abs().max()), 1e-12)
     signed = values.min() < 0
     return Panel(

@@ -16,7 +16,7 @@ GUTTER, NEAR, AT_MOST = 6, 3.0, 120
 
 
 def beside(first: np.ndarray, second: np.ndarray) -> tuple[Photo, np.ndarray]:
-    """Two photographs beside each other, and where the second's first pixel is."""
+    """Two photographs side by side, and the position of the second one's first pixel."""
     height = max(len(first), len(second))
     parts = [
         np.pad(p, ((0, height - len(p)), (0, g), (0, 0)), constant_values=255)
@@ -31,7 +31,7 @@ def bytes_of(image: torch.Tensor) -> np.ndarray:
 
 
 def matches(shown: Shown) -> list[Panel]:
-    """The motorcycle's photographs: a line a match, coloured by the pair's true disparity."""
+    """The motorcycle's photographs with a line per match, coloured by the pair's true disparity."""
     points = [lafs[0, :, :, 2].double() for lafs, _ in key_points()]
     sheet, shift = beside(bytes_of(view("left")), bytes_of(view("right")))
     for i, (found, move) in enumerate(zip(points, (0 * shift, shift), strict=True), 1):
@@ -60,8 +60,8 @@ def label_of(shown: Shown) -> str:
 
 
 def two_views(shown: Shown) -> list[Panel]:
-    """Matches on both images, green where they obey the homography; and the second image where it takes it
-    back onto the first."""
+    """Matches on both images, green if they fit the homography; and the second image, warped back onto the
+    first by it."""
     first, second = (bytes_of(shown.inputs[n][0]) for n in ("image1", "image2"))
     sheet, shift = beside(first, second)
     matched, inliers = (shown.outputs[n][0].numpy() for n in ("matched", "inliers"))
@@ -76,6 +76,6 @@ def two_views(shown: Shown) -> list[Panel]:
     note = f"{matched.sum()} matches, {(matched & inliers).sum()} of them inliers (green)"
     return [
         Panel("image1, image2, matches", sheet.pixels(), note, weight=WIDE),
-        Panel("image2, taken back by the homography", bytes_of(moved)),
+        Panel("image2, warped back by the homography", bytes_of(moved)),
         Panel("image1 in red, the other in cyan", bytes_of(onto), "grey where both agree"),
     ]

@@ -1,4 +1,4 @@
-"""What a picture is made of."""
+"""The parts of a picture."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import torch
 from chiasm.export.spec import Spec
 
 HALF, THIRD, WHOLE = (236, 177), (154, 154), (480, 170)
-#: The weight of a panel that has a row of its own.
+#: The weight of a panel that fills a row.
 WIDE = 3.0
 
 
@@ -19,7 +19,7 @@ class Panel:
     """One picture.
 
     given: whether it is an input.
-    weight: its share of a row's width, relative to the others'.
+    weight: its width in a row, relative to the other panels.
     matrix: whether it is the values of a small matrix.
     """
 
@@ -33,7 +33,8 @@ class Panel:
 
 @dataclass(frozen=True)
 class Shown:
-    """An op, the photograph, the inputs and outputs by name, and what the manifest says of the outputs."""
+    """An op, the photograph, the inputs and outputs by name, and the manifest's descriptions of the
+    outputs."""
 
     spec: Spec
     photo: np.ndarray

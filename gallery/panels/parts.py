@@ -1,4 +1,4 @@
-"""Tensors that are no images: how many things they hold, and of what kind these are."""
+"""Tensors other than images: the number of their items, and the items' kind."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POINTS = (
     "where they go",
 )
 LINES = ("lines", "line", "perpendiculars")
-#: Rotations and translations that belong together.
+#: Names of rotations and translations that form a pose.
 POSES = (
     ("R", "t"),
     ("R1", "t1"),
@@ -40,11 +40,11 @@ WEIGHTS = ("weights", "w", "scores")
 
 @dataclass(frozen=True)
 class Part:
-    """An input or output, or several that are one number each, as `items` (n, ...) of a kind:
+    """An input or output, or several that are single numbers, as `items` (n, ...) of a kind:
 
-    image: values on a grid (H, W); points, lines, values, flags: of which there are many; quaternion,
-    axis_angle, rotation, motion (in space), turn, move (in the plane), homography, epipolar (essential and
-    fundamental matrices): drawn as what they do; numbers: anything else.
+    image: values on a grid (H, W); points, lines, values, flags: many in one part; quaternion, axis_angle,
+    rotation, motion (in space), turn, move (in the plane), homography, epipolar (essential and fundamental
+    matrices): drawn by their effect; numbers: anything else.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Part:
 
 
 def parts(shown: Shown) -> list[Part]:
-    """All that is no image, inputs first."""
+    """All tensors other than images, inputs first."""
     given = [
         (t.name, items_of(shown, shown.inputs[t.name], t), t.description)
         for t in shown.spec.inputs
@@ -77,7 +77,7 @@ def parts(shown: Shown) -> list[Part]:
 
 
 def posed(found: list[Part]) -> list[Part]:
-    """Rotations and the translations after them as motions."""
+    """Joins rotations and the translations after them to motions."""
     made: list[Part] = []
     for part in found:
         before = made[-1] if made else None
@@ -96,7 +96,7 @@ def posed(found: list[Part]) -> list[Part]:
 
 
 def items_of(shown: Shown, tensor: torch.Tensor, described: TensorSpec | None = None) -> np.ndarray:
-    """(n, ...): what a batch of one holds many of, or the batch."""
+    """(n, ...): the items of a single sample, or the samples of a batch."""
     sizes = {
         d: s
         for t in shown.spec.inputs
@@ -108,10 +108,10 @@ def items_of(shown: Shown, tensor: torch.Tensor, described: TensorSpec | None = 
     if len(plane) > 1 and array.shape[1 : 1 + len(plane)] == plane:
         return array[0].reshape(-1, *array.shape[1 + len(plane) :])
     if len(plane) > 1 and array.shape[-len(plane) :] == plane:
-        first = array.reshape(-1, *plane)[0]  # of several, such as a position's coordinates
+        first = array.reshape(-1, *plane)[0]  # the first of several, such as a position's coordinates
         if len(plane) == 2:
             return first
-        # Of what is nearly nowhere, all slices
+        # If most voxels are 0, show the maximum of all slices
         return first.max(0) if np.median(first) == 0 else first[len(first) // 2]
     if array.ndim > 3 and min(array.shape[-2:]) > 16:
         return array.reshape(-1, *array.shape[-2:])[0]
@@ -132,7 +132,7 @@ def is_pointed(described: TensorSpec) -> bool:
 
 
 def grouped(tensors: list[tuple[str, np.ndarray, str]]) -> list[tuple[str, np.ndarray, str]]:
-    """Neighbours that are one number each as one, unless they belong to vectors beside them."""
+    """Joins neighbours that are single numbers, unless they belong to adjacent vectors."""
     made: list[tuple[str, np.ndarray, str]] = []
     alone = any(array.ndim == 2 and array.shape[1] > 1 for _, array, _ in tensors)
     for name, array, about in tensors:
@@ -151,7 +151,7 @@ def grouped(tensors: list[tuple[str, np.ndarray, str]]) -> list[tuple[str, np.nd
 
 
 def joins(name: str, array: np.ndarray) -> bool:
-    """Whether it is one number each and says nothing of other things' weight or validity."""
+    """Whether it has one number per item, and is not a weight or flag of other items."""
     return array.ndim == 1 and name not in WEIGHTS and array.dtype != bool
 
 
@@ -195,12 +195,12 @@ def kind_of(name: str, items: np.ndarray, about: str) -> str:
 
 
 def whole(matrices: np.ndarray) -> np.ndarray:
-    """(n, 4, 4) of (n, 3, 4)."""
+    """(n, 3, 4) extended to (n, 4, 4)."""
     return np.concatenate([matrices, np.tile(np.eye(4, dtype=matrices.dtype)[3:], (len(matrices), 1, 1))], 1)
 
 
 def is_rigid(matrices: np.ndarray) -> bool:
-    """Whether all of (n, 2, 2), (n, 3, 3) or (n, 4, 4) turn, or turn and move."""
+    """Whether all of (n, 2, 2), (n, 3, 3) or (n, 4, 4) are rotations or rigid motions."""
     size = matrices.shape[1]
     upper = matrices[:, :-1, :-1] if size == 4 or is_move(matrices) else matrices
     square = upper @ upper.transpose(0, 2, 1)
@@ -215,7 +215,7 @@ def is_rigid(matrices: np.ndarray) -> bool:
 
 
 def is_move(matrices: np.ndarray) -> bool:
-    """Whether (n, 3, 3) turn and move in the plane: some do move."""
+    """Whether (n, 3, 3) are rigid motions in the plane, at least one with a translation."""
     if matrices.shape[1:] != (3, 3) or not np.allclose(matrices[:, 2], [0, 0, 1], atol=1e-4):
         return False
     upper = matrices[:, :2, :2]

@@ -1,4 +1,4 @@
-"""Patches of a photograph, and what describes them."""
+"""Patches of a photograph, and their descriptors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MARK = (255, 90, 30)
 
 
 def sheet_of(cells: list[np.ndarray], inks: np.ndarray | None = None) -> np.ndarray:
-    """Cells of one size in rows of four, each with an edge of its colour."""
+    """Cells of one size in rows of four, each with an edge in its colour."""
     inks = np.full((len(cells), 3), 255) if inks is None else inks
     framed = []
     for cell, ink in zip(cells, inks, strict=True):
@@ -43,7 +43,7 @@ def given(shown: Shown) -> Panel:
 
 
 def shapes(shown: Shown) -> list[Panel]:
-    """The ellipse that each patch's gradients make."""
+    """The ellipse of each patch's gradients."""
     cells = []
     for patch, (a, b, c) in zip(shown.inputs["patches"].numpy(), shown.first.double().numpy(), strict=True):
         sheet = enlarged(patch)
@@ -52,7 +52,7 @@ def shapes(shown: Shown) -> list[Panel]:
         size = 0.8 * middle[0] / max(np.linalg.norm(root, 2), 1.0)
         sheet.path(CIRCLE @ root.T * size + middle, MARK, 1.6)
         cells.append(sheet.pixels())
-    return [given(shown), Panel("ellipses, as large as there is room", sheet_of(cells))]
+    return [given(shown), Panel("ellipses, scaled to fit", sheet_of(cells))]
 
 
 def orientations(shown: Shown) -> list[Panel]:
@@ -66,7 +66,7 @@ def orientations(shown: Shown) -> list[Panel]:
         sheet.path(np.stack([middle, end]), MARK, 1.8)
         sheet.path(np.stack([end - 2 * along + 1.5 * across, end, end - 2 * along - 1.5 * across]), MARK, 1.8)
         cells.append(sheet.pixels())
-    return [given(shown), Panel("angles", sheet_of(cells), "arrows point to where it gets brighter")]
+    return [given(shown), Panel("angles", sheet_of(cells), "arrows point to the brighter side")]
 
 
 def means(shown: Shown) -> list[Panel]:
@@ -76,7 +76,7 @@ def means(shown: Shown) -> list[Panel]:
 
 
 def glyph(descriptor: np.ndarray) -> np.ndarray:
-    """4 x 4 stars of 8 rays: how much gradient there is in a part of the patch in a direction."""
+    """4 x 4 stars with 8 rays: the gradient in each part of the patch and each direction."""
     sheet = Sheet((CELL, CELL))
     step, angles = CELL / 4, np.arange(8) * np.pi / 4
     rays = np.stack([np.cos(angles), np.sin(angles)], 1)
@@ -121,7 +121,7 @@ def framed(shown: Shown) -> Panel:
 
 
 def extracted(shown: Shown) -> list[Panel]:
-    """Frames on the photograph, and what is in each."""
+    """Frames on the photograph, and the patch of each."""
     patches = shown.first[0].numpy()
     return [
         framed(shown),

@@ -15,8 +15,8 @@ DOT, LINE = 9, 3
 
 
 def stereo_views(shown: Shown) -> list[Panel]:
-    """Points of the left photograph; their lines in the right one, and its points: hollow where the op says
-    that they are no partners."""
+    """Points of the left photograph; their lines in the right one, and its points, which are hollow if the op
+    finds that they do not correspond."""
     _, first, second = pair(shown)
     matrix = shown.outputs["fundamental"][0].numpy()
     inliers = shown.outputs["inliers"][0].numpy() if "inliers" in shown.outputs else np.ones(len(first), bool)

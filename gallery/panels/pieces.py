@@ -16,7 +16,7 @@ STOPS = (0.0, 0.42, 0.46, 0.55, 0.8, 1.0)
 
 
 def windows(shown: Shown) -> list[Panel]:
-    """Windows apart from each other, and the image that they are cut from or put together to."""
+    """Windows, separated, and the image from which they are cut or to which they are joined."""
     (given,) = shown.inputs.values()
     made = shown.first
     patches, image = (made, given) if made.dim() == 5 else (given, made)
@@ -37,9 +37,9 @@ def windows(shown: Shown) -> list[Panel]:
 
 
 def columns(shown: Shown, width: int, window: int) -> int:
-    """How many windows there are in a row."""
+    """The number of windows in a row."""
     config = shown.spec.config
-    if "overlap" in config:  # tiles, which cover the image
+    if "overlap" in config:  # tiles cover the image
         return int(np.ceil((width - window) / (window - config["overlap"][1]))) + 1
     stride = config["stride"][1]
     padding = (
@@ -54,7 +54,7 @@ def colors(image: np.ndarray) -> np.ndarray:
 
 
 def apart(patches: np.ndarray, right: int) -> np.ndarray:
-    """(N, C, h, w) in rows, with gutters."""
+    """Patches (N, C, h, w) in rows, with gutters."""
     factor = 3
     cells = [
         np.pad(
@@ -69,7 +69,8 @@ def apart(patches: np.ndarray, right: int) -> np.ndarray:
 
 
 def posterised(shown: Shown) -> list[Panel]:
-    """Each pixel in its cluster's colour; the centres before and after, as wide as the clusters are large."""
+    """Each pixel in its cluster's colour; the centres before and after, with widths that show the clusters'
+    sizes."""
     labels, means = shown.outputs["labels"].numpy(), shown.outputs["means"].numpy()
     flat = means[labels].reshape(shown.photo.shape)
     share = np.bincount(labels, minlength=len(means)) / len(labels)
@@ -81,7 +82,7 @@ def posterised(shown: Shown) -> list[Panel]:
             swatches(shown.inputs["centers"].numpy(), np.full(len(means), 1 / len(means))),
             given=True,
         ),
-        Panel("means, by how many pixels have them", swatches(means, share)),
+        Panel("means; widths: numbers of pixels", swatches(means, share)),
     ]
 
 
@@ -92,7 +93,7 @@ def swatches(values: np.ndarray, share: np.ndarray) -> np.ndarray:
 
 
 def terrain(shown: Shown) -> list[Panel]:
-    """Heights in a map's colours, from the lowest to the highest."""
+    """Heights in the colours of a map, from the lowest to the highest."""
     random = next(p for p in images(shown) if p.given)
     rough = shown.inputs["roughness"].tolist() if "roughness" in shown.inputs else []
     made = []

@@ -13,7 +13,8 @@ from .tensors import Size, Sketch, finished, levels, wheel
 
 
 def domain_of(shown: Shown, given: bool) -> tuple[np.ndarray, np.ndarray]:
-    """The part of the plane that a matrix acts on: the photograph's pixels, or what the op says."""
+    """The part of the plane on which a matrix acts: the photograph's pixels, or a region that depends on the
+    op."""
     name, config = shown.spec.name, shown.spec.config
     if "normalize_homography" in name:
         if given != ("denormalize" in name):
@@ -30,7 +31,7 @@ def grid_sketch(
     given: bool,
     marks: np.ndarray | None = None,
 ) -> Sketch:
-    """The grid that a matrix warps, where it was in grey; marks go with it."""
+    """The grid as warped by a matrix, with the original in grey; marks are warped too."""
 
     def draw(size: Size) -> np.ndarray:
         low, high = domain
@@ -58,7 +59,7 @@ def table_sketch(label: str, matrix: np.ndarray, given: bool) -> Sketch:
 
 
 def plane_maps(shown: Shown) -> list[Panel]:
-    """What each matrix makes of a grid, and its numbers."""
+    """A grid warped by each matrix, and the matrix's numbers."""
     inputs = {t.name: shown.inputs[t.name][0].numpy() for t in shown.spec.inputs}
     given = {n: m for n, m in inputs.items() if m.shape in ((2, 3), (3, 3))}
     made = {n: t[0].numpy() for n, t in shown.outputs.items()}
@@ -75,7 +76,7 @@ def plane_maps(shown: Shown) -> list[Panel]:
 
 
 def fitted(shown: Shown) -> list[Panel]:
-    """Points or segments of two images, over a grid that the matrix takes from one to the other."""
+    """Points or segments of two images, over a grid that the matrix maps from one to the other."""
     first, second = (shown.inputs[t.name][0].numpy().astype(np.float64) for t in shown.spec.inputs[:2])
     names = [t.name for t in shown.spec.inputs[:2]]
     matrix = next(
@@ -115,7 +116,7 @@ def fitted(shown: Shown) -> list[Panel]:
 
 
 def things(plane: Plane, places: np.ndarray, inks: np.ndarray) -> None:
-    """Points (n, 2), or segments (n, 2, 2)."""
+    """Draw points (n, 2) or segments (n, 2, 2)."""
     if places.ndim == 2:
         plane.dots(places, inks, 2.8)
         return
@@ -125,8 +126,8 @@ def things(plane: Plane, places: np.ndarray, inks: np.ndarray) -> None:
 
 
 def quadrilaterals(shown: Shown) -> list[Panel]:
-    """Four points of two images, a sample a column; whether a homography can take one to the other, as the op
-    says it."""
+    """Four points of two images, one sample per column, with the op's verdict whether a homography can map
+    one to the other."""
     made = []
     for name in ("points1", "points2"):
         for i, valid in enumerate(shown.first.tolist()):
@@ -148,7 +149,7 @@ def quadrilaterals(shown: Shown) -> list[Panel]:
 
 
 def corners_of(boxes: np.ndarray, mode: str = "xyxy") -> np.ndarray:
-    """(n, 4, 2) of boxes (n, 4) or such corners."""
+    """The corners (n, 4, 2) of boxes (n, 4), which may be corners already."""
     if boxes.ndim == 3:
         return boxes.astype(np.float64)
     x1, y1, x2, y2 = boxes.astype(np.float64).T
@@ -165,7 +166,7 @@ def boxes_sketch(
     before: np.ndarray | None = None,
     faint: np.ndarray | None = None,
 ) -> Sketch:
-    """Rectangles with texts in them; `before` in grey, `faint` says which are drawn thinly."""
+    """Rectangles with texts in them; `before` in grey; those in `faint` are drawn thinly."""
 
     def draw(size: Size) -> np.ndarray:
         plane = Plane(
@@ -187,7 +188,7 @@ def boxes_sketch(
 
 
 def plane_boxes(shown: Shown) -> list[Panel]:
-    """Boxes before and after, with what the op says of each in it."""
+    """Boxes before and after, each with the op's outputs for it."""
     name, config = shown.spec.name, shown.spec.config
     if "generator" in name:
         given = np.stack([t.numpy() for t in shown.inputs.values()])
@@ -232,7 +233,7 @@ def plane_boxes(shown: Shown) -> list[Panel]:
 
 
 def said(shown: Shown) -> list[str]:
-    """What the outputs say of each box."""
+    """The outputs for each box, as text."""
     columns = [t.tolist() for t in shown.outputs.values()]
     if shown.first.dtype.is_floating_point:
         return [" x ".join(short(v) for v in row) for row in zip(*columns, strict=True)]

@@ -1,4 +1,4 @@
-"""What metrics say of classes, boxes and poses."""
+"""Metrics of classes, boxes and poses."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def confusion(shown: Shown) -> list[Panel]:
     picture = np.concatenate([left, np.concatenate([top, cells])], 1)
     return [
         *compared_inputs(shown),
-        Panel(next(iter(shown.outputs)), picture, "rows are true classes, columns found ones"),
+        Panel(next(iter(shown.outputs)), picture, "rows: true classes, columns: predicted ones"),
     ]
 
 
@@ -40,7 +40,7 @@ def compared_inputs(shown: Shown) -> list[Panel]:
 
 
 def class_values(shown: Shown) -> list[Panel]:
-    """A bar a class."""
+    """One bar per class."""
     inks = np.minimum(CLASSES, 225)
     return [
         *compared_inputs(shown),
@@ -52,7 +52,8 @@ def class_values(shown: Shown) -> list[Panel]:
 
 
 def ranking(shown: Shown) -> list[Panel]:
-    """Scores, a column a sample, with a frame round the true class: green where it is the highest."""
+    """Scores, one column per sample, with a frame around the true class, which is green if its score is the
+    highest."""
     pred, target = shown.inputs["pred"].numpy().T, shown.inputs["target"].numpy()
     width, row = WHOLE[0], 20
     sheet = Sheet((width, len(pred) * row + 2))
@@ -71,7 +72,7 @@ def ranking(shown: Shown) -> list[Panel]:
         )
     return [
         Panel(
-            "pred: a column a sample, a row a class; framed: target",
+            "pred: one column per sample, one row per class; framed: target",
             sheet.pixels(),
             "red where another class has the highest score",
             True,
@@ -80,7 +81,8 @@ def ranking(shown: Shown) -> list[Panel]:
 
 
 def areas(shown: Shown) -> list[Panel]:
-    """The share of errors that are less than what is to the right; the area under it up to each threshold."""
+    """The curve of the share of errors below the threshold on the x axis, and the area under it up to each
+    threshold."""
     errors = np.sort(shown.inputs["errors"].double().numpy())
     thresholds = shown.spec.config["thresholds"]
     share = np.arange(1, len(errors) + 1) / len(errors)
@@ -124,8 +126,8 @@ def overlaps(shown: Shown) -> list[Panel]:
 
 
 def precisions(shown: Shown) -> list[Panel]:
-    """True boxes, found ones with their scores, in the classes' colours; those that a mask leaves out are
-    grey."""
+    """True boxes, and detected ones with their scores, in the classes' colours; boxes that a mask excludes
+    are grey."""
     made = []
     for kind, label in (("gt", "gt_boxes"), ("pred", "pred_boxes, scores")):
         boxes, labels = (shown.inputs[f"{kind}_{n}"][0].numpy() for n in ("boxes", "labels"))
@@ -162,7 +164,7 @@ VIVID = np.array([(60, 170, 255), (255, 150, 40), (70, 210, 90), (235, 90, 220)]
 
 
 def pose_errors(shown: Shown) -> list[Panel]:
-    """The axes of each two poses, or two directions: the true one's thin."""
+    """The axes of each pair of poses, or of directions; the true one is thin."""
     found, true = (shown.inputs[t.name].numpy() for t in shown.spec.inputs)
     made = []
     for i in range(len(found)):
@@ -175,7 +177,7 @@ def pose_errors(shown: Shown) -> list[Panel]:
 
 
 def ends_of(thing: np.ndarray) -> np.ndarray:
-    """What is to be seen of it, and the origin."""
+    """The visible end points, and the origin."""
     if thing.ndim == 1:
         return np.stack([0 * thing, thing / np.linalg.norm(thing)])
     moved = whole_pose(thing)[:3, 3]
@@ -183,7 +185,7 @@ def ends_of(thing: np.ndarray) -> np.ndarray:
 
 
 def draw_pose(space: Space, thing: np.ndarray, width: float) -> None:
-    """A direction (3,), or a frame, where it is moved with the way to it."""
+    """Draw a direction (3,), or a frame with the path to it if it is moved."""
     if thing.ndim == 1:
         space.path(ends_of(thing), RIGHT if width < 2 else SERIES[0], width)
         return
@@ -194,7 +196,7 @@ def draw_pose(space: Space, thing: np.ndarray, width: float) -> None:
 
 
 def drift(shown: Shown) -> list[Panel]:
-    """Both ways, joined, and the distances."""
+    """Both paths, joined point by point, and the distances."""
     found, true = (shown.inputs[n].double().numpy() for n in ("t", "t_gt"))
     inks = np.broadcast_to(np.array(SERIES[0]), (len(true), 3))
     space = Space((HALF[0], 190), np.concatenate([found, true]))

@@ -1,4 +1,5 @@
-"""Tensors that are no photographs, as pictures: classes, shares of classes, masks, flows, depths, volumes."""
+"""Tensors other than photographs, as pictures: classes, their probabilities, masks, flows, depths,
+volumes."""
 
 from __future__ import annotations
 
@@ -15,12 +16,12 @@ from gallery.sheets import Photo
 from .solid import montage
 from .tensors import shades
 
-#: Of classes 0, 1, ...: a sky, a horse, a meadow, the sun, a cloud, a hill.
+#: The colours of classes 0, 1, ...: a sky, a horse, a meadow, the sun, a cloud, a hill.
 CLASSES = np.array(
     [(150, 190, 235), (140, 80, 40), (120, 175, 75), (250, 205, 60), (240, 240, 245), (85, 120, 110)]
 )
 UNSEEN, HIDDEN = (60, 60, 60), (205, 210, 220)
-#: What is not negative and has no natural white.
+#: Values that are not negative and have no natural white.
 DEPTHS = ("disparity", "depth")
 ARROWS = 14
 
@@ -28,7 +29,8 @@ ARROWS = 14
 def picture(
     described: TensorSpec, value: torch.Tensor, limits: tuple[float, float]
 ) -> tuple[np.ndarray, str]:
-    """The first entry of a batch as RGB (H, W, 3), and what its colours mean; limits are those of depths."""
+    """The first entry of a batch as RGB (H, W, 3), and the meaning of its colours; ``limits`` are for
+    depths."""
     array, about = value[0].numpy(), f"{described.name} {described.description}"
     volume = array.ndim == 4 or "D" in described.shape
     if value.dtype == torch.bool or value.dtype == torch.int64:
@@ -56,7 +58,7 @@ def classes(labels: np.ndarray) -> np.ndarray:
 
 
 def shares(value: torch.Tensor, logits: bool) -> np.ndarray:
-    """What each class has of each place, (C, ...); of one channel 0 has the rest."""
+    """The probability of each class at each place, (C, ...); with one channel, class 0 has the rest."""
     if len(value) == 1:
         one = torch.sigmoid(value) if logits else value
         return torch.cat([1 - one, one]).numpy()
@@ -78,13 +80,13 @@ def heat_note(limits: tuple[float, float]) -> str:
 
 
 def limits_of(values: list[torch.Tensor]) -> tuple[float, float]:
-    """0 or less, and the highest but for outliers."""
+    """The lower limit, 0 or less, and the highest value without outliers."""
     everything = torch.cat([v.flatten() for v in values]).double().numpy()
     return min(0.0, float(everything.min())), max(float(np.percentile(everything, 99.8)), 1e-12)
 
 
 def flow(vectors: np.ndarray) -> np.ndarray:
-    """Vectors (H, W, 2): hue by direction, paler where short; arrows on it."""
+    """Vectors (H, W, 2): the hue shows the direction, short ones are paler, with arrows on top."""
     length = np.hypot(vectors[..., 0], vectors[..., 1])
     wheel = np.array([colorsys.hsv_to_rgb(t / 64, 0.9, 1) for t in range(64)])
     turn = np.arctan2(vectors[..., 1], vectors[..., 0]) / (2 * np.pi) % 1
@@ -100,7 +102,7 @@ def flow(vectors: np.ndarray) -> np.ndarray:
 
 
 def arrow(sheet: Photo, start: np.ndarray, vector: np.ndarray) -> None:
-    """With a head, where it is long enough to have one."""
+    """Draw an arrow; its head is omitted if it is too short."""
     across = np.array([-vector[1], vector[0]])
     end = start + vector
     sheet.path(np.stack([start, end]), UNSEEN)

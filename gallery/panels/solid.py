@@ -1,4 +1,4 @@
-"""Volumes, boxes and maps of space, and what depth maps hold."""
+"""Volumes, boxes and maps of space, and the points of depth maps."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def volumes(shown: Shown) -> list[Panel]:
 
 
 def moved(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Where a matrix (3, 4) or (4, 4) takes points (..., 3)."""
+    """Points (..., 3), mapped by a matrix (3, 4) or (4, 4)."""
     whole = np.concatenate([matrix, [[0, 0, 0, 1]]]) if len(matrix) == 3 else matrix
     made = (
         np.concatenate([points, np.ones_like(points[..., :1])], -1).astype(np.float64)
@@ -60,13 +60,13 @@ def moved(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def box_of(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Corners (8, 3), the front's from the upper left clockwise first."""
+    """Corners (8, 3): the front's first, clockwise from the upper left one."""
     share = np.array([[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
     return low + share * (high - low)
 
 
 def draw_box(space: Space, corners: np.ndarray, ink: tuple[int, int, int], width: float = 1.6) -> None:
-    """The front and the top's edges heavier."""
+    """Draw a box, with heavier edges for the front and the top."""
     for i, (a, b) in enumerate(EDGES):
         space.path(corners[[a, b]], ink, width * (1.4 if i < 4 else 0.8))
 
@@ -91,7 +91,7 @@ def box_sketch(label: str, corners: np.ndarray, before: np.ndarray | None, given
 
 
 def space_maps(shown: Shown) -> list[Panel]:
-    """What each matrix makes of a box, and its numbers."""
+    """A box mapped by each matrix, and the matrix's numbers."""
     inputs = {t.name: shown.inputs[t.name][0].numpy() for t in shown.spec.inputs}
     given = {n: m for n, m in inputs.items() if m.shape in ((3, 4), (4, 4))}
     made = {n: t[0].numpy() for n, t in shown.outputs.items()}
@@ -110,7 +110,7 @@ def space_maps(shown: Shown) -> list[Panel]:
 
 
 def extent_of(shown: Shown, given: bool) -> tuple[np.ndarray, np.ndarray]:
-    """The part of space that a matrix acts on, in voxels; or from -1 to 1."""
+    """The part of space on which a matrix acts, in voxels or from -1 to 1."""
     name, config = shown.spec.name, shown.spec.config
     if "normalize_homography" in name:
         if given != ("denormalize" in name):
@@ -123,7 +123,7 @@ def extent_of(shown: Shown, given: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 def space_boxes(shown: Shown) -> list[Panel]:
-    """Boxes in space, and what the op says of each."""
+    """Boxes in space, and the op's outputs for each."""
     if "generator" in shown.spec.name:
         given = np.stack([t.numpy() for t in shown.inputs.values()])
         return finished(
@@ -147,7 +147,7 @@ def space_boxes(shown: Shown) -> list[Panel]:
 
 
 def verdicts(texts: list[str], size: Size) -> np.ndarray:
-    """A line a box, in its colour."""
+    """One line per box, in its colour."""
     space = Space((size[0], 22 * len(texts) + 6), np.zeros((2, 3)), box=False)
     for i, text in enumerate(texts):
         space.write((10, 14 + 22 * i), text, SERIES[i % len(SERIES)], "lm", 12)
@@ -158,7 +158,7 @@ def verdicts(texts: list[str], size: Size) -> np.ndarray:
 
 
 def cloud_sketch(label: str, points: np.ndarray, inks: np.ndarray) -> Sketch:
-    """Many points of space in their colours, seen from beside the camera."""
+    """Many points of space in their colours, seen from the side of the camera."""
 
     def draw(size: Size) -> np.ndarray:
         space = Space(size, points, CAMERA)

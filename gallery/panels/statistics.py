@@ -11,7 +11,7 @@ from .model import HALF, THIRD, Panel, Shown
 
 
 def histogram(shown: Shown) -> list[Panel]:
-    """Bars; of an image's histogram one colour a channel."""
+    """Bars; an image's histogram has one colour per channel."""
     given = input_panels(shown) or [Panel("x: brightness of its pixels", shown.photo, given=True)]
     counts = shown.first[0].reshape(-1, shown.first.shape[-1]).numpy()
     names = ["red", "green", "blue"] if len(counts) == 3 else []

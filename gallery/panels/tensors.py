@@ -1,4 +1,4 @@
-"""Panels for tensors that are no images, by the kind of what they hold."""
+"""Panels for tensors other than images, by the kind of their items."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ UPWARDS = tuple(
         "conversions.rad2deg",
     )
 )
-#: Families whose z goes into the picture.
+#: Families whose z points into the picture.
 INWARDS = tuple(
     f"geometry.{n}"
     for n in (
@@ -61,13 +61,13 @@ class Sketch:
 
 
 def finished(sketches: list[Sketch], others: int = 0) -> list[Panel]:
-    """Panels of the size that their number, and that of other panels beside them, leaves to each."""
+    """Panels, with a size that depends on their number and on the number of other panels."""
     size = {1: WHOLE, 2: HALF, 4: HALF}.get(len(sketches) + others, THIRD)
     return [Panel(s.label, s.draw(size), s.note, s.given) for s in sketches]
 
 
 def tensors(shown: Shown) -> list[Panel]:
-    """Many points and values in plots; of other things three samples beside each other."""
+    """Points and values in plots; for other kinds, three samples side by side."""
     found = parts(shown)
     if not found:
         return all_images(shown)
@@ -100,7 +100,7 @@ def tensors(shown: Shown) -> list[Panel]:
 
 
 def plots_of(shown: Shown, found: list[Part]) -> list[Sketch]:
-    """A plot a part; points that lie where others do are joined with them."""
+    """One plot per part; points in the same place are in one plot."""
     made: list[Sketch] = []
     seen: dict[int, Part] = {}
     weights = next((p.items for p in found if p.name in WEIGHTS and p.kind == "values"), None)
@@ -150,7 +150,7 @@ def plots_of(shown: Shown, found: list[Part]) -> list[Sketch]:
 
 
 def graph(given: Part, made: Part) -> Sketch:
-    """One number of one."""
+    """A plot of one number against another."""
 
     def draw(size: Size) -> np.ndarray:
         points = np.stack([given.items, made.items], 1).astype(np.float64)
@@ -188,7 +188,7 @@ def view_of(shown: Shown) -> np.ndarray:
 def drawer(
     shown: Shown, part: Part, before: Part | None, inks: np.ndarray, weights: np.ndarray | None
 ) -> Callable[[Size], np.ndarray]:
-    """Points (n, 2 or 3), joined with the ones before."""
+    """Draws points (n, 2 or 3), joined with the original ones."""
 
     def draw(size: Size) -> np.ndarray:
         points = part.items.astype(np.float64)
@@ -219,13 +219,13 @@ def paper(shown: Shown, extent: np.ndarray, size: Size) -> Plane | Space:
 def line_drawer(
     shown: Shown, part: Part, through: Part | None, inks: np.ndarray
 ) -> Callable[[Size], np.ndarray]:
-    """Lines a x + b y + c = 0, and points."""
+    """Draws lines a x + b y + c = 0, and points."""
 
     def draw(size: Size) -> np.ndarray:
         extent = through.items if through is not None else np.array([[-1.0, -1.0], [1.0, 1.0]])
         plane = Plane(size, extent, is_down(shown))
         plane.lines(part.items, inks)
-        # Epipolar lines are those of the other image
+        # Epipolar lines belong to the other image
         if through is not None and (part.given or part.name != "lines"):
             plane.dots(through.items, inks)
         return plane.pixels()
@@ -241,7 +241,7 @@ def overlap(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 def wheel(points: np.ndarray) -> np.ndarray:
-    """Colours by the direction from the middle."""
+    """Colours by the direction from the centre."""
     points = points.astype(np.float64) - points.mean(0)
     scale = np.maximum(np.abs(points).max(0), 1e-9)
     turn = np.arctan2(*(points / scale).T[:2]) / (2 * np.pi) % 1
@@ -258,7 +258,7 @@ def shades(values: np.ndarray, limits: tuple[float, float] | None = None) -> np.
 
 
 def levels(values: np.ndarray, inks: np.ndarray | None, size: Size) -> np.ndarray:
-    """A bar a value, in the colours of the points they belong to."""
+    """One bar per value, in the colours of the points to which they belong."""
     sheet = Sheet(size)
     values = values.astype(np.float64)
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))

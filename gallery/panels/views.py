@@ -1,4 +1,5 @@
-"""Two views of one scene: points, the lines on which their partners lie, distances from them."""
+"""Two views of one scene: points, the lines on which their corresponding points lie, and the distances from
+these lines."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from .tensors import Size, Sketch, finished, levels, wheel
 
 
 def lines_of(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """F x of points (n, 2)."""
+    """The lines F x of points x (n, 2)."""
     return (
         np.concatenate([points, np.ones_like(points[:, :1])], 1).astype(np.float64)
         @ matrix.astype(np.float64).T
@@ -28,7 +29,7 @@ def pair(shown: Shown) -> tuple[list[str], np.ndarray, np.ndarray]:
 
 
 def two_views(shown: Shown) -> list[Panel]:
-    """Points of the first image, those of the second on their lines, and what the op says of them."""
+    """Points of the first image, those of the second on their lines, and the op's outputs for them."""
     names, first, second = pair(shown)
     found = next(t[0] for n, t in (shown.inputs | shown.outputs).items() if n in EPIPOLAR).numpy()
     matrix = found if found.ndim == 2 else found[best(found, first, second)]
@@ -71,7 +72,7 @@ def two_views(shown: Shown) -> list[Panel]:
 
 
 def best(matrices: np.ndarray, first: np.ndarray, second: np.ndarray) -> int:
-    """The one whose lines pass nearest to the second image's points."""
+    """The index of the matrix whose lines are nearest to the second image's points."""
     errors = []
     for matrix in matrices:
         lines = lines_of(matrix, first)

@@ -63,5 +63,5 @@ def marked(shown: Shown, pixels: np.ndarray) -> np.ndarray:
 
 
 def rendered(shown: Shown) -> list[Panel]:
-    """A picture each of the first three."""
+    """One picture for each of the first three."""
     return image_panels("output", shown.first[:3, None], "NCHW", "", False)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from .export.ending import ended
 
-#: Where a wheel has what a C or C++ program is built with.
+#: A wheel's folders for building C and C++ programs.
 _FOLDERS = {"--cmakedir": "lib/cmake/chiasm", "--includedir": "include", "--libdir": "lib"}
 
 

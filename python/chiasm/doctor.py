@@ -125,7 +125,7 @@ def _version(distribution: str) -> str:
 
 
 def _exporting() -> Iterator[str]:
-    """What native artifacts are made with."""
+    """The tools that build native artifacts."""
     folder = Path(__file__).parent / "artifact"
     made = sorted(file.parent.name for file in folder.glob("*/libchiasm_aoti.a"))
     if made:

@@ -1,4 +1,4 @@
-"""Which extra of the package brings a module that chiasm imports, where it is not installed."""
+"""Finds the extra of the package that installs a missing module."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ EXTRAS = {
 
 
 def advice(error: ImportError) -> str | None:
-    """What to install, in one sentence, where an extra's module is what was not found; None where it is
-    another."""
+    """What to install, in one sentence, if the missing module belongs to an extra; None if it is another."""
     top = (error.name or "").partition(".")[0]
     for extra, modules in EXTRAS.items():
         if top in modules:

@@ -11,9 +11,9 @@ from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 
-#: Of entry points.
+#: The group of entry points.
 GROUP = "chiasm.bundles"
-#: Of bundles' folders.
+#: The suffix of bundles' folders.
 SUFFIX = ".chiasm"
 
 
@@ -31,7 +31,8 @@ class Pack:
 
 
 def packs() -> list[Pack]:
-    """What is installed, by name; a package that is not where its entry point says is left out."""
+    """The installed bundles by name; packages that are missing at their entry point's location are
+    skipped."""
     found = []
     for entry in entry_points(group=GROUP):
         spec = find_spec(entry.value)

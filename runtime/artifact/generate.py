@@ -355,11 +355,12 @@ def page() -> str:
     ]
     out += [
         *_paragraph(
-            "The loops in C++ that compiled ops call where compiled tensor code is measurably slower"
-            " (`runtime/artifact/kernels`). [architecture.md](architecture.md) tells how an op comes to one,"
-            " and how to add one. T is float32 or float64, I is uint8 or int32, U is uint8 or uint16, P (of a"
-            " pixel) is uint8, int16, uint16, float32 or float64. H and W are 1 to 2^31 - 1. A call that does"
-            " not fit its declaration is an error that names the argument, what was expected, and what came."
+            "The C++ loops of ops for which compiled tensor code is measurably slower"
+            " (`runtime/artifact/kernels`). [architecture.md](architecture.md) describes how an op calls one,"
+            " and [howto/kernel.md](howto/kernel.md) how to add one. T is float32 or float64, I is uint8 or"
+            " int32, U is uint8 or uint16, P (of a pixel) is uint8, int16, uint16, float32 or float64. H and"
+            " W are 1 to 2^31 - 1. A call that does not fit its declaration is an error that names the"
+            " argument, the expected and the actual value."
         ),
         "",
     ]

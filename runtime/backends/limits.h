@@ -33,8 +33,8 @@ inline int32_t threads_left(int32_t wanted) {
   return count;
 }
 
-/** What glibc maps for a moment at a thread's first allocation: twice the size of an arena, of which it keeps
- *  the aligned half. */
+/** The bytes that glibc maps for a moment at a thread's first allocation: twice the size of an arena. It
+ *  keeps the aligned half. */
 inline constexpr size_t kArenaBytes = size_t{128} << 20;
 
 /** Throws CHIASM_OUT_OF_MEMORY, naming `purpose`, unless the process may have `bytes` more now. */

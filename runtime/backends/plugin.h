@@ -67,7 +67,7 @@ class MemoryFile {
     if (fd_ >= 0) return;
     const int reason = errno;
     const std::string text = std::string("memfd_create: ") + std::strerror(reason);
-    if (reason == ENOSYS || reason == EPERM || reason == EACCES)  // as in a sandbox: another backend may do
+    if (reason == ENOSYS || reason == EPERM || reason == EACCES)  // as in a sandbox: another backend may work
       throw Error(CHIASM_UNAVAILABLE,
                   "code is loaded through a file in memory, which is not allowed here (" + text + ")");
     throw Error(CHIASM_IO_ERROR, text);
@@ -81,7 +81,7 @@ class MemoryFile {
   int fd() const { return fd_; }
 
   void write(const void* data, size_t size) {
-    // A write beyond the limit is a signal, which ends the process.
+    // A write beyond the limit raises a signal, which ends the process.
     rlimit limit{};
     if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && size > limit.rlim_cur)
       throw Error(CHIASM_IO_ERROR, "a file in memory of " + std::to_string(size) +

@@ -5,9 +5,9 @@
 
 namespace chiasm::base {
 
-/** While one lives, this thread rounds to nearest, keeps subnormal numbers and gets no signal for a number,
- *  whatever the caller has set; then the caller's environment is back, with its flags. A thread that is made
- *  meanwhile begins with the same. A few nanoseconds. */
+/** While one lives, this thread rounds to nearest, keeps subnormal numbers and gets no signal for a
+ *  floating-point exception, whatever the caller has set. Then the caller's environment is restored, with its
+ *  flags. A thread that is created meanwhile starts with the same environment. Takes a few nanoseconds. */
 class DefaultFloats final {
  public:
   DefaultFloats() noexcept : callers_(control()) { set_control(kDefault); }

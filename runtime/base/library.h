@@ -14,8 +14,8 @@
 
 namespace chiasm::base {
 
-/** Whether there is not even room for a library's file: the linker says of a failed mapping neither that nor
- *  anything else. */
+/** Whether the process has no address space left for a library of this file's size. The linker gives no reason
+ *  for a failed mapping. */
 inline bool lacks_room_for(const char* path) {
   struct stat file {};
   if (::stat(path, &file) != 0) return false;
@@ -27,9 +27,9 @@ inline bool lacks_room_for(const char* path) {
   return false;
 }
 
-/** Opens a library whose symbols nothing else sees. NULL where it cannot be opened: `problem` says why. Throws
- *  std::bad_alloc or Error (IO_ERROR) where the linker had no memory or no file: that is no fault of the
- *  library, and may pass. */
+/** Opens a library whose symbols nothing else sees. Returns NULL if it cannot be opened; `problem` then has
+ *  the reason. Throws std::bad_alloc or Error (IO_ERROR) if the process has no memory or file descriptor
+ *  left: this is no fault of the library, and may be temporary. */
 inline void* open_library(const char* path, std::string& problem) {
   errno = 0;
   void* const library = ::dlopen(path, RTLD_NOW | RTLD_LOCAL);
@@ -37,7 +37,7 @@ inline void* open_library(const char* path, std::string& problem) {
   if (errno == ENOMEM || lacks_room_for(path)) throw std::bad_alloc();
   const char* const text = ::dlerror();
   problem = text == nullptr ? "unknown error of the dynamic linker" : text;
-  for (const int reason : {EMFILE, ENFILE}) {  // of which glibc leaves no errno
+  for (const int reason : {EMFILE, ENFILE}) {  // glibc does not leave these in errno
     if (problem.find(std::strerror(reason)) != std::string::npos) fail(CHIASM_IO_ERROR, problem);
   }
   return nullptr;

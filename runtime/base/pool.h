@@ -16,7 +16,7 @@ class Pool final {
   static constexpr std::size_t kAlignment = 64;
   static constexpr std::size_t kSmallestKept = std::size_t{32} << 10;  // below, malloc does as well
 #if defined(__SANITIZE_ADDRESS__)
-  static constexpr std::size_t kKeptLimit = 0;  // so that a write past a block or after its end is seen
+  static constexpr std::size_t kKeptLimit = 0;  // so that AddressSanitizer sees wrong accesses
 #else
   static constexpr std::size_t kKeptLimit = std::size_t{256} << 20;
 #endif

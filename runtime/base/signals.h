@@ -6,8 +6,9 @@
 
 namespace chiasm::base {
 
-/** A thread that is made while one lives gets no signal of the process: the program's handlers run on the
- *  program's threads. Those of a fault stay, because a blocked one ends the process without its handler. */
+/** A thread that is created while one lives gets no signals of the process: the program's handlers run on the
+ *  program's threads. Signals of faults are not blocked, because a blocked one ends the process without
+ *  calling its handler. */
 class SignalsBlocked final {
  public:
   SignalsBlocked() noexcept {

@@ -27,7 +27,7 @@ class Expression final {
    *  text. */
   static Expression parse(std::string_view text, const std::vector<std::string>& symbols);
 
-  /** The value where symbol i has the value `symbols[i]`. */
+  /** The value if symbol i has the value `symbols[i]`. */
   Fault evaluate(const int64_t* symbols, int64_t* value) const noexcept;
 
   bool is_constant() const { return code_.size() == 1 && code_[0].kind == Kind::constant; }

@@ -13,8 +13,8 @@ constexpr size_t kMaxDepth = 32;
 
 using Json = nlohmann::json;
 
-/** Builds a document from what the parser finds. The parser's own way would let repeated keys pass, and
- *  destroys what it has built where memory runs out, which needs memory (JsonDocument). */
+/** Builds a document from the parser's events. The parser's own builder accepts repeated keys; and if memory
+ *  runs out, it destroys the partial document, which needs memory (JsonDocument). */
 class Builder final : public Json::json_sax_t {
  public:
   Builder(Json& root, const std::string& origin) : root_(root), origin_(origin) {}
@@ -63,7 +63,7 @@ class Builder final : public Json::json_sax_t {
 
   Json& root_;
   const std::string& origin_;
-  std::vector<Json*> open_;  // the objects and arrays around what comes next; they do not move meanwhile
+  std::vector<Json*> open_;  // outermost first; an open object or array does not move
   std::string key_;
 };
 

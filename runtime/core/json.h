@@ -12,8 +12,8 @@
 
 namespace chiasm::core {
 
-/** A document that was parsed. nlohmann's destructor collects what an object or an array holds in a vector,
- *  and where there is no memory for that ends the process; this one empties them before. */
+/** A parsed document. nlohmann's destructor collects the members of an object or array in a vector, and ends
+ *  the process if there is no memory for it; this destructor empties them first. */
 struct JsonDocument final {
   JsonDocument() = default;
   JsonDocument(JsonDocument&&) = default;

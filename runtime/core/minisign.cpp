@@ -27,7 +27,7 @@ bool decode(std::string_view text, std::array<unsigned char, N>& bytes) {
   size_t size = 0;
   return sodium_base642bin(bytes.data(), N, text.data(), text.size(), nullptr, &size, nullptr,
                            sodium_base64_VARIANT_ORIGINAL) == 0 &&
-         size == N && encode(bytes) == text;  // libsodium mistakes bytes above 127 for others
+         size == N && encode(bytes) == text;  // libsodium decodes bytes above 127 as other characters
 }
 
 /** Takes a line, without its end, off the front of `text`. */

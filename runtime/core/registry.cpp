@@ -46,7 +46,7 @@ std::string backend_of(const std::string& file) {
   return is_backend_name(name) ? name : "";
 }
 
-/** The paths of a folder's plug-ins, by name; none if the folder cannot be read for a reason that stays. */
+/** The paths of a folder's plug-ins, by name; none if the folder cannot be read for a permanent reason. */
 std::map<std::string, std::string> plugins_in(const std::string& folder) {
   std::map<std::string, std::string> found;
   const std::unique_ptr<DIR, int (*)(DIR*)> listing(::opendir(folder.c_str()), ::closedir);
@@ -142,7 +142,7 @@ void Backend::check_option(const std::string& option) const {
 }
 
 const Backend::Engine& Backend::engine() const {
-  // a child could neither open a library nor begin again while its parent was opening one
+  // a child that is forked while its parent opens a library could neither open one nor start again
   const ForkGate::Passage passage;
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!probed_) probed_ = probe();
@@ -158,7 +158,7 @@ bool Backend::probe() const {
   const int32_t code = table_->probe(&info, &error);
   if (code != CHIASM_OK) {
     error.text[sizeof error.text - 1] = '\0';
-    if (code == CHIASM_IO_ERROR) fail(CHIASM_IO_ERROR, error.text);  // may pass, so it is tried again
+    if (code == CHIASM_IO_ERROR) fail(CHIASM_IO_ERROR, error.text);  // may be temporary, so it is tried again
     const bool may_pass = code == CHIASM_OUT_OF_MEMORY;
     Engine& answer = may_pass ? without_memory_ : engine_;
     // what callers have read stays as it is
@@ -187,7 +187,7 @@ Registry& Registry::instance() {
 }
 
 void Registry::scan() {
-  backends_.clear();  // of a scan that found no memory, or no files
+  backends_.clear();  // left by a scan that ran out of memory or file descriptors
   std::map<std::string, std::string> paths;
   for (const std::string& folder : folders_) paths.merge(plugins_in(folder));
   for (const auto& [name, path] : paths) backends_.push_back(std::make_unique<Backend>(name, path));

@@ -49,8 +49,8 @@ class Backend final {
   std::string name_;
   const chiasm_backend* table_ = nullptr;
   mutable Engine engine_;
-  mutable Engine without_memory_; /**< the answer meanwhile; written once */
-  // Not std::call_once: where no memory is left at all, glibc's part of it ends the process.
+  mutable Engine without_memory_; /**< returned until there is memory; written once */
+  // Not std::call_once: if no memory is left, glibc's part of it ends the process.
   mutable std::mutex mutex_;
   mutable bool probed_ = false;
 };

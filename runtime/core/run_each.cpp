@@ -89,7 +89,7 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
   const auto of_run = [](const chiasm_tensor* all, size_t run, size_t count) {
     return all == nullptr || count == 0 ? all : &tensor_at(all, run * count);
   };
-  check_run_options(options);  // also where there is no run
+  check_run_options(options);  // even if there are no runs
   std::vector<Memory> memory;
   const auto note = [&](const chiasm_tensor& tensor, size_t run, bool is_output) {
     const auto begin = reinterpret_cast<uintptr_t>(tensor.data);
@@ -123,9 +123,9 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
     others.reserve(at_once);
     while (others.size() + 1 < at_once) others.emplace_back(work);
   } catch (const std::system_error&) {
-    // The process may have no more threads: those that there are do the work.
+    // The process can create no more threads: the existing ones do the work.
   } catch (const std::bad_alloc&) {
-    // no memory for one more: likewise
+    // no memory for another thread: likewise
   }
   work();
   for (std::thread& other : others) other.join();

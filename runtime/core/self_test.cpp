@@ -135,7 +135,7 @@ int32_t self_test(const std::shared_ptr<const Bundle>& bundle, const LoadRequest
     return std::any_of(spec.artifacts.begin(), spec.artifacts.end(),
                        [&request](const Artifact& artifact) { return artifact.backend == request.backend; });
   };
-  // One that has artifacts and is not here gets rows that say so
+  // A backend that has artifacts but is not installed gets rows that say so
   if (!request.backend.empty() && std::none_of(manifest.methods.begin(), manifest.methods.end(), has_its) &&
       registry.find(request.backend) == nullptr) {
     fail(CHIASM_UNAVAILABLE, registry.not_found(request.backend));

@@ -48,8 +48,8 @@ class Signature final {
   /** After check_inputs: check the caller's outputs and take them into `call`. */
   void check_outputs(const chiasm_tensor* outputs, size_t count, Call& call) const;
 
-  /** Once the inputs are dense: refuses a bool that is neither 0 nor 1, of which engines make different
-   *  numbers. Memory on a device is not read. */
+  /** Once the inputs are dense: rejects a bool that is neither 0 nor 1, because engines convert it to
+   *  different numbers. Memory on a device is not read. */
   void check_bools(const Call& call) const;
 
   /** The call whose every symbol is at its minimum; data is NULL everywhere. `shapes` holds the inputs'

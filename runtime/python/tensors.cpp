@@ -9,7 +9,7 @@
 namespace chiasm::python {
 namespace {
 
-// Version 1 of DLPack, which the header of version 0.6 that distributions have does not know.
+// Version 1 of DLPack. Distributions have the header of version 0.6, which lacks it.
 struct VersionedTensor {
   uint32_t major, minor;
   void* manager_ctx;
@@ -106,7 +106,7 @@ bool is_torch_tensor(py::handle object) {
   return torch != nullptr && PyObject_TypeCheck(object.ptr(), torch->tensor) != 0;
 }
 
-// Whether it is of a subclass of NumPy's array that has a mask.
+// Whether the array is of a subclass of NumPy's array that has a mask.
 bool is_masked(py::handle array) {
   static PyTypeObject* plain = nullptr;  // guarded by the GIL, and kept
   if (plain == nullptr) {
@@ -120,7 +120,7 @@ std::string type_name(py::handle object) {
   return py::str(py::type::handle_of(object).attr("__name__")).cast<std::string>();
 }
 
-// Holds what a DLPack tensor that we hand out points to.
+// A DLPack tensor of ours, with everything that it points to.
 template <class Managed>
 struct Exported {
   Managed managed{};
@@ -203,8 +203,8 @@ void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
       refuse(info,
              "the tensor requires grad, and a run is not recorded by autograd; pass tensor.detach(), or run "
              "the method 'vjp'");
-    // DLPack does not know torch's negative bit: it shows what lies in memory. (The conjugate bit is of
-    // complex tensors alone, whose dtypes chiasm does not have.)
+    // DLPack ignores torch's negative bit: it shows the values in memory. (Only complex tensors have a
+    // conjugate bit, and chiasm has no complex dtypes.)
     if (object.attr("is_neg")().cast<bool>())
       refuse(info,
              "the tensor's values are the negatives of what its memory holds (its negative bit is set); "

@@ -50,7 +50,7 @@ class Arguments {
 
   void add_array(py::array array, const chiasm_tensor_info& info);
   void add_dlpack(py::object capsule, const chiasm_tensor_info& info);
-  /** What `make` makes; an exception of the object's becomes our error. */
+  /** The result of `make`; an exception raised by the object becomes our error. */
   template <class Make>
   py::object capsule_of(const chiasm_tensor_info& info, const Make& make) const;
   chiasm_tensor& append(const chiasm_tensor_info& info, int64_t ndim);

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-/** As `[-1, -1, 3]`, in config.pbtxt's words. */
+/** Dimensions as in config.pbtxt: `[-1, -1, 3]`. */
 std::string shown(const std::vector<int64_t>& dims) {
   std::string text = "[";
   for (const int64_t dim : dims) text += (text.size() > 1 ? ", " : "") + std::to_string(dim);

@@ -33,7 +33,7 @@ void Crew::start() {
   try {
     while (threads_.size() < size_) threads_.emplace_back([this] { help(); });
   } catch (const std::system_error&) {
-    return;  // with as many as the system gives, or none: the callers work too
+    return;  // with the threads that could be created, or none: the callers work too
   }
 }
 

@@ -1,4 +1,4 @@
-/** Element types, in chiasm's, in Triton's and in a config.pbtxt's words. */
+/** Element types: their names in chiasm, in Triton and in config.pbtxt. */
 #pragma once
 
 #include <triton/core/tritonserver.h>

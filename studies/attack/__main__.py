@@ -23,7 +23,7 @@ from .settings import Settings
 def main() -> None:
     settings, console, there = Settings(), Console(), folder("attack")
     started = time.monotonic()
-    with console.status("exporting the matching, minutes where it is not cached"):
+    with console.status("exporting the matching: takes minutes unless it is cached"):
         made = bundle(settings, there, ("native", "onnx"))
     exported = time.monotonic()
     looks = run(settings, console)
@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def run(settings: Settings, console: Console) -> list[Look]:
-    """The attack, and what the matching says before, now and then, and after it."""
+    """Run the attack; returns the matching's results before it, at intervals, and after it."""
     looks: list[Look] = []
     columns = TextColumn("{task.description:72}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     with Progress(*columns, console=console) as progress:
@@ -63,7 +63,7 @@ def look(state: State, settings: Settings) -> Look:
 
 
 def save(images: np.ndarray, there: Path, name: str) -> tuple[Path, Path]:
-    """As PNG files, which lose nothing."""
+    """Save both images as PNG files, which are lossless."""
     paths = there / f"{name}1.png", there / f"{name}2.png"
     for path, image in zip(paths, images, strict=True):
         Image.fromarray(image).save(path)

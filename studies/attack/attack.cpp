@@ -2,9 +2,9 @@
 //
 //     study_attack BUNDLE native|onnx|torch SAMPLES IMAGE1 IMAGE2
 //
-// Says in JSON the homography from IMAGE1 to IMAGE2, how many matches are inliers, the matches (x y of image
-// 1, x y of image 2) and which are inliers. RANSAC takes SAMPLES samples, drawn by a Mersenne twister, so
-// that Python draws the same.
+// Prints JSON: the homography from IMAGE1 to IMAGE2, the number of inliers, the matches (x y of image 1, x y
+// of image 2), and whether each is an inlier. RANSAC uses SAMPLES samples, drawn by a Mersenne twister, so
+// that Python draws the same ones.
 #include <algorithm>
 #include <cstdint>
 #include <iostream>
@@ -30,7 +30,7 @@ cv::Mat read(const std::string& path) {
   return image;
 }
 
-// Upper 24 bits, which a float holds exactly.
+// The upper 24 bits, which a float holds exactly.
 std::vector<float> uniforms(int64_t samples) {
   std::mt19937 random(kSeed);
   std::vector<float> numbers(size_t(samples) * 4);
@@ -42,7 +42,7 @@ json match(const std::string& bundle, const std::string& backend, int64_t sample
            const cv::Mat& second) {
   chiasm::LoadOptions options;
   options.backend = backend;
-  options.fused = false;  // onnx on ONNX Runtime's own operators
+  options.fused = false;  // onnx with ONNX Runtime's own operators
   auto method = chiasm::Bundle::open(bundle).method("forward", options);
   std::vector<float> numbers = uniforms(samples);
   const auto results =

@@ -1,19 +1,19 @@
-"""The loss of the attack, of three parts: E. Riba et al., Kornia, WACV 2020, section 4.4.
+"""The loss of the attack, in three parts: E. Riba et al., Kornia, WACV 2020, section 4.4.
 
     loss = L_loc + alpha L_desc + beta L_reg L_loc  = mean of |H p1 - p2|^2                     p1, p2: a pair
     of key points, in pixels of the second image L_desc = mean of 1 + d(D1, D2) - d(D1, D2neg)      D:
     descriptors, d: Euclidean distance, neg: the hardest negative in the batch L_reg  = mean of (I - I_init)^2
     over the values of both images
 
-The paper does not say which key points are a pair but that p2 is the nearest. Here they are each other's
-nearest, and near enough in place and in scale: far ones have nothing to win. The hardest negative is A.
-Mishchuk et al.'s (Working hard to know your neighbor's margins, NIPS 2017): the nearest wrong partner of
-either descriptor, of other places.
+About pairs of key points, the paper says only that p2 is the nearest. Here the points of a pair are each
+other's nearest, and close enough in position and in scale, because distant points could not be brought
+together. The hardest negative is that of A. Mishchuk et al. (Working hard to know your neighbor's margins,
+NIPS 2017): the nearest wrong descriptor to either descriptor of the pair, at another position.
 
-Orientations are not differentiable where one peak of a histogram takes over from another. So a pair is
-described at one orientation, that of the first image's key point, which the homography takes to the second;
-once both patches look alike, the second's own orientation is the same. (With each key point at its own
-orientation neighbours ask for different turns of the same pixels.)
+Orientations are not differentiable where another peak of the histogram becomes the highest. So both
+descriptors of a pair use one orientation: that of the first image's key point, mapped to the second by the
+homography. Once both patches look alike, the second key point's own orientation is the same. (If each key
+point used its own orientation, neighbours would pull the same pixels towards different rotations.)
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from .settings import Settings
 
 
 class Loss(NamedTuple):
-    """Scalars, and how many pairs there were."""
+    """Scalars, and the number of pairs."""
 
     total: Tensor
     loc: Tensor
@@ -49,8 +49,8 @@ class Loss(NamedTuple):
 
 
 def attack_loss(images: Tensor, originals: Tensor, homography: Tensor, settings: Settings) -> Loss:
-    """The loss of two images (2, 3, H, W), RGB in [0, 1], which shall match by homography (1, 3, 3), from the
-    first to the second.
+    """The loss of two images (2, 3, H, W), RGB in [0, 1], whose key points should match by homography (1, 3,
+    3), from the first to the second.
 
     Raises:
         RuntimeError: if fewer than two key points have a partner.
@@ -87,8 +87,8 @@ def attack_loss(images: Tensor, originals: Tensor, homography: Tensor, settings:
 def partners(
     moved: Tensor, lafs: Tensor, there1: Tensor, there2: Tensor, settings: Settings
 ) -> tuple[Tensor, Tensor]:
-    """Which of the moved frames (K, 2, 3) and of the others (K, 2, 3) are each other's nearest, of those that
-    are there (K,): numbers (n,) of either."""
+    """The indices (n,) of the moved frames (K, 2, 3) and of the other frames (K, 2, 3) that are each other's
+    nearest; only valid frames (K,) count."""
     distances = torch.cdist(moved[..., 2], lafs[..., 2])
     octaves = (
         get_laf_scale(moved[None]).flatten().log2()[:, None] - get_laf_scale(lafs[None]).flatten().log2()
@@ -102,7 +102,7 @@ def partners(
 
 
 def hardest(distances: Tensor, places: Tensor, near: float) -> Tensor:
-    """Of distances (n, n), whose pairs are the diagonal, the least wrong one of each row or column (n,): of
-    places (n, 2) that are not near the right one."""
+    """The smallest wrong distance (n,) in row or column k of distances (n, n), whose diagonal has the pairs.
+    Only positions (n, 2) that are not near the right one count."""
     wrong = distances.where(torch.cdist(places, places) >= near, torch.inf)
     return torch.minimum(wrong.min(0).values, wrong.min(1).values)

@@ -1,5 +1,5 @@
-"""The matching that is attacked: a bundle from two camera frames to the homography between them, and what
-eager Python and C++ say by it."""
+"""The matching that is attacked: a bundle from two camera frames to the homography between them, run by eager
+Python and by C++."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def match_frames(
     double_image: bool,
     inl_th: float,
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """``chiasm.pipelines.two_view_homography`` of two camera frames of one size: both are one batch, so that
-    the graph has half of its nodes.
+    """``chiasm.pipelines.two_view_homography`` for two camera frames of one size: they form one batch, so
+    that the graph has half as many nodes.
 
     Args:
         frame1, frame2: (H, W, 3), uint8, BGR, as OpenCV reads them.
@@ -54,7 +54,7 @@ def match_frames(
         homography (3, 3) from the first to the second; points1 and points2 (K, 2), key points and their
         matches; matched and inliers (K,), bool.
     """
-    # As numbers first: AOTInductor leaves the joining of bytes to libtorch.
+    # Convert to float32 first: AOTInductor needs libtorch to stack bytes.
     frames = torch.stack([frame1.to(torch.float32), frame2.to(torch.float32)]).permute(0, 3, 1, 2)
     grey = rgb_to_grayscale(bgr_to_rgb(frames / 255.0))
     lafs, _, valid = detect_keypoints(
@@ -81,13 +81,13 @@ def config(settings: Settings) -> dict:
 
 
 def bundle(settings: Settings, folder: Path, formats: tuple[str, ...]) -> Path:
-    """Export it."""
-    # in the last octave 27 taps have to fit twice
+    """Export the matching as a bundle."""
+    # in the last octave, 27 taps must fit twice
     least = 2 ** (settings.num_octaves - 1)
     symbols = {"H": (26 * least + 2, 8192), "W": (27 * least + 2, 8192), "S": (1, 1 << 16)}
     inputs = [frame("frame1"), frame("frame2"), TensorSpec("uniforms", ("S", 4), "float32", range=(0.0, 1.0))]
     outputs = [TensorSpec(name) for name in ("homography", "points1", "points2", "matched", "inliers")]
-    tolerances = {"float32": Tolerance(2e-2, 1e-3)}  # of points, in pixels
+    tolerances = {"float32": Tolerance(2e-2, 1e-3)}  # points, in pixels
     spec = Spec(
         NAME, inputs, outputs, config(settings), symbols, gradients=(), tolerances=tolerances, sample=_sample
     )
@@ -96,7 +96,7 @@ def bundle(settings: Settings, folder: Path, formats: tuple[str, ...]) -> Path:
 
 def _sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     views = blobs(generator, 1, [(sizes["H"], sizes["W"], 0), (sizes["H"], sizes["W"], 5)], torch.float32)
-    # Nothing is cut off: where an image is flat, the fit of a keypoint has no solution, and rounding decides.
+    # Not clamped: in flat areas, the fit of a key point would have no solution, and rounding would decide.
     frames = [
         (view[0] * 127 + 64).clamp(0, 255).round().to(torch.uint8).permute(1, 2, 0).repeat(1, 1, 3)
         for view in views
@@ -109,15 +109,14 @@ def _sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtyp
 
 
 def uniforms(samples: int) -> Tensor:
-    """The numbers at random that RANSAC takes: the upper 24 bits of a Mersenne twister, as the C++ program
-    draws them."""
+    """The random numbers for RANSAC: the upper 24 bits of a Mersenne twister, as in the C++ program."""
     bits = np.random.RandomState(SEED).randint(0, 2**32, (samples, 4), np.uint32)
     return torch.from_numpy((bits >> 8).astype(np.float32) * np.float32(2.0**-24))
 
 
 @dataclass(frozen=True)
 class Match:
-    """What a matching says of two images.
+    """The result of matching two images.
 
     homography: (3, 3), from the first to the second.
     matches: (M, 4), x and y in the first, x and y in the second.
@@ -129,12 +128,12 @@ class Match:
     inliers: np.ndarray
 
     def error(self, wanted: np.ndarray, shape: tuple[int, ...]) -> float:
-        """Mean distance of where both homographies take the corners of an image of a shape (H, W, ...), in
-        pixels."""
+        """The mean distance, in pixels, between the corners of an image of shape (H, W, ...) as mapped by
+        both homographies."""
         return corner_error(self.homography.flatten().tolist(), wanted, shape[:2])
 
     def shared(self, other: Match) -> int:
-        """How many inliers are the other's inliers, too, within 0.05 pixels."""
+        """The number of inliers that are the other's inliers too, within 0.05 pixels."""
         mine, theirs = self.matches[self.inliers], other.matches[other.inliers]
         return (
             int((np.abs(mine[:, None] - theirs).max(-1) < 0.05).any(1).sum())
@@ -144,7 +143,7 @@ class Match:
 
 
 def by_python(first: np.ndarray, second: np.ndarray, settings: Settings) -> Match:
-    """Of two images (H, W, 3), uint8, RGB, by eager Python."""
+    """The match of two images (H, W, 3), uint8, RGB, by eager Python."""
     frames = [torch.from_numpy(np.ascontiguousarray(image[..., ::-1])) for image in (first, second)]
     with torch.no_grad():
         homography, points1, points2, matched, inliers = match_frames(
@@ -158,7 +157,7 @@ def by_python(first: np.ndarray, second: np.ndarray, settings: Settings) -> Matc
 
 
 def by_program(first: Path, second: Path, made: Path, backend: str, settings: Settings) -> Match:
-    """Of two files of images, by the C++ program and a bundle."""
+    """The match of two image files, by the C++ program and a bundle."""
     found = said(PROGRAM, made, backend, settings.samples, first, second)
     return Match(
         np.array(found["homography"]).reshape(3, 3),

@@ -15,8 +15,8 @@ from .settings import Settings
 
 
 class State(NamedTuple):
-    """Both images (2, H, W, 3), uint8, RGB, after so many steps, and the loss of those before the last step
-    (None at first)."""
+    """Both images (2, H, W, 3), uint8, RGB, after ``step`` steps, and the loss before the last step (None at
+    first)."""
 
     step: int
     images: np.ndarray
@@ -24,7 +24,7 @@ class State(NamedTuple):
 
 
 def attack(settings: Settings) -> Iterator[State]:
-    """The photographs, and what they are after each step."""
+    """The photographs, then the images after each step."""
     photographs = np.stack([settings.first.pixels(), settings.second.pixels()])
     homography = torch.from_numpy(wanted(settings)).float()[None]
     originals = torch.from_numpy(photographs).permute(0, 3, 1, 2) / 255.0
@@ -42,7 +42,7 @@ def attack(settings: Settings) -> Iterator[State]:
 
 
 def wanted(settings: Settings) -> np.ndarray:
-    """The homography (3, 3) that the images shall match by, in pixels, from the first to the second."""
+    """The homography (3, 3) by which the images should match, in pixels, from the first to the second."""
     height, width = settings.first.pixels().shape[:2]
     corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * (width - 1, height - 1)
     there = corners + np.array(settings.corners) * (width, height)
@@ -50,5 +50,5 @@ def wanted(settings: Settings) -> np.ndarray:
 
 
 def as_bytes(images: Tensor) -> np.ndarray:
-    """(B, H, W, 3), uint8, the nearest of 256 levels."""
+    """(B, H, W, 3), uint8, rounded to the nearest of 256 levels."""
     return (images.permute(0, 2, 3, 1) * 255).round().to(torch.uint8).numpy()

@@ -1,4 +1,4 @@
-"""Pictures of the attack: matches before and after, and what was changed."""
+"""Pictures of the attack: matches before and after, and the changes of the images."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def write(first: Look, last: Look) -> None:
 
 
 def _matches(look: Look) -> np.ndarray:
-    """Both images beside each other, all matches as lines, inliers green."""
+    """Both images side by side, all matches as lines, inliers green."""
     pixels = _beside(look.state.images)
     sheet, shift = Photo(pixels, pixels.shape[1]), np.array([look.state.images.shape[2] + GUTTER, 0])
     for k in np.argsort(look.match.inliers, kind="stable"):
@@ -38,10 +38,10 @@ def _matches(look: Look) -> np.ndarray:
 
 
 def _beside(images: np.ndarray) -> np.ndarray:
-    """Of (2, H, W, 3)."""
+    """Two images (2, H, W, 3) side by side."""
     return np.concatenate([images[0], np.full((images.shape[1], GUTTER, 3), 255, np.uint8), images[1]], 1)
 
 
 def _save(pixels: np.ndarray, name: str) -> None:
-    """With a palette, so that it is small."""
+    """Save with a palette, so that the file is small."""
     Image.fromarray(pixels).quantize(256).save(PICTURES / name, optimize=True)

@@ -1,4 +1,4 @@
-"""What a run of the attack says: its section of docs/use_cases.md."""
+"""The section of docs/use_cases.md on a run of the attack."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from .matching import Match
 from .optimise import State, wanted
 from .settings import Settings
 
-#: by what the picture of the change multiplies it
+#: the factor of the change in its picture
 GAIN = 10
-#: of C++, by backend and then by "original" and "attacked"
+#: the C++ program's matches, by backend, then by "original" and "attacked"
 Said = dict[str, dict[str, Match]]
 
 
 class Look(NamedTuple):
-    """What eager Python's matching says after some steps, and how far its homography is from the wanted one,
-    in pixels."""
+    """Eager Python's match after some steps, and the distance of its homography from the chosen one, in
+    pixels."""
 
     state: State
     match: Match
@@ -43,14 +43,14 @@ def section(settings: Settings, looks: list[Look], said: Said, seconds: dict[str
     level = np.abs(last.state.images.astype(int) - first.state.images).max()
     summary = (
         f"Parts of two photographs, {settings.first.file} and {settings.second.file} of scikit-image, {size}"
-        " pixels each, show different things. Both are changed by gradient descent until their key points"
-        f" match by a homography that was chosen beforehand. After {settings.steps} steps RANSAC finds it"
-        f" with **{last.match.inliers.sum()} inliers** of {len(last.match.matches)} matches, {last.error:.2f}"
-        f" pixels off at the corners, where it found {first.match.inliers.sum()} of"
-        f" {len(first.match.matches)} and was {first.error:.0f} pixels off. The images are then at"
-        f" **{change(first, last, 0):.1f} and {change(first, last, 1):.1f} dB PSNR** from the photographs, no"
-        f" value more than {level} of 255 levels away. All this is said of the images as 8-bit PNG files:"
-        " rounding is a part of what the attack survives."
+        " pixels each, show different scenes. Gradient descent changes both until their key points match by"
+        f" a homography that was chosen beforehand. After {settings.steps} steps, RANSAC finds it with"
+        f" **{last.match.inliers.sum()} inliers** of {len(last.match.matches)} matches and an error of"
+        f" {last.error:.2f} pixels at the corners; before, it found {first.match.inliers.sum()} of"
+        f" {len(first.match.matches)}, with an error of {first.error:.0f} pixels. The images then have a PSNR"
+        f" of **{change(first, last, 0):.1f} and {change(first, last, 1):.1f} dB** relative to the"
+        f" photographs, and no value differs by more than {level} of 255 levels. These numbers are for 8-bit"
+        " PNG files: the attack survives their rounding."
     )
     return [
         *wrap(summary, 160),
@@ -60,8 +60,8 @@ def section(settings: Settings, looks: list[Look], said: Said, seconds: dict[str
         "![the attacked images and their change](use_cases/attack_change.png)",
         "",
         (
-            f"Below the attacked images is their change, {GAIN} times as strong, around grey: each takes on"
-            " what the other shows."
+            f"Below the attacked images is their change, amplified {GAIN} times, around grey: each image"
+            " takes on structures of the other."
         ),
         "",
         (
@@ -69,40 +69,37 @@ def section(settings: Settings, looks: list[Look], said: Said, seconds: dict[str
             " space, orientations, RootSIFT, mutual nearest neighbours, RANSAC. It is"
         ),
         (
-            "exported as one bundle, from the bytes of two frames to the homography, which C++ runs on the"
-            " PNG files, without Python:"
+            "exported as one bundle, from the bytes of two frames to the homography. C++ runs it on the PNG"
+            " files, without Python:"
         ),
         "",
         *_matchings(settings, first, last, said),
         "",
         *_shared(last, said),
         "",
-        (
-            "*Right*: a match that the wanted homography takes to its partner with less than RANSAC's"
-            " threshold between them."
-        ),
+        ("*Right*: a match that fits the chosen homography within RANSAC's threshold."),
         "",
-        "On the way, in eager Python:",
+        "During the attack, in eager Python:",
         "",
         *_history(looks),
         "",
         (
-            "The loss has the paper's three parts: squared distances of paired key points, L_loc; descriptors"
-            " of pairs, nearer than the hardest negative in the batch, L_desc; and the mean"
+            "The loss has the paper's three parts: the squared distances of paired key points, L_loc; a loss"
+            " that makes the descriptors of pairs nearer than the hardest negative in the batch, L_desc;"
         ),
         (
-            "square of the change, L_reg. The total is L_loc + alpha L_desc + beta L_reg."
-            " `studies/attack/loss.py` has the formulas, and where they add to the paper: which key points"
+            "and the mean square of the change, L_reg. The total is L_loc + alpha L_desc + beta L_reg."
+            " `studies/attack/loss.py` has the formulas, and the additions to the paper: which key points"
         ),
-        "are pairs, and that a pair is described at one orientation.",
+        "form pairs, and that both descriptors of a pair use one orientation.",
         "",
         *settings_table(settings),
         (
-            "The paper's result is a picture of inliers: it states neither their number nor the PSNR, nor its"
-            " weights and steps, and its photographs are not at hand. So whether"
+            "The paper's result is a picture of inliers: it states neither their number nor the PSNR, weights"
+            " or steps, and its photographs are not available. So we cannot tell"
         ),
         (
-            "this is as much as its attack reached cannot be said. The paper calls its change not quite"
+            "whether this attack is as strong as the paper's. The paper calls its change not quite"
             " imperceptible."
         ),
         "",
@@ -126,7 +123,7 @@ def _matchings(settings: Settings, first: Look, last: Look, said: Said) -> list[
     ]
     rows.append(
         (
-            f"OpenCV {cv2.__version__}'s SIFT, which was not attacked",
+            f"OpenCV {cv2.__version__}'s SIFT, not the target of the attack",
             *(_by_opencv(*look.state.images, settings) for look in (first, last)),
         )
     )
@@ -156,13 +153,14 @@ def _cells(match: Match, settings: Settings, shape: tuple[int, ...]) -> list[str
 
 
 def right(match: Match, settings: Settings) -> int:
-    """How many matches obey the wanted homography, by OpenCV's arithmetic."""
+    """The number of matches that fit the chosen homography, computed by OpenCV."""
     moved = cv2.perspectiveTransform(match.matches[None, :, :2], wanted(settings))[0]
     return int((np.linalg.norm(moved - match.matches[:, 2:], axis=1) < settings.inl_th).sum())
 
 
 def _by_opencv(first: np.ndarray, second: np.ndarray, settings: Settings) -> Match:
-    """Differences of Gaussians instead of the Hessian, another SIFT, the same mutual nearest neighbours."""
+    """OpenCV's match: differences of Gaussians instead of the Hessian, a different SIFT, the same mutual
+    nearest neighbours."""
     sift = cv2.SIFT_create(settings.max_keypoints)
     (points1, described1), (points2, described2) = (
         sift.detectAndCompute(cv2.cvtColor(i, cv2.COLOR_RGB2GRAY), None) for i in (first, second)
@@ -178,7 +176,7 @@ def _by_opencv(first: np.ndarray, second: np.ndarray, settings: Settings) -> Mat
 def _shared(last: Look, said: Said) -> list[str]:
     count = last.match.inliers.sum()
     found = [f"{last.match.shared(of['attacked'])} of {count} by {backend}" for backend, of in said.items()]
-    return [f"Of the inliers of eager Python on the attacked images C++ finds {' and '.join(found)}."]
+    return [f"Of eager Python's inliers on the attacked images, C++ finds {' and '.join(found)}."]
 
 
 def _history(looks: list[Look]) -> list[str]:

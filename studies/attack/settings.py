@@ -11,15 +11,15 @@ PARTS = (View("astronaut.png", (64, 0, 464, 300)), View("coffee.png", (100, 60, 
 
 @dataclass(frozen=True)
 class Settings:
-    """The paper's: Hessian, 2500 key points, Adam with 0.003. It does not give the others.
+    """The paper's: Hessian, 2500 key points, Adam with 0.003. The paper does not give the other settings.
 
-    first, second: parts of two photographs, of one size. corners: where the wanted homography takes the first
-    image's corners, clockwise from the upper left one: how far from the second's, in widths and heights.
-    max_keypoints, response, num_octaves, mr_size, threshold, double_image: see
-    ``chiasm.feature.detect_keypoints``. near, octaves: key points are a pair if the homography takes one to
-    the other with less than so many pixels and so many octaves between them. alpha, beta: weights of the
-    losses of descriptors and of the change. lr, steps: Adam's. samples, inl_th: of RANSAC. look_every: steps
-    between two looks at what the matching says.
+    first, second: parts of two photographs, of one size. corners: the displacements, in widths and heights,
+    from the second image's corners to the first image's corners as mapped by the chosen homography, clockwise
+    from the upper left one. max_keypoints, response, num_octaves, mr_size, threshold, double_image: see
+    ``chiasm.feature.detect_keypoints``. near, octaves: key points are a pair if, after mapping by the
+    homography, their distance is less than ``near`` pixels and ``octaves`` octaves. alpha, beta: weights of
+    the losses of descriptors and of the change. lr, steps: for Adam. samples, inl_th: for RANSAC. look_every:
+    steps between two runs of the matching.
     """
 
     first: View = PARTS[0]
@@ -42,14 +42,14 @@ class Settings:
     look_every: int = 25
 
     def detection(self) -> dict:
-        """The detector's arguments, which the matching has as well."""
+        """The arguments of the detector, which the matching has too."""
         return {
             name: getattr(self, name)
             for name in ("max_keypoints", "response", "num_octaves", "mr_size", "threshold", "double_image")
         }
 
 
-#: For tests: seconds, and a change that is plain to see.
+#: For tests: takes seconds, and the change is clearly visible.
 SMALL = Settings(
     replace(PARTS[0], size=(160, 120)),
     replace(PARTS[1], size=(160, 120)),

@@ -1,5 +1,5 @@
-"""make study WHAT=batch: Sobel edges and three pipelines on batches of 1 to 256 photographs, beside other
-libraries -> docs/use_cases.md."""
+"""make study WHAT=batch: Sobel edges and three pipelines on batches of 1 to 256 photographs, compared with
+other libraries -> docs/use_cases.md."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from .settings import Settings
 from .ways import Setup
 from .works import WORKS, batches, export_bundle
 
-#: works of which memory is measured: those on batches
+#: works whose memory is measured: those on batches
 WITH_MEMORY = ("sobel", "prepare")
-#: what comes with each row of a race
+#: the number of languages, each of which gives rows of a race
 LANGUAGES = 2
 
 
@@ -74,7 +74,7 @@ def main() -> int:
 
 
 def in_python(work: str, threads: int) -> Iterator[dict]:
-    """The rows of a race, from a process of its own."""
+    """The rows of a race, measured in a separate process."""
     command = [sys.executable, "-m", "studies.batch.measure", work, str(threads)]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=environment(threads)
@@ -95,7 +95,7 @@ def memory(work: str, name: str) -> float:
 
 
 def chart(measured: Measured, work: str, threads: int):
-    """Milliseconds an image by batch size."""
+    """Write a chart of milliseconds per image by batch size."""
     lines = {
         name: [(size, ms / size) for size, (ms, _) in sorted(times.items())]
         for name, times in measured.times[work, threads].items()
@@ -111,7 +111,7 @@ def chart(measured: Measured, work: str, threads: int):
 
 
 def versions(opencv: str) -> dict[str, str]:
-    """Of the contenders; `opencv` is C++'s."""
+    """The versions of the contenders; `opencv` is that of C++."""
     kornia = {
         d.name.replace("_", "-"): d.version for d in distributions(path=[str(ROOT / ".deps" / "kornia")])
     }

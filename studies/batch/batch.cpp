@@ -1,14 +1,15 @@
-// Batches of images through exported bundles, beside OpenCV, with no Python.
+// Runs exported bundles on batches of images, compared with OpenCV, without Python.
 //
 //     study_batch results SETTINGS.json WORK
-//         of the first photographs, by both, beside the settings: WORK.chiasm.raw, WORK.OpenCV.raw
+//         both contenders' results for the first photographs, as files next to the settings: WORK.chiasm.raw,
+//         WORK.OpenCV.raw
 //     study_batch race SETTINGS.json WORK THREADS
-//         median milliseconds of both in turns: a line of JSON a batch size
+//         median milliseconds of both in turns: one line of JSON per batch size
 //     study_batch memory SETTINGS.json WORK chiasm|OpenCV
-//         megabytes that a batch and its results add at most to the process, an image
+//         the most megabytes that a batch and its results add to the process, per image
 //
-// SETTINGS.json, which `python -m studies.batch` writes: the folder of bundles, photographs as a file of
-// bytes (N, 3, H, W), batch sizes, repeats.
+// `python -m studies.batch` writes SETTINGS.json: the folder of bundles, photographs as a file of bytes (N,
+// 3, H, W), batch sizes, repeats.
 #include <malloc.h>
 
 #include <algorithm>
@@ -30,7 +31,7 @@ using nlohmann::json;
 namespace {
 
 constexpr int kCompared = 3;
-constexpr std::chrono::milliseconds kPause(20);  // for another's threads to fall asleep
+constexpr std::chrono::milliseconds kPause(20);  // until the other contender's threads sleep
 
 json read_json(const std::string& path) {
   std::ifstream file(path);
@@ -38,7 +39,7 @@ json read_json(const std::string& path) {
   return json::parse(file);
 }
 
-// A work and the photographs that it is done on.
+// A work and its photographs.
 struct Task {
   std::string work, bundle;
   cv::Size size;
@@ -64,7 +65,8 @@ struct Task {
 
   bool frames() const { return work == "edges" || work == "preprocess"; }
 
-  // In turn, in the form that OpenCV takes: frames of bytes, BGR, or float32, RGB, in [0, 1].
+  // Photograph i, cyclically, in the form that OpenCV takes: frames of bytes, BGR, or float32, RGB, in [0,
+  // 1].
   cv::Mat image(int i) const {
     auto planes = photographs[size_t(i) % photographs.size()];
     if (frames()) std::swap(planes[0], planes[2]);
@@ -76,7 +78,7 @@ struct Task {
   }
 };
 
-// chiasm's native code on a batch: one call, or one a frame.
+// chiasm's native code on a batch: one call, or one call per frame.
 class Chiasm {
  public:
   Chiasm(const Task& task, int batch)
@@ -123,7 +125,7 @@ class Chiasm {
   std::vector<chiasm::Tensor> inputs_, outputs_;
 };
 
-// OpenCV, which takes one image a call: of a batch the images are shared among threads.
+// OpenCV takes one image per call: threads share the images of a batch.
 class OpenCv {
  public:
   OpenCv(const Task& task, int batch, int threads) : results_(size_t(batch)) {
@@ -180,8 +182,8 @@ json write_results(const Task& task, const std::string& folder) {
   return {{"opencv", CV_VERSION}};
 }
 
-// As studies/batch/race.py: in turns, each as often as `seconds` allow, and a call that does not count
-// before each turn.
+// Like studies/batch/race.py: the contenders take turns, each with as many calls as fit into `seconds`, and
+// each turn begins with a call that does not count.
 json race(const std::vector<std::pair<std::string, std::function<void()>>>& contenders, const json& settings,
           bool pause) {
   const int turns = settings.at("turns"), repeats = settings.at("repeats");
@@ -229,7 +231,7 @@ void run_race(const json& settings, const Task& task, int threads) {
   }
 }
 
-// Of /proc/self/status, in megabytes.
+// A field of /proc/self/status, in megabytes.
 double memory(const std::string& field) {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)
@@ -237,12 +239,13 @@ double memory(const std::string& field) {
   throw std::runtime_error("no " + field + " in /proc/self/status");
 }
 
-// The peak that a call and its results add. One image first, so that what is loaded once does not count.
+// The peak of memory that a call and its results add. One image is run first, so that one-time loading does
+// not count.
 template <class Contender>
 json grown(Contender&& one, Contender&& batch, int images) {
   one.call();
   malloc_trim(0);
-  std::ofstream("/proc/self/clear_refs") << 5;  // forgets the peak
+  std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak
   const double before = memory("VmRSS");
   batch.call();
   return {{"mb", (memory("VmHWM") - before) / images}};

@@ -1,5 +1,4 @@
-"""The five ops of pipeline.py: undistort, resize, jitter colours, blur, normalise; float32 from the first to
-the last."""
+"""The five ops of pipeline.py: undistort, resize, jitter colours, blur, normalise; all in float32."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ GREY = (0.299, 0.587, 0.114)
 
 
 def config(settings: Settings) -> dict:
-    """The arguments of `prepare` beside the image."""
+    """The arguments of `prepare` other than the image."""
     return {name: getattr(settings, name) for name in ("camera", "lens", "jitter", "blur", "mean", "std")} | {
         "size": settings.resized
     }
@@ -35,13 +34,13 @@ def camera_matrix(settings: Settings) -> np.ndarray:
 
 
 def saturation_matrix(factor: float) -> np.ndarray:
-    """Away from grey by a factor, as one matrix of the colours R, G, B."""
+    """The change of saturation by a factor, as one matrix on the colours R, G, B."""
     return (factor * np.eye(3) + (1 - factor) * np.outer(np.ones(3), GREY)).astype(np.float32)
 
 
 def _opencv(images: Images, setup: Setup) -> Ready:
-    """The maps are made once, as who has many images of one camera does; each image goes through all steps
-    while it is in the cache."""
+    """The maps are made once, as for many images of one camera. Each image goes through all steps while it is
+    in the cache."""
     import cv2
 
     cv2.setNumThreads(1 if len(images) > 1 else setup.threads)
@@ -77,8 +76,7 @@ def _opencv(images: Images, setup: Setup) -> Ready:
 
 
 def _opencv_bytes(images: Images, setup: Setup) -> Ready:
-    """The same steps on bytes, as they come from a camera: tables for the curves, whole levels after every
-    step."""
+    """The same steps on camera bytes: tables for the curves, and rounding to bytes after every step."""
     import cv2
 
     cv2.setNumThreads(1 if len(images) > 1 else setup.threads)
@@ -129,14 +127,14 @@ def _kornia(kornia, setup: Setup, x):
 WORK = Work(
     "Five ops in one bundle",
     "One bundle of five ops ([pipeline.py](../studies/batch/pipeline.py)): undistort, resize to 224 x 224,"
-    " jitter of brightness, contrast, saturation and hue, blur, normalise, float32. OpenCV has its maps kept;"
-    " *OpenCV on bytes* has bytes until the normalisation.",
+    " jitter of brightness, contrast, saturation and hue, blur, normalise, float32. OpenCV reuses its maps;"
+    " *OpenCV on bytes* processes bytes until the normalisation.",
     "studies.prepare",
     ours.ways("studies.prepare", _eager, frames=False, agrees=Agreement(1e-3, 0.9999))
     | {
         "OpenCV": Way(_opencv, Agreement(1e-3, 0.9999)),
         "OpenCV on bytes": Way(
-            _opencv_bytes, Agreement(0.1, 0.9, note="bytes in, whole levels after every step")
+            _opencv_bytes, Agreement(0.1, 0.9, note="takes bytes, rounds to bytes after every step")
         ),
     }
     | kornias.ways(_kornia, lambda images: images.floats, lambda made: made, Agreement(1e-3, 0.9999)),

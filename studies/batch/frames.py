@@ -1,4 +1,4 @@
-"""The ready pipelines of one camera's frame, uint8, BGR: edges, and what a classifier takes."""
+"""chiasm's pipelines for one camera frame, uint8, BGR: edges, and a classifier's input."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bench.images.ops import Agreement
 from . import kornias, ours
 from .ways import Images, Ready, Setup, Way, Work, into, over_images
 
-#: what pipelines.preprocess is exported with, its defaults
+#: the defaults of pipelines.preprocess, with which it is exported
 MEAN, STD, SIZE = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225), (224, 224)
 
 
@@ -84,14 +84,14 @@ def _kornia_rs_preprocess(images: Images, setup: Setup) -> Ready:
 
 EDGES = Work(
     "The pipeline *edges*",
-    "Of a frame (bytes, BGR): grey, Gaussian blur 5 x 5 of sigma 1, Sobel magnitude, bytes:"
-    " `chiasm.pipelines.edges`, one frame a call.",
+    "From a frame (bytes, BGR): grey, Gaussian blur 5 x 5 of sigma 1, Sobel magnitude, bytes:"
+    " `chiasm.pipelines.edges`, one frame per call.",
     "pipelines.edges",
     ours.ways("pipelines.edges", _eager_edges, frames=True, agrees=Agreement(1))
     | {
         "OpenCV": Way(
             _opencv_edges,
-            Agreement(8, 0.999, edge=1, note="rounds the grey image and the blurred one to whole levels"),
+            Agreement(8, 0.999, edge=1, note="rounds the grey and the blurred image to bytes"),
         )
     }
     | kornias.ways(
@@ -103,17 +103,17 @@ EDGES = Work(
 )
 PREPROCESS = Work(
     "The pipeline *preprocess*",
-    "Of a frame (bytes, BGR): RGB, 224 x 224 (bilinear), in [0, 1], normalised, as planes:"
-    " `chiasm.pipelines.preprocess`, one frame a call.",
+    "From a frame (bytes, BGR): RGB, 224 x 224 (bilinear), in [0, 1], normalised, as planes:"
+    " `chiasm.pipelines.preprocess`, one frame per call.",
     "pipelines.preprocess",
     ours.ways("pipelines.preprocess", _eager_preprocess, frames=True, agrees=Agreement(1e-5))
-    | {"OpenCV": Way(_opencv_preprocess, Agreement(0.02, note="rounds the resized image to whole levels"))}
+    | {"OpenCV": Way(_opencv_preprocess, Agreement(0.02, note="rounds the resized image to bytes"))}
     | kornias.ways(
         _kornia_preprocess, lambda images: images.stacked_frames, lambda made: made, Agreement(1e-4)
     )
     | {
         "kornia-rs": Way(
-            _kornia_rs_preprocess, Agreement(0.04, note="takes RGB; rounds the resized image to whole levels")
+            _kornia_rs_preprocess, Agreement(0.04, note="takes RGB; rounds the resized image to bytes")
         )
     },
 )

@@ -1,5 +1,5 @@
-"""The C++ program, build/release/bin/study_batch: the same bundles and photographs without Python, beside
-Debian's OpenCV."""
+"""The C++ program, build/release/bin/study_batch: the same bundles and photographs without Python, compared
+with Debian's OpenCV."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CHIASM, OPENCV = "chiasm native, C++", "OpenCV, C++"
 
 
 def write_settings(setup: Setup, folder: Path) -> Path:
-    """What the program reads."""
+    """Write the program's settings file."""
     settings, raw = setup.settings, folder / "photographs.raw"
     raw.write_bytes(photographs(len(PHOTOGRAPHS), settings.size).tobytes())
     works = {
@@ -37,7 +37,7 @@ def write_settings(setup: Setup, folder: Path) -> Path:
 
 
 def program(*arguments: object) -> Iterator[dict]:
-    """The lines that the program says; RuntimeError with its words where it fails."""
+    """The lines that the program prints; RuntimeError with its message if it fails."""
     with subprocess.Popen(
         [PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -49,8 +49,8 @@ def program(*arguments: object) -> Iterator[dict]:
 
 
 def check(work: str, setup: Setup, settings_file: Path) -> tuple[dict[str, dict], str]:
-    """How far both contenders' results are from chiasm's eager ones, and OpenCV's version; Disagreement where
-    one does other work."""
+    """The differences of both contenders' results from chiasm's eager ones, and OpenCV's version; raises
+    Disagreement if a contender exceeds its limits."""
     [said] = program("results", settings_file, work)
     expected, found, ways = reference(work, setup), {}, WORKS[work].ways
     limits = {CHIASM: ways[NATIVE].agrees, OPENCV: WORKS[work].debian or ways["OpenCV"].agrees}
@@ -70,7 +70,7 @@ def race(work: str, threads: int, settings_file: Path) -> Iterator[dict]:
 
 
 def memory(work: str, settings_file: Path) -> dict[str, float]:
-    """Megabytes an image."""
+    """Megabytes per image."""
     return {
         name: next(program("memory", settings_file, work, who))["mb"]
         for name, who in ((CHIASM, "chiasm"), (OPENCV, "OpenCV"))

@@ -17,7 +17,7 @@ from .ways import Images, Ready, Setup, Way
 
 
 def module(name: str) -> Any:
-    """kornia or kornia_rs, or a module of theirs; ImportError where it is not installed."""
+    """kornia or kornia_rs, or a module of theirs; ImportError if it is not installed."""
     folder = str(ROOT / ".deps" / "kornia")
     if folder not in sys.path:
         sys.path.append(folder)
@@ -37,7 +37,7 @@ def ways(
         import torch
 
         kornia = module("kornia")
-        # Once for batches of all sizes
+        # Compiled once for batches of all sizes
         return torch.compile(lambda x: function(kornia, setup, x), dynamic=True)
 
     def way(compile: bool) -> Way:

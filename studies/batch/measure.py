@@ -1,6 +1,6 @@
-"""One race in Python with one number of threads, which a process can set once.
+"""One race in Python with one number of threads, which a process can set only once.
 
-python -m studies.batch.measure WORK THREADS    -> lines of JSON: how near the results are, then the times at
+python -m studies.batch.measure WORK THREADS -> lines of JSON: the agreement of the results, then the times at
 each batch size
 """
 
@@ -22,16 +22,16 @@ from .settings import Settings
 from .ways import Images, Setup, photographs
 from .works import WORKS, batches
 
-#: images in the batch whose results are compared
+#: the number of images in the batch whose results are compared
 COMPARED = 3
 
 
 class Disagreement(RuntimeError):
-    """A contender that does other work."""
+    """Raised if a contender's results differ from the expected ones by more than its limits."""
 
 
 def agreement(limits: Agreement, made: np.ndarray, expected: np.ndarray) -> dict:
-    """The mean and the greatest difference; Disagreement where they are beyond the limits."""
+    """The mean and the greatest difference; raises Disagreement if they exceed the limits."""
     if made.shape != expected.shape:
         raise Disagreement(f"shape {made.shape}, expected {expected.shape}")
     inside = (..., *(slice(limits.edge, -limits.edge or None),) * 2)
@@ -46,7 +46,7 @@ def agreement(limits: Agreement, made: np.ndarray, expected: np.ndarray) -> dict
 
 
 def reference(work: str, setup: Setup) -> np.ndarray:
-    """What chiasm's eager function makes of the images that are compared."""
+    """The result of chiasm's eager function for the compared images."""
     eager = next(iter(WORKS[work].ways.values())).make(
         Images(photographs(COMPARED, setup.settings.size)), setup
     )
@@ -54,8 +54,8 @@ def reference(work: str, setup: Setup) -> np.ndarray:
 
 
 def check(work: str, setup: Setup, names: Collection[str]) -> dict[str, dict]:
-    """Every contender's results against chiasm's eager ones; Disagreement names the first that does other
-    work."""
+    """Compare every contender's results with chiasm's eager ones; Disagreement names the first that exceeds
+    its limits."""
     images, expected = Images(photographs(COMPARED, setup.settings.size)), reference(work, setup)
     ways, found = WORKS[work].ways, {}
     for name in names:
@@ -68,7 +68,7 @@ def check(work: str, setup: Setup, names: Collection[str]) -> dict[str, dict]:
 
 
 def measure(work: str, setup: Setup, names: Collection[str]) -> Iterator[dict]:
-    """A row of how near results are, then one of times for each batch size."""
+    """A row on the agreement of results, then a row of times for each batch size."""
     settings = setup.settings
     yield {"work": work, "threads": setup.threads, "agreement": check(work, setup, names)}
     for batch in batches(work, settings):
@@ -84,8 +84,8 @@ def measure(work: str, setup: Setup, names: Collection[str]) -> Iterator[dict]:
 
 
 def environment(threads: int) -> dict[str, str]:
-    """For a process that measures: what reads the number of threads from the environment, and where
-    torch.compile keeps what it made."""
+    """The environment variables of a measuring process: the number of threads, and the cache folder of
+    torch.compile."""
     count = str(threads)
     return os.environ | {
         "OMP_NUM_THREADS": count,

@@ -1,7 +1,7 @@
-"""What a batch adds at most to the memory of a process, on one thread: a contender's results and what it
-needs on the way to them.
+"""The most memory that a batch adds to a process, on one thread: a contender's results and its intermediate
+data.
 
-python -m studies.batch.memory WORK NAME    -> megabytes an image
+python -m studies.batch.memory WORK NAME -> megabytes per image
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .works import WORKS
 
 
 def megabytes(field: str) -> float:
-    """Of /proc/self/status."""
+    """A field of /proc/self/status, in megabytes."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith(f"{field}:"):
             return int(line.split()[1]) / 1024
@@ -28,14 +28,14 @@ def megabytes(field: str) -> float:
 
 
 def measure(work: str, name: str, setup: Setup) -> float:
-    """The peak over one call, without the forms of the images that it is given; one image before, so that
-    what is loaded once does not count."""
+    """The peak over one call, without the prepared input images. One image is run first, so that one-time
+    loading does not count."""
     way, batch = WORKS[work].ways[name], setup.settings.memory_batch
     way.make(Images(photographs(1, setup.settings.size)), setup).call()
     images = Images(photographs(batch, setup.settings.size))
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
-    Path("/proc/self/clear_refs").write_text("5")  # forgets the peak
+    Path("/proc/self/clear_refs").write_text("5")  # resets the peak
     before = megabytes("VmRSS")
     way.make(images, setup).call()
     return (megabytes("VmHWM") - before - images.bytes() / 2**20) / batch

@@ -1,5 +1,4 @@
-// OpenCV's way of each work, one image after another; the numbers are those that the bundle was exported
-// with.
+// OpenCV's code for each work, image by image, with the settings with which the bundle was exported.
 #pragma once
 
 #include <cmath>
@@ -14,12 +13,12 @@
 
 namespace ways {
 
-// The work on one image. It keeps the matrices between its steps, so each thread has its own.
+// The work on one image. It reuses its intermediate matrices, so each thread has its own.
 using OnImage = std::function<void(const cv::Mat& image, cv::Mat& result)>;
 
 inline cv::Scalar scalar(const nlohmann::json& values) { return {values.at(0), values.at(1), values.at(2)}; }
 
-// Of float32 images, RGB: magnitude of the gradient in every channel.
+// For float32 images, RGB: the magnitude of the gradient in every channel.
 inline OnImage sobel() {
   return [dx = cv::Mat(), dy = cv::Mat()](const cv::Mat& image, cv::Mat& result) mutable {
     cv::Sobel(image, dx, CV_32F, 1, 0, 3, 1.0 / 8, 0, cv::BORDER_REPLICATE);
@@ -29,7 +28,7 @@ inline OnImage sobel() {
   };
 }
 
-// Of frames: uint8, BGR.
+// For frames: uint8, BGR.
 inline OnImage edges() {
   return [grey = cv::Mat(), blurred = cv::Mat(), dx = cv::Mat(), dy = cv::Mat(), magnitude = cv::Mat()](
              const cv::Mat& frame, cv::Mat& result) mutable {
@@ -42,7 +41,7 @@ inline OnImage edges() {
   };
 }
 
-// Of frames: uint8, BGR. The result is three planes below each other, R, G, B.
+// For frames: uint8, BGR. The result is the planes R, G, B, one below the other.
 inline OnImage preprocess() {
   const double mean[] = {0.485, 0.456, 0.406}, std[] = {0.229, 0.224, 0.225};  // pipelines.preprocess's own
   return
@@ -56,7 +55,7 @@ inline OnImage preprocess() {
       };
 }
 
-// Of float32 images, RGB: the five ops. The maps are made once.
+// For float32 images, RGB: the five ops. The maps are made once.
 inline OnImage prepare(const nlohmann::json& config, cv::Size size) {
   const std::vector<double> camera = config.at("camera"), lens = config.at("lens"),
                             jitter = config.at("jitter");
@@ -68,7 +67,7 @@ inline OnImage prepare(const nlohmann::json& config, cv::Size size) {
   const double sigma = config.at("blur").at(1), degrees = jitter[3] * 180 / CV_PI;
   const cv::Scalar mean = scalar(config.at("mean")), std = scalar(config.at("std")),
                    zero = cv::Scalar::all(0), one = cv::Scalar::all(1);
-  cv::Matx33f colours;  // away from grey
+  cv::Matx33f colours;  // changes the saturation
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c)
       colours(r, c) = float((r == c ? jitter[2] : 0) + (1 - jitter[2]) * (c == 0   ? 0.299

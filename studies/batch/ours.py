@@ -21,8 +21,8 @@ EAGER, FLAT, FUSED, NATIVE = (
 
 
 def ways(bundle: str, eager: Callable[[Setup], Callable], frames: bool, agrees: Agreement) -> dict[str, Way]:
-    """`eager(setup)` is the function of tensors that the bundle was exported from; `frames` says that it
-    takes one camera's frame, not a batch."""
+    """`eager(setup)` is the function of tensors from which the bundle was exported; `frames`: whether it
+    takes one camera frame, not a batch."""
 
     def inputs(images: Images) -> list[np.ndarray]:
         return images.frames if frames else [images.floats]
@@ -52,7 +52,7 @@ def ways(bundle: str, eager: Callable[[Setup], Callable], frames: bool, agrees: 
             )
             bindings, outputs = zip(*(_bound(session, x) for x in inputs(images)), strict=True)
 
-            def call(given=images) -> tuple[np.ndarray, ...]:  # whose memory is bound
+            def call(given=images) -> tuple[np.ndarray, ...]:  # keeps the bound memory alive
                 for binding in bindings:
                     session.run_with_iobinding(binding)
                 return outputs
@@ -64,7 +64,7 @@ def ways(bundle: str, eager: Callable[[Setup], Callable], frames: bool, agrees: 
     def natively(images: Images, setup: Setup) -> Ready:
         import chiasm.runtime
 
-        if chiasm.runtime.get_num_threads() != setup.threads:  # it cannot change once a method is loaded
+        if chiasm.runtime.get_num_threads() != setup.threads:  # it cannot change after a method is loaded
             chiasm.runtime.set_num_threads(setup.threads)
         method = chiasm.runtime.open(setup.bundles / f"{bundle}.chiasm").method("forward", backend="native")
         given = inputs(images)
@@ -86,7 +86,7 @@ def ways(bundle: str, eager: Callable[[Setup], Callable], frames: bool, agrees: 
 
 
 def _bound(session: Any, x: np.ndarray) -> tuple[Any, np.ndarray]:
-    """A binding of a session's one input to x, and of its one output to memory that is kept."""
+    """A binding of a session's one input to x, and of its one output to memory that is reused."""
     source, target = session.get_inputs()[0], session.get_outputs()[0]
     output = np.empty_like(session.run(None, {source.name: x})[0])
     binding = session.io_binding()

@@ -1,4 +1,4 @@
-"""What the section says: tables of times, and how chiasm stands among the others."""
+"""The section's content: tables of times, and comparisons of chiasm with the others."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from .in_cpp import CHIASM, OPENCV
 from .ours import NATIVE
 from .works import WORKS
 
-#: contenders whose result is another one, which is no race
+#: contenders whose result differs, so that their times are not compared
 OTHER_RESULT = ("OpenCV on bytes",)
 AIM = 3.0
 
 
 @dataclass
 class Measured:
-    """What a run found."""
+    """The measurements of a run."""
 
     #: by work and number of threads: contender -> batch size -> (milliseconds of a batch, repeats)
     times: dict[tuple[str, int], dict[str, dict[int, tuple[float, int]]]] = field(default_factory=dict)
-    #: by work: contender -> how far its results are from eager ones
+    #: by work: contender -> the differences of its results from eager ones
     agreement: dict[str, dict[str, dict]] = field(default_factory=dict)
-    #: by work: contender -> megabytes an image
+    #: by work: contender -> megabytes per image
     memory: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def add(self, row: Mapping) -> None:
-        """A row of a race, or one of agreement, in either language."""
+        """Add a row of a race, or a row of agreement, from either language."""
         if "agreement" in row:
             self.agreement.setdefault(row["work"], {}).update(row["agreement"])
             return
@@ -45,8 +45,8 @@ def threads_text(count: int) -> str:
 
 
 def table(measured: Measured, work: str, threads: int, repeats: int) -> list[str]:
-    """Milliseconds an image, from the slowest at the largest batch up to the fastest; the fastest of each
-    size is bold."""
+    """A table of milliseconds per image, sorted from the slowest to the fastest at the largest batch; the
+    fastest of each size is bold."""
     times = measured.times[work, threads]
     sizes = sorted(next(iter(times.values())))
     memory = measured.memory.get(work)
@@ -72,8 +72,8 @@ def table(measured: Measured, work: str, threads: int, repeats: int) -> list[str
 
 
 def standing(measured: Measured, work: str, threads: int) -> str:
-    """Whether native code is ahead of every peer at every batch size, and by how much; each language for
-    itself."""
+    """A sentence on how many times as fast as its peers native code is, and the batch sizes at which it is
+    behind; for each language separately."""
     times, said = measured.times[work, threads], []
     for mine, peers in (
         (NATIVE, [n for n in times if not ours(n) and n != OPENCV and n not in OTHER_RESULT]),
@@ -102,7 +102,7 @@ def standing(measured: Measured, work: str, threads: int) -> str:
 
 
 def aim(measured: Measured, work: str, threads: int) -> str:
-    """How the pipeline stands to the aim of three times OpenCV."""
+    """A sentence that compares the pipeline with the aim of three times OpenCV."""
     times = measured.times[work, threads]
     said = []
     for mine, peer in ((NATIVE, "OpenCV"), (CHIASM, OPENCV)):
@@ -116,9 +116,9 @@ def aim(measured: Measured, work: str, threads: int) -> str:
 
 
 def differences(measured: Measured, work: str) -> list[str]:
-    """How far results are from chiasm's eager ones, over three photographs, and in what definitions
-    differ."""
-    lines = ["| result | mean difference | greatest | why |", "|---|---|---|---|"]
+    """A table of the differences of results from chiasm's eager ones, over three photographs, with the
+    reasons."""
+    lines = ["| contender | mean difference | greatest | reason |", "|---|---|---|---|"]
     for name, found in measured.agreement[work].items():
         lines.append(f"| {name} | {found['mean']:.2g} | {found['most']:.2g} | {found['note']} |")
     return [*lines, ""]
@@ -135,23 +135,23 @@ def section(
             " and three pipelines. Every contender does the same work, which is"
         ),
         (
-            "checked before anything is timed; the tables after the times say how near results are. Times are"
-            " milliseconds *an image*, medians of"
+            "checked before timing; the tables after the times have the differences of results. Times are"
+            " milliseconds *per image*, medians of"
         ),
         (
-            f"{settings.repeats} repeats, or as many as fit into {settings.seconds:g} s (3 at least); the"
-            " contenders take turns. What takes one image a call does a batch in a loop; with"
+            f"{settings.repeats} repeats, or as many as fit into {settings.seconds:g} s (at least 3); the"
+            " contenders take turns. A contender that takes one image per call processes a batch in a loop;"
         ),
         (
-            "several threads the images are shared among them. Forms of the input (NCHW, HWC, bytes) are made"
-            " outside of the times; results are made inside."
+            "several threads share the images. Inputs are converted to the contender's form (NCHW, HWC,"
+            " bytes) outside the measured time; results are allocated inside."
         ),
         (
-            "Memory is what a batch adds at most to a process, results included and inputs not. torchvision"
-            " is no peer: it has no Sobel. The paper's GPU is not here."
+            "Memory is the most that a batch adds to a process, with results and without inputs. torchvision"
+            " is not a peer, because it has no Sobel. The paper's GPU was not available."
         ),
         (
-            "The C++ rows are the program ([batch.cpp](../studies/batch/batch.cpp)) with the same bundles."
+            "The C++ rows are the program [batch.cpp](../studies/batch/batch.cpp) with the same bundles."
             f" The run took {minutes:.0f} minutes."
         ),
         "",

@@ -1,4 +1,4 @@
-"""What the bundles make of the photographs."""
+"""Pictures of the bundles' results for the photographs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIDE, GAP, STRIP = 128, 6, 16
 
 
 def sheet(setup: Setup) -> Image.Image:
-    """A row of the photographs, and one for each bundle, by native code."""
+    """A row of photographs, and a row of results for each bundle, by native code."""
     settings, images = setup.settings, Images(photographs(len(PHOTOGRAPHS), setup.settings.size))
 
     def run(work: str) -> Callable[[np.ndarray], np.ndarray]:
@@ -30,7 +30,7 @@ def sheet(setup: Setup) -> Image.Image:
     sobel, prepared = run("sobel")(images.floats), run("prepare")(images.floats)
     rows = {
         "photographs": list(images.floats),
-        "Sobel, four times as strong": list(4 * sobel),
+        "Sobel, amplified four times": list(4 * sobel),
         "edges": [np.repeat(run("edges")(f)[None] / np.float32(255), 3, 0) for f in images.frames],
         "preprocess, the normalisation undone": [run("preprocess")(f)[0] * std + mean for f in images.frames],
         "five ops, the normalisation undone": list(prepared * std + mean),

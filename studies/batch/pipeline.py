@@ -1,5 +1,5 @@
-"""Five ops as one function, for one bundle: a camera's images made ready for a network, in other colours each
-time it is trained."""
+"""Five ops as one function, for one bundle: prepares a camera's images for a network, with changed colours
+for training."""
 
 from typing import Tuple
 
@@ -30,7 +30,7 @@ def prepare(
 ) -> Tensor:
     """Undistort, resize (bilinear), jitter the colours, blur (Gaussian, mirrored border), normalise.
 
-    The jitter is that of Kornia's ``ColorJitter`` and of torchvision's, its factors given instead of drawn:
+    The jitter is that of Kornia's and torchvision's ``ColorJitter``, with given instead of random factors:
     Pillow's brightness, contrast and saturation, each limited to [0, 1], then the hue.
 
     Args:
@@ -38,10 +38,9 @@ def prepare(
         camera: focal lengths fx, fy and principal point cx, cy, in pixels.
         lens: OpenCV's coefficients k1, k2, p1, p2, k3.
         size: height and width of the result.
-        jitter: factors of brightness, contrast and saturation, and the angle that hues are turned by, in
-            radians.
-        blur: taps and standard deviation, in pixels.
-        mean, std: of the channels R, G, B.
+        jitter: factors of brightness, contrast and saturation, and the rotation of hues, in radians. blur:
+            taps and standard deviation, in pixels.
+        mean, std: for the channels R, G, B.
 
     Returns:
         (B, 3, *size).
@@ -52,7 +51,7 @@ def prepare(
         device=image.device,
     )
     coefficients = torch.tensor(lens, dtype=image.dtype, device=image.device)
-    # As the channels of one image, for then one map serves all.
+    # As channels of one image, so that one map serves all images.
     channels = undistort_image(image.flatten(0, 1)[None], matrix[None], coefficients[None])
     out = resize(channels.reshape(image.shape), size)
     out = adjust_brightness_accumulative(out, jitter[0])

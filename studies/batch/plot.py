@@ -1,4 +1,4 @@
-"""Lines in a plane of two logarithmic axes, each named at its end."""
+"""A plot of lines on two logarithmic axes, each named at its end."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ def log_log(
 ) -> Image.Image:
     """Points (x, y), all positive, by the lines' names; those in `bold` are drawn thick.
 
-    The names stand at the right in the order of the lines' ends, moved apart where they would cover each
-    other.
+    The names are at the right in the order of the lines' ends, moved apart if they would overlap.
     """
     canvas, pen = blank(size)
     points = np.log10(np.array([p for line in lines.values() for p in line]))
@@ -50,7 +49,7 @@ def log_log(
             pen.line((at[0], at[1], at[0] + area[0], at[1]), fill=FAINT)
             pen.text((at[0] - 3, at[1]), f"{y:g}", fill=INK, font=FONT, anchor="rm")
     count = len(lines)
-    order = [*range(0, count, 2), *range(1, count, 2)]  # neighbours in the list are no neighbours in colour
+    order = [*range(0, count, 2), *range(1, count, 2)]  # neighbours in the list get different colours
     inks = [tuple(int(v) for v in ink) for ink in hues(count)[order]]
     ends = {}
     for ink, (name, line) in zip(inks, lines.items(), strict=True):
@@ -70,13 +69,13 @@ def _name(
     left: float,
     bottom: float,
 ) -> None:
-    """Write each name beside its line's end, from the top down, with a thin line to it where it had to
-    move."""
+    """Write each name next to its line's end, from the top down, with a thin line to it if the name was
+    moved."""
     order = sorted(ends, key=lambda name: ends[name][0][1])
     heights: list[float] = []
     for name in order:
         heights.append(max(ends[name][0][1], heights[-1] + LINE if heights else TOP))
-    for i in reversed(range(len(heights))):  # those that were pushed below the plane come up again
+    for i in reversed(range(len(heights))):  # names below the plane are moved up again
         heights[i] = min(heights[i], bottom - (len(heights) - 1 - i) * LINE)
     for name, y in zip(order, heights, strict=True):
         end, ink = ends[name]

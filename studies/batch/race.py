@@ -1,5 +1,5 @@
-"""Contenders in turns: a busy moment of the machine hits all of them, and a slow one does not take the
-others' time."""
+"""Contenders take turns: a busy moment of the machine affects all of them, and a slow contender does not use
+the others' time."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import time
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-#: seconds that another's threads get to fall asleep in, and those that call too short to wake a machine up
-#: take instead
+#: seconds until another contender's threads sleep; contenders with calls too short to wake up the machine
+#: call for as long
 PAUSE = 0.02
 LEAST = 3
 
 
 class Time(NamedTuple):
-    """Median milliseconds of a call, of so many."""
+    """The median milliseconds of a call, and the number of calls."""
 
     ms: float
     repeats: int
@@ -26,16 +26,15 @@ def race(
 ) -> dict[str, Time]:
     """Each call `repeats` times, or as often as `seconds` allow, spread evenly over the turns.
 
-    Each turn begins with a call that does not count, which brings what it needs back into the caches, unless
-    calls take long.
+    Each turn begins with a call that does not count, which fills the caches, unless calls take long.
     """
     wanted, taken, times = {}, {}, {}
     for name, call in calls.items():
-        call()  # the first one makes what is kept
+        call()  # the first call makes the objects that are reused
         begin = time.perf_counter()
         call()
         taken[name] = time.perf_counter() - begin
-        long = taken[name] * LEAST > seconds  # so that this one counts, too
+        long = taken[name] * LEAST > seconds  # then this call counts too
         times[name] = [taken[name]] if long else []
         wanted[name] = LEAST - 1 if long else min(int(seconds / max(taken[name], 1e-7)), repeats)
     for turn in range(turns):

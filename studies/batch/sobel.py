@@ -118,10 +118,8 @@ WORK = Work(
     ours.ways("filters.sobel", _eager, frames=False, agrees=Agreement(1e-6))
     | {
         "OpenCV": Way(_opencv, Agreement(1.1e-3, note=_EPSILON)),
-        "Pillow": Way(
-            _pillow, Agreement(4e-3, edge=1, note="whole levels inside, and leaves the border as it is")
-        ),
-        "scikit-image": Way(_scikit_image, Agreement(1.1e-3, note=_EPSILON + "; larger by the root of 2")),
+        "Pillow": Way(_pillow, Agreement(4e-3, edge=1, note="rounds to bytes inside, and keeps the border")),
+        "scikit-image": Way(_scikit_image, Agreement(1.1e-3, note=_EPSILON + "; sqrt(2) times as large")),
         "SciPy": Way(_scipy, Agreement(1.1e-3, note=_EPSILON)),
     }
     | kornias.ways(

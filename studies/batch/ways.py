@@ -1,5 +1,5 @@
-"""What every contender is made of: images in the form that it wants, a call that does a whole batch, and its
-results in chiasm's form."""
+"""The parts of every contender: images in its form, a call that processes a whole batch, and its results in
+chiasm's form."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .settings import Settings
 
 
 class Setup(NamedTuple):
-    """Where bundles are, and how many threads a contender may use."""
+    """The folder of bundles, and the number of threads that a contender may use."""
 
     settings: Settings
     bundles: Path
@@ -27,14 +27,14 @@ class Setup(NamedTuple):
 
 
 def photographs(batch: int, size: tuple[int, int]) -> np.ndarray:
-    """scikit-image's colour photographs in turn: (B, 3, H, W), RGB, uint8."""
+    """scikit-image's colour photographs, cyclically: (B, 3, H, W), RGB, uint8."""
     some = photograph(len(PHOTOGRAPHS), *size)
     return some[np.arange(batch) % len(some)]
 
 
 class Images:
-    """A batch of photographs (B, 3, H, W), RGB, uint8, in the forms that contenders take, each made when
-    first asked for."""
+    """A batch of photographs (B, 3, H, W), RGB, uint8, in the forms that contenders take, each made at its
+    first use."""
 
     def __init__(self, pixels: np.ndarray) -> None:
         self.pixels = pixels
@@ -43,7 +43,7 @@ class Images:
         return len(self.pixels)
 
     def bytes(self) -> int:
-        """Of all forms that were made."""
+        """The bytes of all forms made so far."""
         # Planes are views of floats
         made = [v for k, v in vars(self).items() if k not in ("pixels", "planes")]
         return sum(a.nbytes for form in made for a in (form if isinstance(form, list) else [form]))
@@ -55,7 +55,7 @@ class Images:
 
     @cached_property
     def planes(self) -> list[np.ndarray]:
-        """Each channel of each image (H, W), of `floats`."""
+        """Each channel of each image (H, W), as views of `floats`."""
         return list(self.floats.reshape(-1, *self.floats.shape[2:]))
 
     @cached_property
@@ -70,7 +70,7 @@ class Images:
 
     @cached_property
     def frames(self) -> list[np.ndarray]:
-        """Each image as a camera's frame (H, W, 3), BGR, uint8."""
+        """Each image as a camera frame (H, W, 3), BGR, uint8."""
         return [np.ascontiguousarray(i[::-1].transpose(1, 2, 0)) for i in self.pixels]
 
     @cached_property
@@ -80,10 +80,10 @@ class Images:
 
 
 class Ready(NamedTuple):
-    """A contender with its inputs made.
+    """A contender with its prepared inputs.
 
-    call: does the work of the whole batch once, and returns what it made.
-    planes: that as (B, C, H, W) in chiasm's scale.
+    call: does the work on the whole batch once, and returns the results.
+    planes: converts these to (B, C, H, W) in chiasm's scale.
     """
 
     call: Callable[[], Any]
@@ -92,7 +92,7 @@ class Ready(NamedTuple):
 
 @dataclass(frozen=True)
 class Way:
-    """A contender at one work, and how far its results may be from chiasm's."""
+    """A contender for one work, and the allowed difference of its results from chiasm's."""
 
     make: Callable[[Images, Setup], Ready]
     agrees: Agreement
@@ -100,25 +100,24 @@ class Way:
 
 @dataclass(frozen=True)
 class Work:
-    """What all contenders of a race do.
+    """The work of all contenders in a race.
 
-    bundle: the one that chiasm's contenders run.
-    ways: the contenders by name; the first is chiasm's eager function, which results are compared with.
+    bundle: the bundle that chiasm's contenders run.
+    ways: the contenders by name; the first is chiasm's eager function, whose results are the reference.
     """
 
     title: str
-    #: what is done, for the page
+    #: the description of the work, for the page
     said: str
     bundle: str
     ways: Mapping[str, Way]
-    #: how far the results of Debian's OpenCV may be, where its version computes in another way than the
-    #: wheel's
+    #: the allowed difference of Debian's OpenCV, if its version computes differently from the wheel's
     debian: Agreement | None = None
 
 
 def over_images(one: Callable[[int, dict], Any], count: int, threads: int) -> Callable[[], list]:
-    """A call that does `one(i, scratch)` for each of `count` images; `scratch` is the thread's own, where it
-    keeps what it need not make again."""
+    """A call that does `one(i, scratch)` for each of `count` images; `scratch` belongs to the thread and
+    keeps objects that it reuses."""
     shares = min(threads, count)
     scratch: list[dict] = [{} for _ in range(shares)]
 
@@ -134,12 +133,12 @@ def over_images(one: Callable[[int, dict], Any], count: int, threads: int) -> Ca
 def into(
     scratch: dict, key: str, function: Callable, *arguments: Any, dst: str = "dst", **options: Any
 ) -> Any:
-    """A call of an OpenCV function into the matrix that is kept under the key."""
+    """A call of an OpenCV function into the matrix that `scratch` keeps under the key."""
     made = function(*arguments, **{dst: scratch.get(key)}, **options)
     scratch[key] = made[1] if isinstance(made, tuple) else made
     return scratch[key]
 
 
 def from_matrices(matrices: list[np.ndarray]) -> np.ndarray:
-    """(H, W, C) of each image as (B, C, H, W)."""
+    """Matrices (H, W, C), one per image, as (B, C, H, W)."""
     return np.stack(matrices).transpose(0, 3, 1, 2)

@@ -1,4 +1,4 @@
-"""The races by name, and the bundles that chiasm runs in them."""
+"""The races by name, and chiasm's bundles for them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""make study WHAT=depth: depth of calibrated views by gradient descent -> docs/use_cases.md, pictures beside
-it."""
+"""make study WHAT=depth: depth from calibrated views by gradient descent -> docs/use_cases.md and its
+pictures."""
 
 from __future__ import annotations
 
@@ -51,7 +51,8 @@ def main() -> None:
 
 
 def run(scene: Scene, settings: Settings, progress: Progress) -> tuple[Scene, list[Level], list[Judged]]:
-    """A scene by every engine, eager Python first; and what native code in Python found at every scale."""
+    """Run a scene with every engine, eager Python first; also returns native Python's results at every
+    scale."""
     bundles, work = folder(NAME) / "bundles", folder(NAME) / scene.name
     save(scene, settings, work)
     height, width = scene.depth.shape

@@ -1,4 +1,4 @@
-"""The functions of step.py as bundles: all that the optimisation computes, for a program without Python."""
+"""The functions of step.py as bundles: all computations of the optimisation, for a program without Python."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ INVERSE_DEPTH = TensorSpec("inverse_depth", (1, 1, "H", "W"), layout="NCHW", des
 
 
 def specs(settings: Settings) -> dict[str, tuple[Callable, Spec]]:
-    """The functions and how they are exported, by the bundles' names."""
-    least = settings.window // 2 + 1  # a window reflects less than there is
+    """The functions and their specs, by the bundles' names."""
+    least = settings.window // 2 + 1  # reflection needs more pixels than half of the window
     inputs = [
         INVERSE_DEPTH,
         TensorSpec("velocity", (1, 1, "H", "W"), layout="NCHW", description="zeros at first"),
@@ -76,7 +76,7 @@ def export_all(
 
 
 def _views(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-    """A wall four metres away, of noise, and cameras beside each other."""
+    """Example inputs: a wall of noise four metres away, and cameras side by side."""
     views, height, width = sizes["B"], sizes["H"], sizes["W"]
     camera = torch.tensor([[[width, 0.0, width / 2], [0.0, width, height / 2], [0.0, 0.0, 1.0]]])
     motions = torch.eye(4).repeat(views, 1, 1)

@@ -4,9 +4,9 @@
 //     study_depth BUNDLES native|onnx SCENE
 //
 // SCENE is a folder with the views as pictures and scene.json: cameras, motions, limits of the inverse depth,
-// scales, iterations, learning rate. The inverse depth is written there as inverse_depth.BACKEND.tiff (32-bit
-// floats); a line of JSON on stdout says what the last step's loss was, how long all of it and a step at the
-// finest scale took, and whether libtorch was in the process.
+// scales, iterations, learning rate. The inverse depth is written to the same folder as
+// inverse_depth.BACKEND.tiff (32-bit floats). A line of JSON on stdout has the loss of the last step, the
+// time of the whole optimisation and of a step at the finest scale, and whether libtorch was in the process.
 #include <fstream>
 #include <iostream>
 #include <optional>
@@ -27,7 +27,7 @@ using nlohmann::json;
 
 namespace {
 
-// Numbers of any depth of nesting, row by row.
+// Flattens nested lists of numbers, row by row.
 void flatten(const json& value, std::vector<float>& into) {
   if (value.is_array())
     for (const json& part : value) flatten(part, into);
@@ -35,7 +35,7 @@ void flatten(const json& value, std::vector<float>& into) {
     into.push_back(value.get<float>());
 }
 
-// A tensor that is owned.
+// A tensor that owns its values.
 struct Values {
   std::vector<float> data;
   chiasm::Shape shape;
@@ -53,7 +53,7 @@ struct Values {
   chiasm::Tensor view() const { return {data.data(), shape}; }
 };
 
-// The entries from `first` to before `last` of a tensor's first dimension.
+// The entries from `first` up to, but without, `last` of a tensor's first dimension.
 chiasm::Tensor entries(const chiasm::Tensor& tensor, int64_t first, int64_t last) {
   chiasm::Shape shape = tensor.shape();
   const int64_t each = shape.count() / shape[0];
@@ -86,7 +86,7 @@ class Descent {
         reduce_(load(bundles, backend, "reduce")),
         enlarge_(load(bundles, backend, "enlarge")) {}
 
-  // The finest scale's inverse depth, which is written to a file, and a report.
+  // Writes the inverse depth at the finest scale to a file, and returns a report.
   json run(const std::string& folder, const std::string& result) {
     const json scene = json::parse(std::ifstream(folder + "/scene.json"));
     const Values images = read_views(folder, scene.at("views"));
@@ -107,12 +107,12 @@ class Descent {
       const auto [finer, their_cameras] = scale(i - 1);
       reduced.push_back(reduce_.run({finer, their_cameras}));
     }
-    // The start is as large as the coarsest scale, not one pixel: resampling makes a constant uneven by
-    // rounding, each engine in its way.
+    // The start has the size of the coarsest scale, not of one pixel: resampling a constant gives rounding
+    // errors, which differ between engines.
     chiasm::Shape coarsest = scale(scales - 1).first.shape();
     coarsest[0] = coarsest[1] = 1;
     const std::vector<float> middle(size_t(coarsest.count()), (limits.data[0] + limits.data[1]) / 2);
-    std::optional<chiasm::Outputs> state;  // what the two tensors point into
+    std::optional<chiasm::Outputs> state;  // owns the memory of the two tensors
     chiasm::Tensor inverse_depth(middle.data(), coarsest);
     double loss = 0, step_ms = 0;
     for (int i = scales - 1; i >= 0; --i) {
@@ -148,7 +148,7 @@ class Descent {
  private:
   static chiasm::Method load(const std::string& bundles, const std::string& backend,
                              const std::string& name) {
-    // ONNX Runtime with its own operators: native code is the other backend.
+    // ONNX Runtime with standard operators: native code is the other backend.
     const auto options = chiasm::LoadOptions().with_backend(backend).with_fused(false);
     return chiasm::Bundle::open(bundles + "/depth." + name + ".chiasm").method("forward", options);
   }

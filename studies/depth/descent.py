@@ -1,5 +1,4 @@
-"""The optimisation: from the coarsest scale to the finest, by functions that are eager Python's or of
-bundles."""
+"""The optimisation: from the coarsest scale to the finest, by functions of eager Python or of bundles."""
 
 from __future__ import annotations
 
@@ -18,13 +17,13 @@ from . import step
 from .scenes import Scene
 from .settings import Settings
 
-#: of :func:`step.step`, which bundles hold
+#: the arguments of :func:`step.step` that are constants in bundles
 CONFIG = ("window", "ssim_weight", "l1_weight", "smoothness", "inertia")
 
 
 @dataclass(frozen=True)
 class Functions:
-    """Those of step.py."""
+    """The functions of step.py."""
 
     step: Callable
     reduce: Callable
@@ -33,10 +32,10 @@ class Functions:
 
 @dataclass(frozen=True)
 class Level:
-    """What was found at a scale.
+    """The results at one scale.
 
     images: (B, 3, H, W); cameras: (B, 3, 3); inverse_depth: (1, 1, H, W).
-    loss: before the last step. milliseconds: a step.
+    loss: before the last step. milliseconds: per step.
     """
 
     images: Tensor
@@ -47,14 +46,14 @@ class Level:
 
 
 def eager(settings: Settings) -> Functions:
-    """As Python runs them."""
+    """The functions in eager Python."""
     return Functions(
         partial(step.step, **{name: getattr(settings, name) for name in CONFIG}), step.reduce, step.enlarge
     )
 
 
 def loaded(folder: Path, backend: str) -> Functions:
-    """Of the bundles in a folder; ONNX Runtime with its own operators, not with native code inside."""
+    """The functions of the bundles in a folder; ONNX Runtime uses standard operators, not native code."""
     bundles = (runtime.open(folder / f"depth.{name}.chiasm") for name in ("step", "reduce", "enlarge"))
     return Functions(*(bundle.method("forward", backend=backend, fused=False) for bundle in bundles))
 
@@ -68,13 +67,13 @@ def descend(
     """Depth at every scale, the coarsest first.
 
     Args:
-        advance: called after every step with the number of pixels, which is what its time depends on.
+        advance: called after every step with the number of pixels, on which its time depends.
     """
     scales = [(scene.images, scene.cameras)]
     for _ in range(settings.scales - 1):
         scales.append(functions.reduce(*scales[-1]))
-    # As large as the coarsest scale, not one pixel: resampling makes a constant uneven by rounding, each
-    # engine in its way.
+    # The size of the coarsest scale, not one pixel: resampling a constant gives rounding errors, which differ
+    # between engines.
     inverse_depth = torch.full_like(scales[-1][0][:1, :1], float(scene.limits.mean()))
     levels = []
     for images, cameras in reversed(scales):

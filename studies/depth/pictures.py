@@ -1,5 +1,5 @@
-"""The paper's figure of a scene: a column a scale; rows of the views, the views warped to the reference, the
-depth and its error.
+"""The paper's figure of a scene: one column per scale; rows with the views, the views warped to the
+reference, the depth and its error.
 
 The true depth is at the lower left.
 """
@@ -19,7 +19,7 @@ from .scenes import Scene, pixels
 from .score import depth_at_full_size
 
 CELL, GAP, STRIP = 150, 4, 15
-#: errors from here on are white
+#: errors from this one on are white
 WORST = 0.25
 UNKNOWN = (150, 150, 150)
 
@@ -34,7 +34,7 @@ def figure(scene: Scene, levels: list[Level]) -> Image.Image:
     rows: dict[str, list[np.ndarray]] = {label: [] for label in (*_view_labels(scene), *results)}
     for level in levels:
         depth = depth_at_full_size(level.inverse_depth, scene)
-        # The reference in the second row, as in the paper's figure.
+        # The reference is in the second row, as in the paper's figure.
         images = [pixels(image) for image in level.images]
         own = 1 / level.inverse_depth[0, 0].numpy()
         made = [
@@ -70,8 +70,7 @@ def figure(scene: Scene, levels: list[Level]) -> Image.Image:
 
 
 def warped(level: Level, scene: Scene) -> np.ndarray:
-    """The mean (h, w, 3) of the views as the reference's depth warps them, black where no view has a
-    pixel."""
+    """The mean (h, w, 3) of the views, warped by the reference's depth; black where no view has a pixel."""
     views, still = level.images[1:], torch.eye(4)[None]
     cameras = level.cameras[1:], scene.motions[1:], level.cameras[:1], still
     colors, counts = (
@@ -82,8 +81,8 @@ def warped(level: Level, scene: Scene) -> np.ndarray:
 
 
 def depth_colors(depth: np.ndarray, scene: Scene) -> np.ndarray:
-    """A depth map (h, w) in colours of its inverse, red near and blue far, over the range that the truth
-    has."""
+    """A depth map (h, w) in colours of its inverse, from red (near) to blue (far), over the range of the
+    truth."""
     far, near = 1 / np.nanmax(scene.depth), 1 / np.nanmin(scene.depth)
     return _colors((1 / depth - far) / (near - far), cv2.COLORMAP_TURBO)
 

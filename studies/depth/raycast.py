@@ -1,5 +1,4 @@
-"""Views of textured planes and balls, by casting rays: images as a camera would take them, and the exact
-depth of every pixel."""
+"""Views of textured planes and balls, by casting rays: camera images, and the exact depth of every pixel."""
 
 from __future__ import annotations
 
@@ -9,7 +8,7 @@ import numpy as np
 
 from gallery.photographs import photograph
 
-#: Rays a pixel's side, for its colour; its depth is that of the ray through its centre.
+#: The rays along each side of a pixel, for its colour; its depth is that of the ray through its centre.
 RAYS = 4
 
 
@@ -17,8 +16,8 @@ RAYS = 4
 class Board:
     """A rectangle with a photograph on it.
 
-    corner: its upper left one; right, down: from there to the next ones (3,).
-    tiles: how many photographs fit along it and down it.
+    corner: the upper left one; right, down: vectors from it to the next corners (3,).
+    tiles: the number of photographs along it and down it.
     """
 
     photo: str
@@ -28,14 +27,14 @@ class Board:
     tiles: tuple[float, float] = (1.0, 1.0)
 
     def hit(self, origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Along rays (..., 3) how far the surface is, infinite where it is not, and the photograph's
+        """The distance of the surface along rays (..., 3), infinite if they miss it, and the photograph's
         coordinates there."""
         right, down = np.array(self.right), np.array(self.down)
         normal = np.cross(right, down)
         with np.errstate(divide="ignore", invalid="ignore"):
             t = ((self.corner - origin) @ normal) / (rays @ normal)
         at = origin + np.where(np.isfinite(t), t, 0)[..., None] * rays - self.corner
-        # Of sides that need not be at right angles.
+        # The sides need not be at right angles.
         gram = np.linalg.inv(np.array([[right @ right, right @ down], [right @ down, down @ down]]))
         along = np.stack([at @ right, at @ down], -1) @ gram
         inside = (t > 1e-6) & (along >= 0).all(-1) & (along <= 1).all(-1)
@@ -52,7 +51,7 @@ class Ball:
     tiles: tuple[float, float] = (2.0, 1.0)
 
     def hit(self, origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """As :meth:`Board.hit`."""
+        """Like :meth:`Board.hit`."""
         away = origin - np.array(self.center)
         a, b, c = (rays * rays).sum(-1), rays @ away, away @ away - self.radius**2
         square = b * b - a * c
@@ -70,7 +69,8 @@ Surface = Board | Ball
 def cast(
     surfaces: tuple[Surface, ...], origin: np.ndarray, rays: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The colours (..., 3) from 0 to 1 that rays (..., 3) meet first, and how far along the rays (...)."""
+    """The colours (..., 3), from 0 to 1, of the first surface on each ray (..., 3), and its distance along
+    the ray (...)."""
     nearest = np.full(rays.shape[:-1], np.inf)
     colors = np.zeros((*rays.shape[:-1], 3))
     for surface in surfaces:
@@ -82,8 +82,8 @@ def cast(
 
 
 def texture(photo: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """A photograph (N, 3) at coordinates (N,) that grow by 1 over its sides; every other one is mirrored, so
-    that there is no seam."""
+    """Colours (N, 3) of a photograph at coordinates (N,), which grow by 1 over its sides; every other tile is
+    mirrored, to avoid seams."""
     pixels = photograph(photo) / 255.0
     height, width = pixels.shape[:2]
     u, v = (1 - np.abs(1 - x % 2)) * (width - 1), (1 - np.abs(1 - y % 2)) * (height - 1)
@@ -97,21 +97,20 @@ def texture(photo: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def render(
     surfaces: tuple[Surface, ...], camera: np.ndarray, motion: np.ndarray, height: int, width: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What a camera sees.
+    """Render a camera's view.
 
     Args:
         camera: (3, 3), in pixels.
         motion: (4, 4), from the scene's frame to the camera's.
 
     Returns:
-        The image (height, width, 3), bytes as a camera gives them, and the depth (height, width) at the
-        pixels' centres.
+        The image (height, width, 3), uint8, and the depth (height, width) at the pixels' centres.
     """
     rotation, origin = motion[:3, :3], -motion[:3, :3].T @ motion[:3, 3]
 
     def rays(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         pixels = np.stack(np.broadcast_arrays(x[None, :], y[:, None], 1.0), -1)
-        return pixels @ np.linalg.inv(camera).T @ rotation  # of depth 1 in the camera's frame
+        return pixels @ np.linalg.inv(camera).T @ rotation  # with depth 1 in the camera's frame
 
     fine = (np.arange(RAYS) + 0.5) / RAYS - 0.5
     colors, _ = cast(
@@ -132,12 +131,12 @@ def visible(
     height: int,
     width: int,
 ) -> np.ndarray:
-    """Which points (..., 3) of surfaces a camera sees: nothing before them, and inside the image."""
+    """Whether a camera sees points (..., 3) of surfaces: they are not occluded, and inside the image."""
     rotation, shift = motion[:3, :3], motion[:3, 3]
     _, along = cast(surfaces, -rotation.T @ shift, points + rotation.T @ shift)
     seen = (points @ rotation.T + shift) @ camera.T
     x, y = seen[..., 0] / seen[..., 2], seen[..., 1] / seen[..., 2]
-    # A ray to a point is 1 long there: less, and something is before it.
+    # The distance along a ray to its point is 1: with less, another surface is in front of the point.
     return (
         (along > 1 - 1e-6) & (seen[..., 2] > 0) & (x >= 0) & (x <= width - 1) & (y >= 0) & (y <= height - 1)
     )

@@ -1,4 +1,4 @@
-"""The section of docs/use_cases.md, of what the runs found."""
+"""The section of docs/use_cases.md on the runs."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ def section(
     exporting: float,
     running: float,
 ) -> list[str]:
-    """Lines of Markdown; exporting, running: the seconds that took."""
+    """Lines of Markdown; exporting, running: the seconds for each."""
     lines = [
         (
-            "Section 4.3 of the paper: the depth of a reference view is what warps the other views to look"
-            " like it. The loss is a weighted sum of"
+            "Section 4.3 of the paper: the depth of a reference view is the one with which the other views,"
+            " warped to it, look like it. The loss is a weighted sum of"
         ),
         (
-            "(1 - SSIM) / 2 and absolute differences over the pixels that a view has, plus the edge-aware"
+            "(1 - SSIM) / 2 and absolute differences over the pixels that a view covers, plus an edge-aware"
             " smoothness. Gradient descent with momentum"
         ),
         (
-            "goes down it, from the coarsest scale to the finest. The unknown is the inverse depth, in units"
+            "minimises it, from the coarsest scale to the finest. The unknown is the inverse depth, in units"
             " of the pixels by which it moves points in"
         ),
         (
-            "the farthest view: one learning rate does for all scales and units of length. It falls to 0 at"
-            " every scale, for the loss has kinks,"
+            "the farthest view: so one learning rate suits all scales and units of length. The rate falls to"
+            " 0 at every scale, because the loss has kinks,"
         ),
         (
-            "at which a constant rate never comes to rest. `studies/depth/step.py` holds a whole step (loss,"
+            "at which a constant rate never converges. `studies/depth/step.py` has a whole step (loss,"
             " gradient, update); it is exported as"
         ),
         (
@@ -54,14 +54,14 @@ def section(
         ),
         "",
         (
-            "*error* is the mean of |depth - truth| / truth of the known pixels, *within* the share of them"
-            " where it is below"
+            "*error* is the mean of |depth - truth| / truth over the pixels with a known depth, *within* the"
+            " share of these pixels with an error below"
         ),
         (
-            f"{NEAR_ENOUGH:.0%}; *seen* are those of them that every view sees, neither covered nor outside"
-            " its image. The depth of a scale is enlarged"
+            f"{NEAR_ENOUGH:.0%}; *seen* are the known pixels that are visible in every view, neither occluded"
+            " nor outside its image. For these numbers,"
         ),
-        "to the finest for that.",
+        "the depth of a scale is enlarged to the finest.",
         "",
     ]
     for scene, levels, judged in results:
@@ -84,34 +84,31 @@ def section(
     lines += [
         "### Python and C++",
         "",
-        (
-            "All engines ran on one thread. Tolerance of the whole optimisation, at which the run stops with"
-            " an error:"
-        ),
+        ("All engines ran on one thread. The run fails unless, after the whole optimisation,"),
         (
             f"{AGREEING:.0%} of the pixels have a depth within 1% of eager Python's, and the error is within"
-            f" {ERROR_APART:.1%} of its."
+            f" {ERROR_APART:.1%} of eager Python's."
         ),
         (
-            "It is wider than rounding, for at a kink the last digit decides about the direction of a step,"
-            " and momentum carries that on."
+            "These tolerances are wider than rounding errors, because at a kink the last digit decides the"
+            " direction of a step, and momentum continues it."
         ),
-        "`tests/studies/test_depth.py` holds single steps to tolerances of rounding. Native code, which is"
+        "`tests/studies/test_depth.py` checks single steps with tolerances of rounding. Native code, which is"
         " the same in Python and C++, "
         + ("gave both the same bits." if _same_native_bits(results) else "did not give both the same bits."),
         "",
         (
-            f"The optimisations took {running / 60:.1f} minutes, exporting the bundles before"
+            f"The optimisations took {running / 60:.1f} minutes, the export of the bundles before"
             f" {exporting / 60:.1f} (they are cached)."
         ),
         "",
         (
-            "Of the settings the scales, the iterations, the use of momentum, and the size and number of the"
-            " room's views are the paper's; the weights"
+            "The scales, the iterations, the use of momentum, and the size and number of the room's views are"
+            " the paper's settings; the weights"
         ),
         (
-            "of SSIM and absolute differences are those of C. Godard et al. (CVPR 2017). The other ones are"
-            " ours, chosen on these scenes, and so is the falling rate."
+            "of SSIM and absolute differences are those of C. Godard et al. (CVPR 2017). The other settings"
+            " are ours, chosen on these scenes, as is the falling rate."
         ),
         "",
     ]
@@ -145,15 +142,15 @@ def _not_reached(scene: Scene, settings: Settings, levels: list[Level]) -> list[
     lines = [
         (
             f"The depth of {known.mean():.1%} of the pixels is known, and every view sees {seen:.1%} of"
-            f" those. Not within {NEAR_ENOUGH:.0%} are"
+            f" these. The error is {NEAR_ENOUGH:.0%} or more for"
         ),
         (
-            f"{1 - s.within:.1%} of the known ones; {blind:.0%} of these are not seen by every view: what the"
-            " loss compares there is not the same point."
+            f"{1 - s.within:.1%} of the known pixels; {blind:.0%} of these are not visible in every view, so"
+            " the loss compares different points there."
         ),
         (
-            "The paper shows its result, of another scene, as a picture and not in figures, so that there is"
-            " none to hold this against."
+            "The paper shows its result, for another scene, only as a picture, so there are no numbers to"
+            " compare with."
         ),
     ]
     if scene.name == "motorcycle":
@@ -162,15 +159,15 @@ def _not_reached(scene: Scene, settings: Settings, levels: list[Level]) -> list[
         lines += [
             "",
             (
-                "A yardstick for it is OpenCV's semi-global matching, which tries all disparities instead of"
-                " descending. It finds a depth for"
+                "For comparison, OpenCV's semi-global matching tries all disparities instead of descending."
+                " It finds a depth for"
             ),
             (
-                f"{share:.1%} of the pixels, with an error of {p.error:.2%} ({p.seen_error:.2%} of the seen"
-                f" ones). Of the known pixels {p.within:.1%}"
+                f"{share:.1%} of the pixels, with an error of {p.error:.2%} ({p.seen_error:.2%} for the seen"
+                f" ones). {p.within:.1%} of the known pixels"
             ),
             (
-                f"are within {NEAR_ENOUGH:.0%} ({p.seen_within:.1%} of the seen ones), of gradient descent's"
+                f"are within {NEAR_ENOUGH:.0%} ({p.seen_within:.1%} of the seen ones); for gradient descent,"
                 f" {s.within:.1%} ({s.seen_within:.1%})."
             ),
         ]
@@ -180,12 +177,12 @@ def _not_reached(scene: Scene, settings: Settings, levels: list[Level]) -> list[
 def _engines(judged: list[Judged]) -> list[str]:
     lines = [
         (
-            "The same optimisation by each engine; the last three columns are how far its depth is from that"
-            f" of {judged[0].run.engine}:"
+            "The same optimisation by each engine; the last three columns are the relative differences of"
+            f" its depth from that of {judged[0].run.engine}:"
         ),
         "",
         (
-            "| engine | seconds | ms a step at the finest scale | loss | error | within | median | 99% below"
+            "| engine | seconds | ms per step, finest scale | loss | error | within | median | 99% below"
             " | pixels within 1% |"
         ),
         "|---|---|---|---|---|---|---|---|---|",

@@ -20,14 +20,14 @@ from .score import Difference, Score, depth_at_full_size, difference, score
 from .settings import Settings
 
 PROGRAM = BUILD / "release" / "bin" / "study_depth"
-#: What is held to: the share of pixels whose depth after the whole optimisation differs from eager Python's
-#: by less than a hundredth, and by how much the mean error against the truth may differ.
+#: The tolerances: the least share of pixels whose depth after the whole optimisation differs from eager
+#: Python's by less than 1%, and the largest difference of the mean error against the truth.
 AGREEING, ERROR_APART = 0.9, 0.005
 
 
 @dataclass(frozen=True)
 class Run:
-    """What an engine made of a scene. depth: (H, W). milliseconds: a step at the finest scale."""
+    """An engine's result for a scene. depth: (H, W). milliseconds: per step at the finest scale."""
 
     engine: str
     depth: np.ndarray
@@ -43,7 +43,7 @@ def in_python(
     functions: Functions,
     advance: Callable[[int], None] = lambda pixels: None,
 ) -> tuple[Run, list[Level]]:
-    """The run, and what it found at every scale."""
+    """The run, and its results at every scale."""
     start = time.perf_counter()
     levels = descend(scene, settings, functions, advance)
     last = levels[-1]
@@ -75,7 +75,7 @@ def in_cpp(backend: str, scene: Scene, bundles: Path, folder: Path) -> Run:
 
 @dataclass(frozen=True)
 class Judged:
-    """A run, how far it is from the truth, and how far from the first one."""
+    """A run, its errors against the truth, and its difference from the first run."""
 
     run: Run
     score: Score
@@ -83,10 +83,10 @@ class Judged:
 
 
 def judge(runs: list[Run], scene: Scene) -> list[Judged]:
-    """The runs beside the first.
+    """Compare the runs with the first one.
 
     Raises:
-        RuntimeError: if one of them does not agree with it.
+        RuntimeError: if a run exceeds the tolerances.
     """
     judged = [Judged(run, score(run.depth, scene), difference(run.depth, runs[0].depth)) for run in runs]
     for one in judged:

@@ -1,5 +1,5 @@
-"""What depth is computed of: the stereo pair of a motorcycle, photographed, and a room that is rendered here.
-Both with true depth."""
+"""The scenes whose depth is computed: a photographed stereo pair of a motorcycle, and a rendered room. Both
+have true depth."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from . import raycast
 from .raycast import Ball, Board
 from .settings import Settings
 
-#: Of the stereo pair as it ships, from the documentation of skimage.data.stereo_motorcycle (Middlebury 2014):
-#: focal length, the left camera's centre and how much further right the right camera's is, in pixels; the
-#: distance of the cameras in metres.
+#: The calibration of the stereo pair in its original size, from the documentation of
+#: skimage.data.stereo_motorcycle (Middlebury 2014): the focal length, the left camera's principal point and
+#: the offset of the right camera's to the right, in pixels; the distance between the cameras in metres.
 FOCAL, CENTER, OFFSET, BASELINE = 994.978, (311.193, 254.877), 31.086, 0.193001
 #: A wall, a floor, a leaning picture and two balls; metres, x right, y down, z away from the reference.
 ROOM = (
@@ -31,7 +31,7 @@ ROOM = (
     Ball("chelsea.png", (0.15, 0.55, 3.4), 0.75),
     Ball("brick.png", (1.55, -0.35, 4.3), 0.7),
 )
-#: Turns (degrees about x, y, z) and places (metres) of the cameras beside the reference.
+#: Rotations (degrees about x, y, z) and positions (metres) of the cameras other than the reference.
 MOVES = (((0.6, 1.5, -0.8), (-0.22, 0.05, 0.04)), ((-0.8, -1.8, 1.0), (0.2, -0.06, -0.05)))
 
 
@@ -40,8 +40,8 @@ class Scene:
     """Calibrated views of a scene, the reference first, and the truth of the reference.
 
     images: (B, 3, H, W), from 0 to 1; cameras: (B, 3, 3); motions: (B, 4, 4), from the reference's frame to
-    each camera's. limits: (2,), the least and the greatest inverse depth that is looked for. depth: (H, W),
-    metres, NaN where it is not known. seen: (H, W), which of the known pixels every view sees.
+    each camera's. limits: (2,), the smallest and the greatest inverse depth of the search. depth: (H, W),
+    metres, NaN if unknown. seen: (H, W), whether a known pixel is visible in every view.
     """
 
     name: str
@@ -54,8 +54,8 @@ class Scene:
 
 
 def room(settings: Settings) -> Scene:
-    """Views of a room; what of it every camera sees is known by rays from there to the points that the
-    reference sees."""
+    """Views of a room. Rays from each camera to the points that the reference sees show whether every camera
+    sees them."""
     width, height = settings.room_size
     camera = np.array([[0.9 * width, 0, (width - 1) / 2], [0, 0.9 * width, (height - 1) / 2], [0, 0, 1.0]])
     motions = [np.eye(4), *(motion(turn, place) for turn, place in MOVES)]
@@ -69,8 +69,8 @@ def room(settings: Settings) -> Scene:
 
 
 def motion(turn: tuple[float, float, float], place: tuple[float, float, float]) -> np.ndarray:
-    """From the scene's frame to that of a camera that was turned (degrees, an axis times the angle) and
-    stands at a place, (4, 4)."""
+    """The motion (4, 4) from the scene's frame to that of a camera with a rotation (degrees, axis times
+    angle) and a position."""
     rotation = cv2.Rodrigues(np.radians(turn))[0].T
     made = np.eye(4)
     made[:3, :3], made[:3, 3] = rotation, -rotation @ place
@@ -106,16 +106,16 @@ def motorcycle(settings: Settings) -> Scene:
 
 
 def nearest(values: np.ndarray, width: int, height: int) -> np.ndarray:
-    """Of an array (H, W) the values at the centres of fewer pixels: means across edges would be the depth of
-    nothing."""
+    """The values of an array (H, W) at the centres of fewer pixels, without averaging: means across edges
+    would be depths of no surface."""
     rows = ((np.arange(height) + 0.5) * values.shape[0] / height).astype(int)
     columns = ((np.arange(width) + 0.5) * values.shape[1] / width).astype(int)
     return values[np.ix_(rows, columns)]
 
 
 def in_the_right_view(disparity: np.ndarray) -> np.ndarray:
-    """Which pixels of a left view (H, W) the right one sees: they fall inside it where nothing nearer, by
-    more than a pixel of disparity, falls."""
+    """Whether the right view sees the pixels of a left view (H, W): their positions are inside it, and no
+    surface there is nearer by more than a pixel of disparity."""
     height, width = disparity.shape
     y, x = np.indices(disparity.shape)
     known = np.isfinite(disparity)
@@ -129,7 +129,7 @@ def in_the_right_view(disparity: np.ndarray) -> np.ndarray:
 
 
 def save(scene: Scene, settings: Settings, folder: Path) -> None:
-    """Write what the C++ program reads: the views as pictures, the rest as scene.json."""
+    """Write the C++ program's input: the views as pictures, the rest as scene.json."""
     folder.mkdir(parents=True, exist_ok=True)
     files = [f"view{i}.png" for i in range(len(scene.images))]
     for file, image in zip(files, scene.images, strict=True):

@@ -1,4 +1,4 @@
-"""How far depth is from the truth, and from another depth."""
+"""Errors of depth against the truth, and differences from another depth."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ NEAR_ENOUGH = 0.05
 
 @dataclass(frozen=True)
 class Score:
-    """Of all pixels with a known depth, and of those among them that every view sees.
+    """Scores over all pixels with a known depth, and over those that every view sees.
 
-    error: mean of |d - truth| / truth. within: share of the pixels where that is less than NEAR_ENOUGH.
+    error: mean of |d - truth| / truth. within: share of the pixels with an error below NEAR_ENOUGH.
     """
 
     error: float
@@ -29,12 +29,12 @@ class Score:
 
 
 def depth_at_full_size(inverse_depth: Tensor, scene: Scene) -> np.ndarray:
-    """The depth (H, W) of a scale (1, 1, h, w), enlarged as the optimisation enlarges it."""
+    """The depth (H, W) of a scale's inverse depth (1, 1, h, w), enlarged as in the optimisation."""
     return 1 / enlarge(inverse_depth, scene.images)[0, 0].double().numpy()
 
 
 def score(depth: np.ndarray, scene: Scene) -> Score:
-    """Of a depth (H, W); NaN counts as wrong in the shares and not at all in the means."""
+    """The score of a depth (H, W); NaN counts as wrong in the shares, and is ignored in the means."""
     error = np.abs(depth - scene.depth) / scene.depth
     known = np.isfinite(scene.depth)
     seen = known & scene.seen
@@ -49,7 +49,7 @@ def score(depth: np.ndarray, scene: Scene) -> Score:
 
 @dataclass(frozen=True)
 class Difference:
-    """Of two depths, relative to the second."""
+    """The difference of two depths, relative to the second."""
 
     mean: float
     median: float
@@ -58,8 +58,8 @@ class Difference:
 
 
 def difference(depth: np.ndarray, other: np.ndarray) -> Difference:
-    """Between depths (H, W): mean, median, the 99th percentile, and the share of pixels that differ by less
-    than a hundredth."""
+    """The difference between depths (H, W): mean, median, the 99th percentile, and the share of pixels that
+    differ by less than 1%."""
     relative = np.abs(depth - other) / other
     return Difference(
         float(relative.mean()),
@@ -70,20 +70,20 @@ def difference(depth: np.ndarray, other: np.ndarray) -> Difference:
 
 
 def semi_global(scene: Scene, settings: Settings) -> tuple[np.ndarray, float]:
-    """A yardstick for the stereo pair: OpenCV's semi-global matching.
+    """OpenCV's semi-global matching, a reference for the stereo pair.
 
     Returns:
-        The depth (H, W), NaN where it finds none, and the share of pixels where it finds some.
+        The depth (H, W), NaN where it finds none, and the share of pixels with a depth.
     """
     near, far = settings.depths
     focal, offset = float(scene.cameras[0, 0, 0]), float(scene.cameras[1, 0, 2] - scene.cameras[0, 0, 2])
     low, high = int(np.floor(BASELINE * focal / far - offset)), BASELINE * focal / near - offset
     count, block = 16 * int(np.ceil((high - low) / 16)), 5
-    smoothness = {"P1": 8 * 3 * block**2, "P2": 32 * 3 * block**2}  # as its documentation proposes
+    smoothness = {"P1": 8 * 3 * block**2, "P2": 32 * 3 * block**2}  # as recommended in its documentation
     matcher = cv2.StereoSGBM_create(
         low, count, block, **smoothness, disp12MaxDiff=1, uniquenessRatio=10, mode=cv2.STEREO_SGBM_MODE_HH
     )
-    # It leaves out as many columns as there are disparities.
+    # It omits as many columns as there are disparities.
     margin = count + max(low, 0)
     padded = [
         cv2.copyMakeBorder(pixels(image), 0, 0, margin, margin, cv2.BORDER_REPLICATE)

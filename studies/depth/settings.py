@@ -1,4 +1,4 @@
-"""What can be set. Nothing here is random: there is no seed."""
+"""All settings of the study. Nothing is random, so there is no seed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ class Settings:
     """Scales, iterations and the size of the rendered views are the paper's.
 
     scales: each half as large as the next. iterations: steps at a scale. rate: learning rate at a scale's
-    first step, from where it falls to 0 in equal steps. inertia: of the momentum. window: taps of SSIM's
-    window. ssim_weight, l1_weight: of the photometric differences; C. Godard et al. (CVPR 2017) have these.
+    first step; it falls to 0 in equal steps. inertia: factor of the momentum. window: taps of SSIM's window.
+    ssim_weight, l1_weight: weights of the photometric differences, from C. Godard et al. (CVPR 2017).
     smoothness: weight of the edge-aware smoothness. room_size, motorcycle_size: width and height of the
-    views, pixels. depths: the least and the greatest depth that is looked for, metres; the search starts in
-    the middle of their inverses.
+    views, pixels. depths: the smallest and the greatest depth of the search, in metres; the search starts at
+    the mean of their inverses.
     """
 
     scales: int = 7

@@ -1,5 +1,5 @@
-"""What is computed at every scale, written once: eager Python, the exported bundles and the C++ program all
-run these functions."""
+"""The computations at every scale. Eager Python, the exported bundles and the C++ program all run these
+functions."""
 
 from typing import Tuple
 
@@ -14,7 +14,7 @@ from ..optimizers import momentum
 
 
 def reduce(images: Tensor, cameras: Tensor) -> Tuple[Tensor, Tensor]:
-    """The next coarser scale: images of half the size, and the cameras that took them.
+    """The next coarser scale: images of half the size, and their cameras.
 
     Args:
         images: (B, 3, H, W).
@@ -25,7 +25,7 @@ def reduce(images: Tensor, cameras: Tensor) -> Tuple[Tensor, Tensor]:
     """
     smaller = pyrdown(images)
     zero = torch.zeros_like(cameras[:, 0, 0])
-    # Pixels reach half a pixel beyond their centres, at every scale.
+    # An image extends half a pixel beyond the centres of its outer pixels, at every scale.
     x, y = (zero + smaller.size(3)) / images.size(3), (zero + smaller.size(2)) / images.size(2)
     scale = torch.stack([x, zero, 0.5 * x - 0.5, zero, y, 0.5 * y - 0.5, zero, zero, zero + 1.0], 1).reshape(
         -1, 3, 3
@@ -49,19 +49,18 @@ def photometric(
     ssim_weight: float,
     l1_weight: float,
 ) -> Tensor:
-    """How much the views, warped to the reference by its depth, differ from it: a mean of (1 - SSIM) / 2 and
-    of absolute differences.
+    """The difference of the views, warped to the reference by its depth, from the reference: a mean of (1 -
+    SSIM) / 2 and of absolute differences.
 
-    The mean is over the pixels that a view has: a point out of its image says nothing of it.
+    The mean is over the pixels that a view covers: a point outside its image does not count.
 
     Args:
-        depth: (1, 1, H, W), of the reference.
-        reference: (1, 3, H, W).
+        depth: (1, 1, H, W), the reference's. reference: (1, 3, H, W).
         views: (B, 3, H, W).
         camera, view_cameras: (1, 3, 3) and (B, 3, 3).
         motions: (B, 4, 4), from the reference's frame to each view's.
         window: taps of SSIM's window.
-        ssim_weight, l1_weight: of the two differences.
+        ssim_weight, l1_weight: weights of the two differences.
 
     Returns:
         A scalar.
@@ -96,19 +95,16 @@ def step(
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """One step of gradient descent with momentum: loss, gradient and update.
 
-    The unknown is the inverse depth, for where a pixel is seen in another view is nearly linear in it. The
-    descent is in units of parallax, the pixels by which the farthest view would see the inverse depth move:
-    then one rate does at all scales and for all units of length.
+    The unknown is the inverse depth, because a pixel's position in another view is nearly linear in it. The
+    descent is in units of parallax: the pixels by which a change of the inverse depth moves a point in the
+    farthest view. So one rate suits all scales and all units of length.
 
     Args:
-        inverse_depth: (1, 1, H, W), of the reference.
-        velocity: (1, 1, H, W); zeros at first.
-        reference, views, camera, view_cameras, motions: as :func:`photometric`.
-        limits: (2,), the least and the greatest inverse depth.
-        rate: (), the learning rate.
-        window, ssim_weight, l1_weight: as :func:`photometric`.
-        smoothness: weight of the edge-aware smoothness of parallax.
-        inertia: how much of the velocity stays.
+        inverse_depth: (1, 1, H, W), the reference's. velocity: (1, 1, H, W); zeros at first. reference,
+        views, camera, view_cameras, motions: as in :func:`photometric`. limits: (2,), the smallest and the
+        greatest inverse depth. rate: (), the learning rate. window, ssim_weight, l1_weight: as in
+        :func:`photometric`. smoothness: weight of the edge-aware smoothness of parallax. inertia: the part of
+        the velocity that is kept.
 
     Returns:
         inverse_depth and velocity after the step, and the loss before it.
@@ -122,7 +118,7 @@ def step(
     loss = photo + smoothness * inverse_depth_smoothness_loss(parallax, reference)
     gradient = torch.autograd.grad([loss], [parallax])[0]
     assert gradient is not None
-    # The mean's gradient becomes a pixel's own.
+    # Convert the gradient of the mean to that of each pixel.
     gradient = gradient * inverse_depth.size(2) * inverse_depth.size(3)
     parallax, velocity = momentum(parallax.detach(), gradient, velocity, rate, inertia)
     inverse_depth = torch.minimum(torch.maximum(parallax / unit, limits[0]), limits[1])

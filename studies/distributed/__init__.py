@@ -1,2 +1,2 @@
-"""The use case `make study WHAT=distributed`: a composed op sent to several processes, and an optimisation by
-all of them, both equal to one process's."""
+"""The use case `make study WHAT=distributed`: a composed op that is sent to several processes, and an
+optimisation by all of them; both give the result of a single process."""

@@ -26,7 +26,7 @@ from .work import batch, learn, pipeline
 
 def main() -> None:
     settings, there = Settings(), folder("distributed")
-    torch.set_num_threads(1)  # as each of the processes
+    torch.set_num_threads(1)  # like each of the processes
     together, single = by_processes(settings, there), alone(settings)
     check(settings, together, single)
     picture(settings, together)
@@ -36,7 +36,7 @@ def main() -> None:
 
 
 def by_processes(settings: Settings, there: Path) -> list[dict[str, Any]]:
-    """What each process of torchrun did, see ``worker.work``."""
+    """The results of each process of torchrun, see ``worker.work``."""
     (there / "settings.json").write_text(json.dumps(asdict(settings)))
     command = [
         sys.executable,
@@ -53,7 +53,7 @@ def by_processes(settings: Settings, there: Path) -> list[dict[str, Any]]:
 
 
 def alone(settings: Settings) -> dict[str, Any]:
-    """The same by this process, without torch.distributed."""
+    """The same work in this process, without torch.distributed."""
     photographs, op, model = batch(settings), pipeline(), Homography().double()
     started = time.monotonic()
     with torch.no_grad():

@@ -1,4 +1,4 @@
-"""What a run says of several processes and of one: its section of docs/use_cases.md, and a picture."""
+"""The section of docs/use_cases.md on several processes and a single one, and its picture."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def edges(results: list[Result]) -> Tensor:
 
 
 def apart(settings: Settings, together: list[Result], alone: Result) -> float:
-    """By how many pixels the corners differ at most, of any process's homography and the one of one
-    process."""
+    """The largest difference of the corners, in pixels, between any process's homography and that of the
+    single process."""
     there = corners_taken(alone["homography"], settings)
     return max(
         float(np.abs(corners_taken(result["homography"], settings) - there).max()) for result in together
@@ -35,7 +35,7 @@ def apart(settings: Settings, together: list[Result], alone: Result) -> float:
 
 
 def check(settings: Settings, together: list[Result], alone: Result) -> None:
-    """Raise RuntimeError unless processes and the one process agree."""
+    """Raise RuntimeError unless the processes agree with the single process."""
     if not torch.equal(edges(together), alone["edges"]):
         raise RuntimeError(
             f"the pipeline's results differ by up to {(edges(together) - alone['edges']).abs().max():.3g}"
@@ -56,41 +56,41 @@ def section(settings: Settings, together: list[Result], alone: Result) -> list[s
     )
     return [
         (
-            f"{count} photographs of scikit-image are the work of {len(together)} processes, which `torchrun`"
-            " starts and which talk by gloo. Both kinds of work are compared with"
+            f"{count} photographs of scikit-image are shared by {len(together)} processes, which `torchrun`"
+            " starts and which communicate by gloo. Both kinds of work are compared with the result of"
         ),
-        "one process's, that knows nothing of `torch.distributed`.",
+        "a single process that does not use `torch.distributed`.",
         "",
-        "![what the processes made](use_cases/distributed.png)",
+        "![results of the processes](use_cases/distributed.png)",
         "",
         (
-            "**A pipeline, sent.** The first process composes `torch.nn.Sequential(MedianBlur, UnsharpMask,"
+            "**A sent pipeline.** The first process composes `torch.nn.Sequential(MedianBlur, UnsharpMask,"
             " EqualizeClahe, RgbToGrayscale, Sobel)`, sends it to all as TorchScript,"
         ),
         f"with each one's share of the photographs ({' and '.join(str(len(r['edges'])) for r in together)}),"
-        " and gets back what they made. It is "
+        " and collects the results. They equal "
         + (
-            "**bit for bit** what one process makes of the whole batch."
+            "those of one process on the whole batch **bit for bit**."
             if difference == 0
-            else f"what one process makes of the whole batch to {difference:.2g}."
+            else f"those of one process on the whole batch up to {difference:.2g}."
         ),
         "",
         (
-            "**An optimisation by all.** All photographs were moved by one homography."
+            "**A shared optimisation.** All photographs were moved by one homography."
             " `DistributedDataParallel(Homography())` learns it, each process from its own photographs, from"
             " coarse"
         ),
         (
-            "to fine as registration by gradient descent does, of squared differences; gradients are averaged"
-            " at each step, in float64. A process's loss is weighed by how many photographs it has, so that"
+            "to fine, like registration by gradient descent, but with squared differences; gradients are"
+            " averaged at each step, in float64. A process's loss is weighted by its number of photographs,"
         ),
         (
-            f"shares need not be equal. After {settings.levels} x {settings.steps} steps the corners are"
-            f" **{apart(settings, together, alone):.1e} pixels** from where one process takes them"
+            f"so shares need not be equal. After {settings.levels} x {settings.steps} steps, the mapped"
+            f" corners are **{apart(settings, together, alone):.1e} pixels** from those of one process"
         ),
         (
-            f"(allowed: {settings.tolerance:g}), and {off:.1e} pixels from the truth, from {before:.1f} at"
-            " first."
+            f"(allowed: {settings.tolerance:g}), and {off:.1e} pixels from the truth; at the start they were"
+            f" {before:.1f} pixels from it."
         ),
         "",
         "| | host | photographs | pipeline, s | learning, s |",
@@ -99,8 +99,8 @@ def section(settings: Settings, together: list[Result], alone: Result) -> list[s
         _row("alone", "", alone),
         "",
         (
-            "Each process has one thread. On several machines the same program is started on each, with the"
-            " address of any one of them:"
+            "Each process has one thread. On several machines, start the same program on each, with the"
+            " address of one of them:"
         ),
         "",
         "```",
@@ -111,12 +111,12 @@ def section(settings: Settings, together: list[Result], alone: Result) -> list[s
         "```",
         "",
         (
-            "The machine that gets the first process reads `settings.json` in that folder, which `make"
-            " study WHAT=distributed` writes, and puts `result.pt` there; the others are"
+            "The machine of the first process reads `settings.json` in that folder, which `make"
+            " study WHAT=distributed` writes, and writes `result.pt` there; the other machines receive"
         ),
         (
-            "sent settings, op and photographs. Several machines were not at hand: a test starts two"
-            " `torchrun`s on one, which find each other in this way."
+            "settings, op and photographs. This was not tested on several machines: a test starts two"
+            " `torchrun`s on one machine, which find each other in this way."
         ),
         "",
         *settings_table(settings),
@@ -131,8 +131,8 @@ def _row(name: str, host: str, result: Result) -> str:
 
 
 def picture(settings: Settings, together: list[Result]) -> None:
-    """A column a photograph: itself, its edges, and it beside the moved one in red and cyan, at first and
-    after learning."""
+    """Write a picture with one column per photograph: the photograph, its edges, and the overlay with the
+    moved one in red and cyan, before and after learning."""
     photographs = batch(settings)
     targets = moved(photographs, settings)
     warp = HomographyWarper(photographs.size(2), photographs.size(3))
@@ -144,7 +144,7 @@ def picture(settings: Settings, together: list[Result]) -> None:
             for k, image in zip(whose, photographs, strict=True)
         ],
         [Panel("edges", _bytes(image / made.max())) for image in made],
-        [Panel("it, the moved one", _overlay(a, b)) for a, b in zip(photographs, targets, strict=True)],
+        [Panel("original, moved", _overlay(a, b)) for a, b in zip(photographs, targets, strict=True)],
         [Panel("as learned", _overlay(a, b)) for a, b in zip(brought, targets, strict=True)],
     ]
     strips = [row_of(row, len(row), WIDTH) for row in rows]

@@ -1,4 +1,4 @@
-"""All settings of the example of several processes."""
+"""All settings of the example with several processes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Settings:
-    """processes: on this machine. photographs: of scikit-image, each reduced to size, width and height.
-    corners: where the homography that is learned takes the images' corners, clockwise from the upper left
-    one: how far, in widths and heights. levels, steps, lr: of the optimisation: a pyramid, from coarse to
-    fine, and Adam's at each level. tolerance: how far apart, in pixels, what several processes learn and what
-    one learns may take the corners.
+    """processes: the number on this machine. photographs: from scikit-image, each reduced to size, width and
+    height. corners: the displacements of the images' corners by the homography to learn, clockwise from the
+    upper left one, in widths and heights. levels, steps, lr: for the optimisation: the pyramid's levels, from
+    coarse to fine, and Adam's steps and rate at each. tolerance: the largest distance, in pixels, between the
+    corners mapped by the results of several processes and of one.
     """
 
     processes: int = 2

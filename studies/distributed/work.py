@@ -1,4 +1,4 @@
-"""What is done, and knows nothing of processes: a pipeline on a batch of photographs, and an optimisation."""
+"""The work itself, independent of processes: a pipeline on a batch of photographs, and an optimisation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .settings import Settings
 
 
 def pipeline() -> nn.Sequential:
-    """From photographs to their edges, by way of less noise, sharpness and contrast."""
+    """From photographs to their edges: denoise, sharpen, equalise, and detect edges."""
     return nn.Sequential(
         MedianBlur((3, 3)), UnsharpMask((9, 9), (1.5, 1.5)), EqualizeClahe(), RgbToGrayscale(), Sobel()
     )
@@ -41,7 +41,7 @@ def truth(settings: Settings) -> np.ndarray:
 
 
 def moved(photographs: Tensor, settings: Settings) -> Tensor:
-    """The photographs as the true homography takes them."""
+    """The photographs, warped by the true homography."""
     homography = torch.from_numpy(truth(settings)).to(photographs)[None].expand(len(photographs), -1, -1)
     return warp_perspective(photographs, homography, photographs.shape[2:])
 
@@ -53,19 +53,19 @@ def learn(
     settings: Settings,
     done: Callable[[], None] = lambda: None,
 ) -> None:
-    """Learn the one homography that moved all photographs, as registration by gradient descent does, but of
+    """Learn the one homography that moved all photographs, like registration by gradient descent, but with
     squared differences.
 
-    Absolute ones have kinks, at which the last bits of sums, which depend on how photographs are shared, grow
-    to tenths of a pixel in some hundred steps.
+    Absolute differences have kinks, at which the rounding errors of sums, which depend on how photographs are
+    shared, grow to tenths of a pixel within a few hundred steps.
 
     Args:
         model: returns (1, 3, 3), from the moved photographs to the others, in normalised coordinates:
-            ``Homography()``, or what wraps it.
+            ``Homography()``, or a wrapper of it.
         photographs: (B, 3, H, W), those of this process.
-        share: by what their mean loss is multiplied. DistributedDataParallel takes the mean of the processes'
-            gradients, so this is their number times the share of all photographs that is here, and 1 where
-            they are all here.
+        share: the factor of their mean loss. DistributedDataParallel averages the processes' gradients, so
+            this is the number of processes times this process's share of all photographs, and 1 in a single
+            process.
         done: called after each step.
     """
     optimiser = torch.optim.Adam(model.parameters(), settings.lr)
@@ -90,7 +90,7 @@ def learn(
 
 
 def corners_taken(homography: Tensor, settings: Settings) -> np.ndarray:
-    """Where what was learned (1, 3, 3) takes the photographs' corners, in pixels: (4, 2)."""
+    """The photographs' corners (4, 2), in pixels, mapped by the learned homography (1, 3, 3)."""
     size = settings.size[::-1]
     back = denormalize_homography(homography.double(), size, size, align_corners=False)[0].numpy()
     return cv2.perspectiveTransform(corners(settings)[None], np.linalg.inv(back))[0]

@@ -2,7 +2,7 @@
 
     torchrun --standalone --nproc-per-node 2 -m studies.distributed.worker FOLDER
 
-The first reads FOLDER/settings.json, sends settings, op and photographs to all, and writes what comes back to
+The first reads FOLDER/settings.json, sends settings, op and photographs to all, and writes the results to
 FOLDER/result.pt.
 """
 
@@ -45,8 +45,8 @@ def main(folder: Path) -> None:
 
 
 def work(settings: Settings) -> dict[str, Any]:
-    """What a process did: the edges of its photographs, the homography that all learned, where and in which
-    time."""
+    """The results of a process: the edges of its photographs, the learned homography, the host and the
+    times."""
     op = loaded(sent(scripted(pipeline()) if dist.get_rank() == 0 else None))
     photographs, total = shard(batch(settings) if dist.get_rank() == 0 else None)
     started = time.monotonic()
@@ -74,7 +74,7 @@ def work(settings: Settings) -> dict[str, Any]:
 
 
 def scripted(op: nn.Module) -> bytes:
-    """As TorchScript: who gets it needs none of its source."""
+    """The op as TorchScript: the receiver does not need its source."""
     file = io.BytesIO()
     torch.jit.save(torch.jit.script(op), file)
     return file.getvalue()
@@ -85,14 +85,14 @@ def loaded(op: bytes) -> nn.Module:
 
 
 def sent(thing: Any) -> Any:
-    """What the first process has, in all of them."""
+    """The first process's object, in all processes."""
     box = [thing]
     dist.broadcast_object_list(box, 0)
     return box[0]
 
 
 def shard(photographs: Tensor | None) -> tuple[Tensor, int]:
-    """This process's part of the first one's batch, and how many there are in all."""
+    """This process's part of the first process's batch, and the number of photographs in the batch."""
     parts: list[Tensor] | None = None
     if photographs is not None:
         if len(photographs) < dist.get_world_size():

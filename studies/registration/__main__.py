@@ -1,5 +1,5 @@
-"""make study WHAT=registration: photographs registered by gradient descent, whose whole step is one exported
-function -> docs/use_cases.md."""
+"""make study WHAT=registration: registration of photographs by gradient descent, with each step as one
+exported function -> docs/use_cases.md."""
 
 from __future__ import annotations
 

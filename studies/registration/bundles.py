@@ -13,13 +13,13 @@ from chiasm.export.spec import TensorSpec
 from .settings import Settings
 from .step import pyramid, registration_step, warp
 
-#: the smallest level's sides
+#: the minimum height and width of the smallest level
 LEAST = 8
 LIMITS = {"H": (LEAST, 8192), "W": (LEAST, 8192)}
 
 
 def ops(settings: Settings) -> list[tuple[Callable, Spec]]:
-    """What is exported, and how."""
+    """The functions to export, with their specs."""
     whole = {side: (low << (settings.levels - 1), high) for side, (low, high) in LIMITS.items()}
     levels = [
         TensorSpec(f"level{i}", layout="NCHW", description=f"1/{2**i} of the size")
@@ -69,7 +69,7 @@ def export_all(
 
 
 def _sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, torch.Tensor]:
-    """Images and a state in the midst of a descent."""
+    """Example inputs: images, and a state in the middle of a descent."""
 
     def uniform(*shape: int) -> torch.Tensor:
         return torch.rand(*shape, generator=generator, dtype=torch.float64).to(dtype)

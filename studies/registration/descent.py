@@ -1,5 +1,5 @@
-"""The loop: from coarse to fine, so many steps at each level. The same on eager Python and on exported
-bundles; registration.cpp has it in C++."""
+"""The loop: from coarse to fine, with a fixed number of steps at each level. It runs with eager Python or
+with exported bundles; registration.cpp is the same in C++."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Step = Callable[..., tuple[Tensor, Tensor, Tensor, Tensor]]
 
 @dataclass(frozen=True)
 class Engine:
-    """What makes pyramids of frames and what makes steps."""
+    """The functions that compute a frame's pyramid and a step."""
 
     pyramid: Callable[[Tensor], list[Tensor]]
     step: Step
@@ -33,13 +33,13 @@ class Engine:
 
     @staticmethod
     def bundles(folder: Path, backend: str) -> Engine:
-        """ONNX Runtime ("onnx") with its own operators: native code is another engine."""
+        """From bundles. ONNX Runtime ("onnx") uses standard operators: native code is another engine."""
         opened = (runtime.open(folder / f"registration.{name}.chiasm") for name in ("pyramid", "step"))
         return Engine(*(bundle.method("forward", backend=backend, fused=False) for bundle in opened))
 
     def register(self, src: np.ndarray, dst: np.ndarray, settings: Settings) -> list[np.ndarray]:
-        """Frames (H, W, 3), uint8, to homographies (3, 3), from dst to src in normalised coordinates, after
-        each level, the coarsest first."""
+        """Register frames (H, W, 3), uint8. Returns the homography (3, 3), from dst to src in normalised
+        coordinates, after each level, the coarsest first."""
         sources, targets = (self.pyramid(torch.from_numpy(frame)) for frame in (src, dst))
         homography, lr, found = torch.eye(3)[None], torch.tensor(settings.lr), []
         for source, target in zip(sources[::-1], targets[::-1], strict=True):
@@ -53,7 +53,7 @@ class Engine:
 
 
 def in_pixels(homography: np.ndarray, settings: Settings) -> np.ndarray:
-    """A homography between normalised coordinates, (3, 3), between the pixels of the full size, in
+    """A homography (3, 3) between normalised coordinates, converted to pixels of the full size, in
     float64."""
     size = (settings.height, settings.width)
     return denormalize_homography(

@@ -1,4 +1,4 @@
-"""The paper's figure: a column a level, from coarse to fine."""
+"""The paper's figure: one column per level, from coarse to fine."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from .settings import Settings
 from .step import pyramid
 
 WIDTH = 800
-#: the difference that is white
+#: the difference that is shown white
 WHITE = 0.05
 
 
 def figure(pair: Pair, levels: list[np.ndarray], settings: Settings, path: Path) -> None:
-    """Source, destination, the source warped by what each level ended with, and how far that is from the
-    source warped by the truth."""
+    """Write the figure: source, destination, the source warped by each level's result, and its difference
+    from the source warped by the truth."""
     sources, targets = (
         pyramid(torch.from_numpy(frame), settings.levels)[::-1] for frame in (pair.src, pair.dst)
     )

@@ -30,7 +30,7 @@ class Report:
 
 
 def in_cpp(pair: Pair, settings: Settings, bundles: Path, backend: str) -> Report:
-    """What the program says of a pair, whose frames it reads from files beside the bundles."""
+    """The program's report on a pair, whose frames it reads from files next to the bundles."""
     files = [bundles.parent / f"{name}.png" for name in ("src", "dst", f"warped.{backend}")]
     for file, frame in zip(files, (pair.src, pair.dst), strict=False):
         cv2.imwrite(str(file), frame)

@@ -1,4 +1,4 @@
-"""Photographs and what they become under known homographies."""
+"""Photographs and their images under known homographies."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from .settings import Settings
 
 @dataclass(frozen=True)
 class Pair:
-    """Two frames (H, W, 3), uint8, BGR, and the homography (3, 3), float64, from the pixels of the first to
-    those of the second."""
+    """Two frames (H, W, 3), uint8, BGR, and the homography (3, 3), float64, which maps pixels of the first to
+    the second."""
 
     photograph: str
     reach: float
@@ -25,17 +25,17 @@ class Pair:
 
 
 def pairs(settings: Settings) -> list[Pair]:
-    """As many as there are trials: each reach with each photograph in turn."""
+    """One pair per trial: each reach with each photograph in turn."""
     kinds = [(name, reach) for name in settings.photographs for reach in settings.reaches]
     return [pair(settings, *kinds[k % len(kinds)], settings.seed + k) for k in range(settings.trials)]
 
 
 def pair(settings: Settings, name: str, reach: float, seed: int) -> Pair:
-    """The middle of a photograph, and the view of the same photograph in which the corners of this middle are
-    up to `reach` of the sides elsewhere.
+    """The centre part of a photograph, and a view of the same photograph in which the corners of this part
+    are moved by up to `reach` of its sides.
 
-    What lies around the middle is in the photograph too, so that the second view is full nearly everywhere,
-    as a camera's is.
+    The photograph continues around this part, so the second view is filled nearly everywhere, like a camera
+    image.
     """
     size = np.array([settings.width, settings.height])
     whole, corner = _reduced(photograph(name)[..., ::-1], size, settings.margin)
@@ -53,13 +53,13 @@ def pair(settings: Settings, name: str, reach: float, seed: int) -> Pair:
 
 
 def corners_of(width: int, height: int) -> np.ndarray:
-    """The middles of an image's corner pixels, (4, 2)."""
+    """The centres of an image's corner pixels, (4, 2)."""
     return np.array([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]], np.float64)
 
 
 def corner_error(pair: Pair, back: np.ndarray) -> float:
-    """Mean distance, in the source's pixels, of its corners from where the truth and then `back` (3, 3), from
-    the destination's pixels, take them; infinite where there is no answer."""
+    """The mean distance, in the source's pixels, of its corners from the same corners mapped by the truth and
+    then back to the source by `back` (3, 3); infinite without an estimate."""
     if not np.isfinite(back).all():
         return np.inf
     height, width = pair.src.shape[:2]
@@ -72,8 +72,8 @@ def corner_error(pair: Pair, back: np.ndarray) -> float:
 
 
 def _reduced(image: np.ndarray, size: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray]:
-    """A photograph made as small as leaves the margin around its middle of the given size, and the upper left
-    corner of this middle."""
+    """A photograph, reduced so that the margin remains around its centre part of the given size, and the
+    upper left corner of this part."""
     whole = np.array(image.shape[1::-1])
     factor = ((1 + 2 * margin) * size / whole).max()
     smaller = np.round(whole * factor).astype(int)
@@ -81,8 +81,9 @@ def _reduced(image: np.ndarray, size: np.ndarray, margin: float) -> tuple[np.nda
 
 
 def _warped(image: np.ndarray, homography: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Without aliasing: at four times the size along either axis, then the mean of each 4 x 4 pixels."""
-    enlarge = np.array([[4, 0, 1.5], [0, 4, 1.5], [0, 0, 1.0]])  # pixel x has its centre at 4 x + 1.5 there
+    """The warped image without aliasing: rendered at four times the size along each axis, then the mean of
+    each 4 x 4 pixels."""
+    enlarge = np.array([[4, 0, 1.5], [0, 4, 1.5], [0, 0, 1.0]])  # the centre of pixel x becomes 4 x + 1.5
     large = cv2.warpPerspective(
         image, enlarge @ homography, tuple((4 * size).tolist()), flags=cv2.INTER_CUBIC
     )

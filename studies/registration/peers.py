@@ -13,12 +13,12 @@ import numpy as np
 
 
 def ecc(src: np.ndarray, dst: np.ndarray) -> np.ndarray:
-    """By findTransformECC: the homography (3, 3) from dst's pixels to src's; NaN where it gives up."""
+    """By findTransformECC: the homography (3, 3) from dst's pixels to src's; NaN if it fails."""
     return _ecc(lambda a, b, start: cv2.findTransformECC(a, b, start, cv2.MOTION_HOMOGRAPHY)[1], src, dst)
 
 
 def ecc_multi_scale(src: np.ndarray, dst: np.ndarray) -> np.ndarray:
-    """By findTransformECCMultiScale, over a pyramid of its own: as above."""
+    """By findTransformECCMultiScale, with its own pyramid; result as for `ecc`."""
     parameters = cv2.ECCParameters()
     parameters.motionType = cv2.MOTION_HOMOGRAPHY
     return _ecc(lambda a, b, start: cv2.findTransformECCMultiScale(a, b, start, parameters)[1], src, dst)

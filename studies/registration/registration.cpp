@@ -1,12 +1,12 @@
-// Registers two photographs by gradient descent, from their files on, by exported bundles alone: no Python,
-// no torch.
+// Registers two photographs, read from files, by gradient descent with exported bundles only: no Python, no
+// torch.
 //
 //     study_registration BUNDLES native|onnx THREADS ITERATIONS LR SOURCE DESTINATION WARPED
 //
 // BUNDLES is the folder with registration.pyramid, registration.step and registration.warp, which `python -m
-// studies.registration` makes. Says in JSON: of each level the homography from DESTINATION to SOURCE in
-// normalised coordinates and the loss; the last one in pixels; milliseconds of the processor from images to
-// homography; whether a library of torch is in this process. Writes SOURCE as DESTINATION shows it to the
+// studies.registration` makes. Prints JSON: for each level the homography from DESTINATION to SOURCE in
+// normalised coordinates, and the loss; the last homography in pixels; milliseconds of CPU time from images
+// to homography; whether a library of torch is in this process. Writes SOURCE, warped to DESTINATION, to the
 // file WARPED.
 #include <array>
 #include <ctime>
@@ -29,7 +29,7 @@ using Matrix = std::array<float, 9>;
 
 constexpr Matrix kIdentity{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-// What a step takes and gives back.
+// The tensors that a step takes and returns.
 struct State {
   Matrix homography = kIdentity, mean{}, square{};
 };
@@ -48,7 +48,8 @@ class Registration {
   Registration(std::string folder, const std::string& backend)
       : folder_(std::move(folder)), backend_(backend) {}
 
-  // From coarse to fine, so many steps at each level, Adam starting anew. Keeps the last homography.
+  // From coarse to fine, with `iterations` steps at each level, each with a new state of Adam. Keeps the last
+  // homography.
   json descend(const cv::Mat& source, const cv::Mat& destination, int iterations, float lr) {
     const chiasm::Outputs sources = pyramid_.run({chiasm::view(source)}),
                           targets = pyramid_.run({chiasm::view(destination)});
@@ -71,7 +72,7 @@ class Registration {
     return levels;
   }
 
-  // SOURCE as DESTINATION shows it, and the homography in pixels.
+  // Warps SOURCE to DESTINATION, and returns the homography in pixels.
   json warp(const cv::Mat& source, const std::string& file) {
     const chiasm::Outputs outputs = warp_.run({chiasm::view(source), tensor(homography_)});
     if (!cv::imwrite(file, chiasm::to_mat(outputs[0]))) throw std::runtime_error("cannot write " + file);
@@ -83,7 +84,7 @@ class Registration {
   chiasm::Method load(const std::string& name) const {
     chiasm::LoadOptions options;
     options.backend = backend_;
-    options.fused = false;  // onnx on its own operators: native code is the other backend
+    options.fused = false;  // onnx with standard operators: native code is the other backend
     return chiasm::Bundle::open(folder_ + "/registration." + name + ".chiasm").method("forward", options);
   }
 

@@ -26,27 +26,27 @@ def page(settings: Settings, trials: list[Trial], runs: list[Run], seconds: floa
     return [
         (
             "A homography between two photographs is learned from coarse to fine: at each level of a pyramid"
-            " Adam goes down the mean absolute difference of the"
+            " Adam minimises the mean absolute difference between the"
         ),
         (
-            "warped source and the destination, over the pixels that the source covers, and starts where the"
-            " level before ended. A whole step (loss, gradient,"
+            "warped source and the destination, over the pixels that the source covers. Each level starts"
+            " from the result of the level before. A whole step (loss, gradient,"
         ),
         (
-            "update) is one exported function, `studies/registration/step.py`, and so are the pyramid and"
-            " the warp at the end."
+            "update) is one exported function, `studies/registration/step.py`; the pyramid and the final warp"
+            " are exported functions too."
         ),
         "",
         *settings_table(settings),
         (
-            "A pair is the middle of a photograph and a view of the same photograph by a known homography,"
-            f" {settings.width} x {settings.height} pixels, rendered by OpenCV at four times"
+            "A pair is the centre part of a photograph and a view of the same photograph by a known"
+            f" homography, {settings.width} x {settings.height} pixels, rendered by OpenCV at four times"
         ),
         (
-            "the size. Errors are the mean distance, in pixels of the full size, by which the source's four"
-            " corners miss when the truth takes them to the destination"
+            "the size. The error is the mean distance, in pixels of the full size, between the source's four"
+            " corners and the same corners after the true homography to the destination"
         ),
-        "and the estimate back.",
+        "and the estimated homography back.",
         "",
         (
             "![source, destination, warped source and its difference from the truth, level by"
@@ -57,7 +57,7 @@ def page(settings: Settings, trials: list[Trial], runs: list[Run], seconds: floa
             f"The four rows of the paper's figure, for {pair.photograph} with corners moved by up to"
             f" {pair.reach:.0%} of the sides. The last row is the mean difference of the"
         ),
-        f"channels of the source warped by the estimate and by the truth; white is {WHITE:g}.",
+        f"channels between the source warped by the estimate and by the truth; white is {WHITE:g}.",
         "",
         *levels_table(settings, trials),
         *success_table(settings, trials, opencv),
@@ -71,12 +71,12 @@ def page(settings: Settings, trials: list[Trial], runs: list[Run], seconds: floa
 
 
 def levels_table(settings: Settings, trials: list[Trial]) -> list[str]:
-    """Errors after each level, by how far the corners were."""
+    """Errors after each level, by the displacement of the corners."""
     names = ["at first", *(f"1/{2**i}" if i else "full size" for i in reversed(range(settings.levels)))]
     lines = [
         (
-            "Error of the corners in pixels after each level, median and greatest of"
-            f" {settings.trials // len(settings.reaches)} pairs whose corners moved along either axis by"
+            "Error of the corners in pixels after each level, median and maximum over"
+            f" {settings.trials // len(settings.reaches)} pairs whose corners moved along each axis by"
             " up to:"
         ),
         "",
@@ -90,13 +90,13 @@ def levels_table(settings: Settings, trials: list[Trial]) -> list[str]:
 
 
 def success_table(settings: Settings, trials: list[Trial], opencv: str) -> list[str]:
-    """How many pairs ended within the limit, by contender and by how far the corners were."""
+    """The number of pairs within the limit, by contender and by the displacement of the corners."""
     lines = [
         (
-            f"Pairs of {len(trials)} whose corners ended within {settings.success:g} pixel on average. OpenCV"
-            f" {opencv} has the images in grey, its own default settings and the same start, the identity;"
+            f"Pairs, out of {len(trials)}, with a mean error below {settings.success:g} pixel. OpenCV"
+            f" {opencv} gets the images in grey, with its default settings and the same start, the identity;"
         ),
-        "the time is the processor's from the images to the homography, the median.",
+        "the time is the median CPU time from the images to the homography.",
         "",
         (
             f"| | {' | '.join(f'up to {reach:.0%}' for reach in settings.reaches)} | all | median error of"
@@ -117,20 +117,17 @@ def success_table(settings: Settings, trials: list[Trial], opencv: str) -> list[
 
 
 def runs_table(settings: Settings, runs: list[Run]) -> list[str]:
-    """How far each engine's homography is from eager Python's."""
+    """The difference of each engine's homography from eager Python's."""
     lines = [
         (
             f"The pair of the picture by every engine, after {settings.levels * settings.iterations} steps"
             " each: the largest difference of an entry of the homography between normalised coordinates from"
         ),
         (
-            f"eager Python's (at most {settings.tolerance:g} is asked for), and how far apart in pixels the"
-            " corners are taken to. ONNX Runtime runs its own operators. In C++ everything,"
+            f"eager Python's (tolerance: {settings.tolerance:g}), and the largest distance of the mapped"
+            " corners in pixels. ONNX Runtime runs standard operators. In C++, exported bundles do everything"
         ),
-        (
-            "from the two image files on, is done by exported bundles; neither Python nor a library of torch"
-            " is in the process."
-        ),
+        ("from the two image files on; neither Python nor a library of torch is in the process."),
         "",
         "| engine | difference | corners | CPU ms |",
         "|---|---|---|---|",
@@ -142,7 +139,7 @@ def runs_table(settings: Settings, runs: list[Run]) -> list[str]:
 
 
 def verdict(settings: Settings, trials: list[Trial]) -> list[str]:
-    """What was reached and what was not."""
+    """A summary of successes and failures."""
     ours, theirs, scales = ([t for t in trials if succeeded(t, key, settings)] for key in CONTENDERS)
     times = {key: median(t.results[key].ms for t in trials) for key in CONTENDERS}
     missed = [
@@ -153,12 +150,12 @@ def verdict(settings: Settings, trials: list[Trial]) -> list[str]:
     return [
         (
             "The paper shows a picture of one pair and states neither errors nor a rate of success, so there"
-            f" is no figure of its to reach. Here {len(ours)} of {len(trials)} pairs succeed, {len(theirs)}"
+            f" is no number to compare with. Here {len(ours)} of {len(trials)} pairs succeed, {len(theirs)}"
             f" with `findTransformECC` and {len(scales)} with `findTransformECCMultiScale`."
         ),
-        f"Missed: {'; '.join(missed)}." if missed else "None is missed.",
+        f"Missed: {'; '.join(missed)}." if missed else "No pair is missed.",
         (
-            "What gradient descent pays for its steps is time: it takes"
+            "Gradient descent is slow: it takes"
             f" {times['gradient descent'] / times['ecc']:.0f} times as long as `findTransformECC` and"
             f" {times['gradient descent'] / times['ecc_multi_scale']:.0f} times as long as"
             " `findTransformECCMultiScale`."
@@ -172,7 +169,7 @@ def difference(run: Run, runs: list[Run]) -> float:
 
 
 def corners_apart(a: np.ndarray, b: np.ndarray, settings: Settings) -> float:
-    """The largest distance of where two homographies take the corners, in pixels."""
+    """The largest distance, in pixels, between the corners as mapped by two homographies."""
     corners = np.column_stack([corners_of(settings.width, settings.height), np.ones(4)])
     ends = [corners @ in_pixels(h, settings).T for h in (a, b)]
     return float(
@@ -185,5 +182,5 @@ def succeeded(trial: Trial, contender: str, settings: Settings) -> bool:
 
 
 def number(value: float) -> str:
-    """Two digits that matter, of small and of large numbers."""
+    """A number with two significant digits, if it is small, or rounded."""
     return f"{value:.0f}" if value >= 10 else f"{value:.2g}"

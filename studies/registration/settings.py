@@ -1,4 +1,4 @@
-"""What the example does, and how much of it."""
+"""All settings of the example."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from dataclasses import dataclass
 class Settings:
     """The learning rate and the number of iterations are the paper's.
 
-    photographs: of scikit-image. height, width: of the images that are registered. margin: what a photograph
-    shows around the source image, as a share of its sides. levels: of the pyramid. iterations: at each level.
-    reaches: by how much of the sides corners move at most along either axis. Beyond a quarter they may no
-    longer be a convex quadrilateral's. trials: how many pairs, shared out evenly to the reaches and then to
-    the photographs. shown: which pair the picture and the comparison of Python with C++ are of. success: the
-    mean error of the corners, in pixels, that counts as one. tolerance: the largest difference of any entry
-    of the homographies between normalised coordinates, wherever they are computed.
+    photographs: from scikit-image. height, width: of the images to register. margin: the part of a photograph
+    around the source image, relative to the image's sides. levels: of the pyramid. iterations: at each level.
+    reaches: the largest movements of corners along each axis, relative to the sides. Beyond a quarter, the
+    corners may no longer form a convex quadrilateral. trials: the number of pairs, distributed evenly over
+    the reaches and then over the photographs. shown: the pair of the picture and of the comparison between
+    Python and C++. success: the largest mean error of the corners, in pixels, that counts as success.
+    tolerance: the largest difference of any entry of the homographies between normalised coordinates, on
+    every engine.
     """
 
     photographs: tuple[str, ...] = (

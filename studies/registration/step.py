@@ -1,4 +1,4 @@
-"""What is exported: functions of tensors, one source for eager Python, ONNX Runtime and native code."""
+"""The exported functions of tensors: one source for eager Python, ONNX Runtime and native code."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def pyramid(frame: Tensor, levels: int) -> List[Tensor]:
 def registration_step(
     src: Tensor, dst: Tensor, homography: Tensor, mean: Tensor, square: Tensor, step: Tensor, lr: Tensor
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """One step of Adam down the mean absolute difference of warped images and others, over the pixels that
-    the former cover.
+    """One step of Adam that reduces the mean absolute difference between warped images and others, over the
+    pixels that the warped images cover.
 
     Args:
-        src: (B, C, H, W), what is warped, floating point in [0, 1].
-        dst: (B, C, H, W), what it is to look like.
-        homography: (B, 3, 3), from dst to src in normalised coordinates, up to scale; each image's own.
-        mean, square, step, lr: as in :func:`studies.optimizers.adam`.
+        src: (B, C, H, W), the images to warp, floating point in [0, 1].
+        dst: (B, C, H, W), the target images.
+        homography: (B, 3, 3), from dst to src in normalised coordinates, up to scale, one per image. mean,
+        square, step, lr: as in :func:`studies.optimizers.adam`.
 
     Returns:
         homography, mean and square after the step, and the loss before it, (B,).
@@ -51,15 +51,15 @@ def photometric_losses(src: Tensor, dst: Tensor, homography: Tensor) -> Tensor:
 
 
 def warp(frame: Tensor, homography: Tensor) -> Tuple[Tensor, Tensor]:
-    """What was learned, applied and in pixels.
+    """Apply the learned homography, and convert it to pixels.
 
     Args:
         frame: (H, W, 3), uint8, the source.
         homography: (1, 3, 3), from the destination to the source in normalised coordinates, up to scale.
 
     Returns:
-        The frame as the destination shows it, (H, W, 3), black where it does not reach; the homography from
-        the destination's pixels to the source's, (1, 3, 3), the last entry 1.
+        The frame (H, W, 3), warped to the destination, black where it does not reach; the homography (1, 3,
+        3) from the destination's pixels to the source's, with last entry 1.
     """
     size = (frame.size(0), frame.size(1))
     pixels = denormalize_homography(homography, size, size, align_corners=False)

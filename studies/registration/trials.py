@@ -1,4 +1,4 @@
-"""What is measured: pairs registered by native code and by OpenCV, and one pair registered by every
+"""The measurements: pairs registered by native code and by OpenCV, and one pair registered by every
 engine."""
 
 from __future__ import annotations
@@ -26,8 +26,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Result:
-    """A contender's mean error of the corners, in pixels, and the milliseconds that it took of the
-    processor."""
+    """A contender's mean error of the corners, in pixels, and its CPU time in milliseconds."""
 
     error: float
     ms: float
@@ -35,8 +34,8 @@ class Result:
 
 @dataclass(frozen=True)
 class Trial:
-    """levels: the homographies (3, 3) between normalised coordinates. errors: of the corners, at first and
-    after each level."""
+    """levels: the homographies (3, 3) between normalised coordinates. errors: mean errors of the corners, at
+    the start and after each level."""
 
     pair: Pair
     levels: list[np.ndarray]
@@ -45,7 +44,7 @@ class Trial:
 
 
 def trial(pair: Pair, engine: Engine, settings: Settings) -> Trial:
-    """A pair registered by us and by OpenCV."""
+    """Register a pair by chiasm and by OpenCV."""
     levels, ms = timed(lambda: engine.register(pair.src, pair.dst, settings))
     errors = [
         corner_error(pair, np.eye(3)),
@@ -60,8 +59,8 @@ def trial(pair: Pair, engine: Engine, settings: Settings) -> Trial:
 
 @dataclass(frozen=True)
 class Run:
-    """What one engine made of a pair: the homography (3, 3) between normalised coordinates, and the
-    milliseconds of the processor from frames to it."""
+    """An engine's result for a pair: the homography (3, 3) between normalised coordinates, and the CPU time
+    from frames to it in milliseconds."""
 
     engine: str
     homography: np.ndarray
@@ -69,7 +68,7 @@ class Run:
 
 
 def runs(pair: Pair, settings: Settings, bundles: Path) -> Iterator[Run]:
-    """One pair by every engine, eager Python first."""
+    """Register one pair with every engine, eager Python first."""
     engines: dict[str, Callable[[], Engine]] = {
         "eager": lambda: Engine.eager(settings),
         "native": lambda: Engine.bundles(bundles, "native"),
@@ -96,8 +95,7 @@ def runs(pair: Pair, settings: Settings, bundles: Path) -> Iterator[Run]:
 
 
 def timed(call: Callable[[], T]) -> tuple[T, float]:
-    """A result and the milliseconds that it took of the processor, which other programs on the machine hardly
-    change."""
+    """A result and its CPU time in milliseconds, which other programs on the machine hardly affect."""
     start = time.process_time()
     result = call()
     return result, 1000 * (time.process_time() - start)

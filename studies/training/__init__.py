@@ -1,2 +1,2 @@
-"""The use case `make study WHAT=training`: a small network trained with Kornia's augmentation, with
-torchvision's, with chiasm's and with none."""
+"""The use case `make study WHAT=training`: a small network trained with augmentation by Kornia, by
+torchvision and by chiasm, and without augmentation."""

@@ -1,4 +1,4 @@
-"""What the trainings say: the section of docs/use_cases.md."""
+"""The section of docs/use_cases.md on the trainings."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from studies.use_cases import settings_table
 
 from .settings import Settings
 
-#: accuracies by way, one a seed
+#: accuracies by augmentation, one per seed
 Found = dict[str, list[float]]
 
 
 def errors_apart(first: list[float], second: list[float]) -> float:
-    """How many standard errors of their difference two means are apart."""
+    """The difference of two means, in standard errors of this difference."""
     variances = [statistics.variance(values) / len(values) for values in (first, second)]
     difference = abs(statistics.mean(first) - statistics.mean(second))
     return difference / math.sqrt(sum(variances)) if difference else 0.0
 
 
 def apart(found: Found, settings: Settings) -> list[tuple[str, str]]:
-    """The pairs of libraries that are farther apart than the limit."""
+    """The pairs of libraries whose difference exceeds the limit."""
     libraries = [name for name in found if name != "none"]
     return [
         pair
@@ -46,15 +46,15 @@ def section(settings: Settings, found: Found, seconds: float) -> list[str]:
     )
     return [
         fill(
-            f"A network of three convolutions learns {s.train} of scikit-learn's 1,797 handwritten digits,"
-            f" which are enlarged to {s.side} x {s.side}; accuracy is that on the others. Each batch of"
-            f" {s.batch} is augmented anew: affine map, resized crop, jitter of brightness and contrast,"
-            " erasing, in the same ranges by each library, every image with parameters of its own. For one"
-            " seed all ways have the same split, beginning and batches.",
+            f"A network of three convolutions is trained on {s.train} of scikit-learn's 1,797 handwritten"
+            f" digits, which are enlarged to {s.side} x {s.side}; accuracy is measured on the others. Each"
+            f" batch of {s.batch} is augmented anew: affine map, resized crop, jitter of brightness and"
+            " contrast, erasing. All libraries use the same ranges, and every image has its own parameters."
+            " For one seed, the split, the initial network and the batches are the same for all libraries.",
             108,
         ),
         "",
-        f"| augmentation by | accuracy, mean of {len(s.seeds)} seeds | standard deviation | each |",
+        f"| augmentation by | accuracy, mean of {len(s.seeds)} seeds | standard deviation | per seed |",
         "|---|---|---|---|",
         *(
             f"| {name} | {means[name]:.2%} | {statistics.stdev(values):.2%} |"
@@ -62,7 +62,7 @@ def section(settings: Settings, found: Found, seconds: float) -> list[str]:
             for name, values in found.items()
         ),
         "",
-        "Apart, and how many standard errors of the difference (Welch) that is:",
+        "Differences, also in standard errors of the difference (Welch):",
         "",
         "| | difference | standard errors |",
         "|---|---|---|",
@@ -76,7 +76,7 @@ def section(settings: Settings, found: Found, seconds: float) -> list[str]:
             for name in libraries
         ),
         "",
-        f"{said} All of it took {seconds / 60:.1f} minutes.",
+        f"{said} The whole run took {seconds / 60:.1f} minutes.",
         "",
         *settings_table(s),
     ]

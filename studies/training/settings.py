@@ -1,4 +1,4 @@
-"""All settings of the training, in one place."""
+"""All settings of the training."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Settings:
-    """train: how many of scikit-learn's digits are learned from; the others are what accuracy is measured on.
-    side: of the images, which are enlarged and grey in three channels. steps, batch, lr: of the training by
-    Adam, whose rate falls to zero along a cosine. seeds: each a split, a network's beginning and what is
-    drawn. degrees, shift, scale: of the affine map, to either side. area, ratio: of the box that is cut out,
-    parts of the image's area, and width / height. jitter: how far from 1 the factors of brightness and
-    contrast are at most. erased: the part of the image's area that is filled with black, with a probability
-    of erase. threads: of torch. limit: how many standard errors of their difference two means may be apart.
+    """train: the number of scikit-learn's digits for training; accuracy is measured on the others. side:
+    height and width of the images, which are enlarged and have three grey channels. steps, batch, lr: for the
+    training by Adam, whose rate falls to zero along a cosine. seeds: each determines the split, the network's
+    initialisation and all random draws. degrees, shift, scale: ranges of the affine map. area, ratio: for the
+    box to crop: parts of the image's area, and width / height. jitter: the largest difference from 1 of the
+    factors of brightness and contrast. erased: the part of the image's area that is filled with black, with a
+    probability of erase. threads: for torch. limit: the largest difference of two means, in standard errors
+    of this difference.
     """
 
     train: int = 100

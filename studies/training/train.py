@@ -13,7 +13,7 @@ from .ways import Way
 
 
 def digits(settings: Settings, seed: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Images and labels to learn from, and others to measure on, in an order of the seed's."""
+    """Images and labels for training, and others for testing, in an order that depends on the seed."""
     pixels, classes = load_digits(return_X_y=True)
     images = torch.from_numpy(np.reshape(pixels, (-1, 1, 8, 8))).float() / 16.0
     size = [settings.side, settings.side]
@@ -36,7 +36,8 @@ def network(side: int) -> nn.Sequential:
 
 
 def train(way: Way, settings: Settings, seed: int) -> float:
-    """The accuracy after a training. What a seed begins with, and the batches, are the same for all ways."""
+    """The accuracy after a training. For a seed, the initial network and the batches are the same for all
+    libraries."""
     images, labels, others, truth = digits(settings, seed)
     torch.manual_seed(seed)
     model, batches = network(settings.side), torch.Generator().manual_seed(seed)

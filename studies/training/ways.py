@@ -26,7 +26,7 @@ def none(settings: Settings) -> Way:
 
 
 def chiasm(settings: Settings) -> Way:
-    """Seeds come from torch's generator, as the others' draws do."""
+    """Seeds come from torch's generator, like the draws of the other libraries."""
     s = settings
     return AugmentationSequential(
         RandomAffine(s.degrees, (s.shift, s.shift), s.scale, p=1.0),
@@ -48,7 +48,7 @@ def kornia(settings: Settings) -> Way:
 
 
 def torchvision(settings: Settings) -> Way:
-    """Each image on its own: a batch would get one set of parameters."""
+    """Each image in its own call: a batch would get one set of parameters."""
     from torchvision.transforms import InterpolationMode, v2
 
     s, bilinear = settings, InterpolationMode.BILINEAR

@@ -1,4 +1,4 @@
-"""A headless Chromium and the server that its pages come from, both of which end with their `with`."""
+"""A headless Chromium and the server of its pages; both end with their `with` blocks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Handler(SimpleHTTPRequestHandler):
-    """Files of several folders, each by the first part of an address."""
+    """Serves files of several folders; the first part of an address chooses the folder."""
 
     extensions_map = SimpleHTTPRequestHandler.extensions_map | {
         ".mjs": "text/javascript",
@@ -41,12 +41,12 @@ class Handler(SimpleHTTPRequestHandler):
         return super().translate_path(rest)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """What is asked for is no news."""
+        """Do not log requests."""
 
 
 @contextmanager
 def served(folders: dict[str, Path]) -> Iterator[str]:
-    """The address, on this machine alone, at which each folder is found by its name."""
+    """The address, on this machine only, under which each folder is served by its name."""
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, folders))
     server.daemon_threads = True
     threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -65,7 +65,7 @@ def chromium(*options: str) -> Iterator[Browser]:
     program = os.environ.get("CHIASM_CHROMIUM") or shutil.which("chromium")
     if program is None:
         raise SystemExit("there is no Chromium: run tools/browser.sh")
-    # Chromium's own sandbox is not to be had for root; it opens this project's pages alone.
+    # Chromium's own sandbox is not available to root; it opens only this project's pages.
     sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=[*sandbox, *options])

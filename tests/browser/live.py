@@ -1,10 +1,10 @@
-"""The site's live page in headless Chromium: each op shows what eager Python makes of the same pixels.
+"""The site's live page in headless Chromium: each op shows eager Python's result for the same pixels.
 
     tools/browser.sh && PYTHONPATH=. python tools/site/live.py build/live
-    python tests/browser/live.py            # of build/live; leaves pictures of the page beside it
+    python tests/browser/live.py            # tests build/live; leaves pictures of the page next to it
 
-A photograph is dropped, another is chosen, and the camera, a picture that Chromium makes, is opened. The last
-line printed is `live: N ops, M failed`, and the exit status is 1 where something failed.
+A photograph is dropped, another is chosen, and the camera is opened, for which Chromium generates a picture.
+The last line printed is `live: N ops, M failed`, and the exit status is 1 if something failed.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 PAGE = ROOT / "build" / "live"
 SHOTS = ROOT / "build" / "live-pictures"
-#: Milliseconds that anything may take.
+#: The most milliseconds for any step.
 LIMIT = 60_000
 DTYPES = {"float32": torch.float32, "int64": torch.int64}
 CANVAS = """(id) => {
@@ -89,7 +89,7 @@ def main() -> int:
 
 
 def settled(page: Page, op: str) -> None:
-    """Wait until the result is the op's, of the picture and the settings that are shown."""
+    """Wait until the page shows the op's result for the current picture and settings."""
     page.wait_for_function(
         "(op) => { const { dataset } = document.getElementById('after');"
         " return dataset.op === op && dataset.settled === 'true'; }",
@@ -120,7 +120,7 @@ def canvas(page: Page, name: str) -> torch.Tensor:
 
 
 def differences(page: Page, op: dict[str, Any]) -> list[str]:
-    """What is wrong with the picture that is shown of an op."""
+    """The problems of the picture that is shown for an op."""
     entry = catalog()[op["op"]]
     settings = {s["name"]: s for s in op.get("settings", [])}
     inputs = [

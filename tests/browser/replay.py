@@ -2,13 +2,13 @@
 Chromium.
 
     tools/browser.sh                                     # installs the browser
-    python tests/browser/replay.py [FOLDER ...]          # of bundles; build/bundles by default
+    python tests/browser/replay.py [FOLDER ...]          # folders of bundles; build/bundles by default
 
 Every graph is run on the bundle's golden vectors, by WebAssembly on one thread, and compared within the
-manifest's tolerances. What is known not to work is listed below, with the reason; an entry that no longer
-fails is a failure, so that the list stays true. What was found is written to build/browser.json, in the form
-of the parity matrix's checks. The last line printed is `browser: N checks of K ops, M failed`, and the exit
-status is 1 where something failed.
+manifest's tolerances. Known failures are listed below, with the reason; an entry that no longer fails is a
+failure, so that the list stays correct. The results are written to build/browser.json, in the form of the
+parity matrix's checks. The last line printed is `browser: N checks of K ops, M failed`, and the exit status
+is 1 if something failed.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 REPORT = ROOT / "build" / "browser.json"
-#: Seconds that a graph may take to load and run.
+#: The most seconds for loading and running a graph.
 LIMIT = 60
 
 #: (op, file) -> why ONNX Runtime for the web cannot do it.
@@ -135,7 +135,7 @@ def unpacked(output: dict[str, Any]) -> np.ndarray:
 
 
 def judge(check: dict[str, Any]) -> dict[str, Any]:
-    """Apply the list of what is known."""
+    """Apply the list of known failures."""
     reason = KNOWN.get((check["op"], check["artifact"]))
     check |= {"known": bool(reason and check["message"])}
     if reason and not check["message"]:

@@ -24,7 +24,7 @@ for path in sys.argv[1:]:
 sobel = runtime.Bundle(next(path for path in sys.argv[1:] if "sobel" in path))
 ramp = np.tile(np.arange(8, dtype=np.float32), (1, 1, 8, 1))
 for backend in backends:
-    # The central difference (x[i + 1] - x[i - 1]) / 2, by a smoothed kernel; the ends are repeated.
+    # The central difference (x[i + 1] - x[i - 1]) / 2, by a smoothing kernel; the ends are replicated.
     result = sobel.method("forward", backend=backend)(ramp)
     expected = np.ones_like(ramp)
     expected[..., [0, -1]] = 0.5

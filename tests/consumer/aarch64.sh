@@ -10,7 +10,8 @@ tools/aarch64.sh python
 DIST=$work/dist tools/wheels.sh aarch64
 case $(echo "$work"/dist/*.whl) in *-manylinux_*_aarch64.whl) ;; *) echo "expected one manylinux wheel for aarch64" && exit 1 ;; esac
 .venv/bin/python -m zipfile -e "$work"/dist/*.whl "$work/site"
-# What is loaded is of that CPU: a file of this machine's would be left out in silence, with its backend.
+# Check that loaded files are for that CPU: a file for this machine would be skipped silently, with its
+# backend.
 find "$work/site" -name '*.so*' -exec sh -c 'readelf -h "$1" | grep -q "Machine: *AArch64" || { echo "$1 is not for aarch64" && exit 1; }' _ {} \;
 
 export() { PYTHONPATH=python .venv/bin/python -m chiasm export "$@" --isa x86-64-v3 --isa armv8.2-a --method forward -o "$work/bundles"; }

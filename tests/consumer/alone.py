@@ -1,4 +1,4 @@
-"""chiasm's wheel and a pack of bundles where there is nothing but NumPy; run by pip_install.sh."""
+"""chiasm's wheel and a pack of bundles in an environment with only NumPy; run by pip_install.sh."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ import numpy as np
 import chiasm
 import chiasm.runtime
 
-#: What runs bundles; the rest is tensor code, and what makes bundles of it.
+#: The parts that run bundles; the others are tensor code and its exporter.
 RUNTIME = {"__pycache__", "data", "include", "lib", "onnx", "runtime", "triton"}
 
 
@@ -32,7 +32,7 @@ print(
 print(f"           and {(sum(rest.values()) - sources) / 1e6:.2f} MB that pip compiles of them")
 assert runtime <= 5e6, runtime
 
-# The processor's time, and the least of several: other processes may be at work.
+# The least CPU time of several runs: other processes may be running.
 measure = "import time; t = time.process_time(); import chiasm.runtime; print(time.process_time() - t)"
 seconds = min(float(python(measure).stdout) for _ in range(7))
 print(f"import chiasm.runtime: {seconds * 1e3:.0f} ms")
@@ -63,7 +63,7 @@ for line in (
 done = subprocess.run([command, "list", "--installed"], capture_output=True, text=True, check=True)
 assert [line.split()[0] for line in done.stdout.splitlines()] == ["color.rgb_to_hsv", "filters.sobel"]
 
-# The gradient of a ramp is its slope, and sobel gives the root of its square and 1e-6.
+# The gradient of a ramp is its slope; sobel returns sqrt(slope^2 + 1e-6).
 ramp = np.broadcast_to(np.linspace(0, 1, 65, dtype=np.float32), (1, 3, 48, 65)).copy()
 edges = chiasm.runtime.open("filters.sobel").method("forward")(ramp)
 np.testing.assert_allclose(edges[..., 1:-1], np.hypot(1 / 64, 1e-3), rtol=1e-5)

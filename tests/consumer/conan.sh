@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Conan's package, made from this source tree, and a program that is built and run with it.
+# Builds Conan's package from this source tree, and a program that uses it.
 # usage: tests/consumer/conan.sh [BUNDLE]
 set -euo pipefail
 bundle=${1:+$(realpath "$1")}
@@ -8,7 +8,7 @@ tools/environment.sh conan tools/conan.txt
 export CONAN_HOME=$PWD/build/conan/home CHIASM_CONSUMER_BUNDLE=$bundle
 conan=.deps/conan/bin/conan
 [ -e "$CONAN_HOME/profiles/default" ] || "$conan" profile detect >/dev/null 2>&1
-# Nothing comes from a server: it needs no package but its own.
+# Without servers: the package has no dependencies.
 "$conan" create packaging/conan --no-remote -s build_type=Release -s compiler.cppstd=17 >build/conan/log 2>&1 || { tail -n 40 build/conan/log && exit 1; }
 grep -A 20 'Testing the package: Executing test' build/conan/log | grep -v '^$'
 package=$("$conan" list 'chiasm/*:*' --format=json 2>/dev/null | .venv/bin/python -c '

@@ -11,7 +11,7 @@ endfunction()
 file(REMOVE_RECURSE "${WORK_DIR}")
 set(prefix "${WORK_DIR}/prefix")
 step("${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${WORK_DIR}/first")
-# Relocatable: what was installed works from another place.
+# Relocatable: the installed files work from another folder.
 file(RENAME "${WORK_DIR}/first" "${prefix}")
 
 file(GLOB plugins "${prefix}/${LIBDIR}/chiasm/libchiasm_*.so")
@@ -37,7 +37,7 @@ step("${CMAKE_COMMAND}" -S "${SOURCE_DIR}/cpp" -B "${WORK_DIR}/cpp" "-DCMAKE_PRE
 step("${CMAKE_COMMAND}" --build "${WORK_DIR}/cpp")
 step("${WORK_DIR}/cpp/consumer" ${bundle})
 
-# An installed backend whose engine is nowhere says so, and what to do; told where the engine is, it takes it.
+# An installed backend without its engine reports this and what to do; with the engine's path, it works.
 function(engines expected)
   execute_process(COMMAND "${CMAKE_COMMAND}" -E env --unset=LD_LIBRARY_PATH --unset=CHIASM_ONNXRUNTIME_LIBRARY ${ARGN} "${WORK_DIR}/cpp/consumer"
     OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The Debian packages of a build tree: lintian has nothing to say, and a program is built and run with what they hold, unpacked.
+# Tests the Debian packages of a build tree: lintian finds nothing, and a program is built and run with their
+# unpacked content.
 # usage: tests/consumer/deb.sh BUILD_TREE [BUNDLE]
 set -euo pipefail
 here=$(realpath "$(dirname "$0")") tree=$(realpath "$1") bundle=${2:+$(realpath "$2")}
@@ -13,8 +14,9 @@ for package in "${packages[@]}"; do
   dpkg-deb --extract "$package" "$work/root"
 done
 if command -v lintian >/dev/null; then
-  # The tree was not configured for a folder of Debian's multiarch (-DCMAKE_INSTALL_PREFIX=/usr would), and nothing is linked with
-  # libchiasm_ort.so: it is opened by its path. CMake calls ldconfig beside the trigger that Debian wants.
+  # Suppressed: the tree is not configured for Debian's multiarch folder (it would be with
+  # -DCMAKE_INSTALL_PREFIX=/usr); nothing is linked with libchiasm_ort.so, which is opened by its path; CMake
+  # calls ldconfig in addition to the trigger that Debian requires.
   lintian --allow-root --fail-on error,warning --suppress-tags \
     pkg-config-unavailable-for-cross-compilation,sharedobject-in-library-directory-missing-soname,maintscript-calls-ldconfig \
     "${packages[@]}"
@@ -28,7 +30,7 @@ cmake -S "$here/cpp" -B "$work/cpp" "-DCMAKE_PREFIX_PATH=$work/root/usr" -DCMAKE
 cmake --build "$work/cpp" >/dev/null
 "$work/cpp/consumer" ${bundle:+"$bundle"}
 export PKG_CONFIG_SYSROOT_DIR='' PKG_CONFIG_PATH="$libraries/pkgconfig"
-# shellcheck disable=SC2046  # flags, a word each
+# shellcheck disable=SC2046  # one flag per word
 cc -std=c11 "$here/c/consumer.c" -o "$work/consumer_c" $(pkg-config --cflags --libs chiasm) "-Wl,-rpath,$libraries"
 "$work/consumer_c" ${bundle:+"$bundle"}
 echo "deb: passed"

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# chiasm on a machine that has never seen it: Debian or Ubuntu in a folder of its own, by debootstrap. There the wheel and a pack of
-# bundles are installed by pip and used from Python and C++, and the Debian packages where their glibc is there; the time from nothing
-# to both results is said. Needs root, a network, and debootstrap (apt-get install debootstrap).
+# Tests chiasm on a fresh system: Debian or Ubuntu in a separate folder, by debootstrap. The wheel and a pack
+# of bundles are installed there by pip and used from Python and C++, and so are the Debian packages if the
+# system has their glibc; the time from an empty system to both results is printed. Needs root, a network, and
+# debootstrap (apt-get install debootstrap).
 # usage: tests/consumer/fresh_root.sh SUITE [MIRROR]     trixie, or jammy with the address of a mirror of Ubuntu
 set -euo pipefail
 suite=${1:?"usage: tests/consumer/fresh_root.sh SUITE [MIRROR]"} mirror=${2:-}
@@ -11,7 +12,7 @@ say() { printf '\033[1m%s:\033[0m %s\n' "$suite" "$*"; }
 [ "$(id -u)" = 0 ] || { echo "fresh_root.sh: must be run as root" >&2 && exit 2; }
 command -v debootstrap >/dev/null || { echo "fresh_root.sh: debootstrap is not installed: apt-get install debootstrap" >&2 && exit 2; }
 
-# Commands in the root see its processes alone, and what is mounted goes when they end.
+# Commands in the root see only its processes, and mounts disappear when they end.
 inside() { unshare --mount --pid --fork --kill-child sh -c 'mount -t proc proc "$0/proc" && exec chroot "$0" "$@"' "$root" "$@"; }
 
 mkdir -p "$work"
@@ -23,7 +24,7 @@ if [ ! -e "$root/made" ]; then
   debootstrap --variant=minbase --components=$components --include=ca-certificates "$suite" "$root" ${mirror:+"$mirror"} \
     >"$work/$suite.log" 2>&1 || { tail -n 5 "$work/$suite.log" && exit 1; }
   cp /etc/resolv.conf "$root/etc/resolv.conf"
-  # What this machine trusts besides, such as a proxy's certificate, the new one has to trust too.
+  # The new system must also trust this machine's additional certificates, such as a proxy's.
   cp /usr/local/share/ca-certificates/*.crt "$root/usr/local/share/ca-certificates/" 2>/dev/null || true
   inside update-ca-certificates >>"$work/$suite.log" 2>&1
   touch "$root/made"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The wheels, installed and used from outside; nothing of the source tree is used. (ctest covers cmake --install.)
-#   alone:  an environment that has chiasm's wheel, NumPy, and nothing else
-#   whole:  all three wheels with the packages of .venv, as `pip install "chiasm[export,onnx,torch]"` gives
+# Installs and uses the wheels from outside the source tree. (ctest covers cmake --install.)
+#   alone:  an environment with only chiasm's wheel and NumPy
+#   whole:  all three wheels with the packages of .venv, as by `pip install "chiasm[export,onnx,torch]"`
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 root=$PWD work=$PWD/build/pip
@@ -73,7 +73,7 @@ for found in "-Dchiasm_DIR=$("$alone/bin/python" -m chiasm --cmakedir)" "-DCMAKE
 done
 libraries=$("$alone/bin/chiasm" --libdir)
 test -e "$("$alone/bin/chiasm" --includedir)/chiasm/chiasm.h"
-# shellcheck disable=SC2046  # flags, a word each
+# shellcheck disable=SC2046  # one flag per word
 cc -std=c11 "$root/tests/consumer/c/consumer.c" -o "$work/consumer_c" \
   $(PKG_CONFIG_PATH="$libraries/pkgconfig" pkg-config --cflags --libs chiasm) "-Wl,-rpath,$libraries"
 "$work/consumer_c" "$bundle"

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Every ELF file in the installed FOLDERs: its run path is relative to itself, and nothing in it names the folder BUILT, where it was built.
+# Checks every ELF file in the installed FOLDERs: its run path is relative to the file, and it does not
+# contain the name of the build folder BUILT.
 # usage: run_paths.sh BUILT FOLDER...
 set -euo pipefail
 built=$1

@@ -1,4 +1,4 @@
-"""What the tests of chiasm.data share. They run in .deps/data (tools/data.sh), where there is no torch."""
+"""Fixtures of the tests of chiasm.data. They run in .deps/data (tools/data.sh), which has no torch."""
 
 import io
 import os
@@ -33,7 +33,7 @@ def encoded(
 
 @pytest.fixture(scope="session", autouse=True)
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Every test, and every worker that it starts, keeps bundles here."""
+    """The bundle cache of every test and of its workers."""
     folder = tmp_path_factory.mktemp("cache")
     os.environ["CHIASM_CACHE"] = str(folder)
     os.environ["PYTHONPATH"] = str(ROOT / "python")
@@ -56,7 +56,7 @@ def photos(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def expected(photos: Path) -> dict[str, np.ndarray | None]:
-    """What the op gives for each image: by another decoder, and by chiasm.runtime alone."""
+    """The op's expected result for each image, by another decoder and by chiasm.runtime."""
     import cv2
 
     method = chiasm.runtime.open(PREPROCESS).method("forward", num_threads=1)
@@ -68,10 +68,11 @@ def expected(photos: Path) -> dict[str, np.ndarray | None]:
 
 
 def same_rows(rows: pa.Table, expected: dict[str, np.ndarray | None], id: str = "id") -> None:
-    """Whether a table has every id once, bit for bit what is expected, and an error where nothing is."""
+    """Assert that a table has every id once, with the expected result bit for bit, or with an error if none
+    is expected."""
     ids = [Path(name).name for name in rows[id].to_pylist()]
     assert sorted(ids) == sorted(expected)
-    # An engine keeps tensors or lists
+    # Engines keep tensors or lists
     outputs = rows["output"].combine_chunks()
     values = outputs.storage if isinstance(outputs.type, pa.BaseExtensionType) else outputs
     errors = rows["error"].to_pylist()

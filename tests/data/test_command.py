@@ -1,4 +1,4 @@
-"""`chiasm map`, as a user types it: in processes, killed, interrupted, and started again."""
+"""`chiasm map`, as users call it: in processes, killed, interrupted, and restarted."""
 
 import errno
 import hashlib
@@ -33,7 +33,7 @@ def start(*arguments: object) -> subprocess.Popen:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        # A shell has what it starts in the background ignore interrupts
+        # A shell lets its background jobs ignore interrupts
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
@@ -71,7 +71,7 @@ def test_a_folder_of_images(undisturbed: Path, expected: dict[str, np.ndarray | 
 
 
 def children(pid: int) -> list[int]:
-    """The workers of a process: those of its children that run multiprocessing's main."""
+    """The workers of a process: its children that run multiprocessing's main."""
     found = []
     for path in Path("/proc").glob("[0-9]*"):
         try:
@@ -84,7 +84,7 @@ def children(pid: int) -> list[int]:
 
 
 def begun(photos: Path, folder: Path) -> subprocess.Popen:
-    """A run that has written a shard, and not all of them."""
+    """A run that has written a shard, but not all of them."""
     process = start(PREPROCESS, photos, folder, "--rows", 4, "-j", 2)
     deadline = time.monotonic() + 180
     while not shards(folder):
@@ -98,7 +98,7 @@ def test_what_is_ended_goes_on(photos: Path, undisturbed: Path, tmp_path: Path, 
     out = tmp_path / "out"
     process = begun(photos, out)
     workers = children(process.pid)
-    # stopped, so that it cannot finish before it is hit
+    # stopped, so that it cannot finish before it is killed
     for pid in (process.pid, *workers):
         os.kill(pid, signal.SIGSTOP)
     assert workers and len(shards(out)) < COUNT // 4
@@ -144,7 +144,7 @@ def test_tars(photos: Path, expected: dict[str, np.ndarray | None], tmp_path: Pa
     code, text = chiasm_map(PREPROCESS, tmp_path / "in", tmp_path / "out", "-j", 1)
     assert code == 0, text
     same_rows(parquet.read_table(tmp_path / "out"), expected)
-    # one that is cut off fails as a whole, and the others do not
+    # a truncated archive fails as a whole, the others do not
     whole = (tmp_path / "in" / "train-1.tar").read_bytes()
     (tmp_path / "in" / "train-1.tar").write_bytes(whole[: len(whole) // 2])
     code, text = chiasm_map(PREPROCESS, tmp_path / "in", tmp_path / "cut", "-j", 1)
@@ -153,7 +153,7 @@ def test_tars(photos: Path, expected: dict[str, np.ndarray | None], tmp_path: Pa
 
 
 def written(source: Path, folder: Path) -> pa.Table:
-    """What `chiasm map` writes of a source of one shard."""
+    """The output of `chiasm map` for a source of one shard."""
     mapping = Map(SOBEL, errors="column")
     [shard], _ = plan(source, 500)
     folder.mkdir(exist_ok=True)
@@ -162,7 +162,7 @@ def written(source: Path, folder: Path) -> pa.Table:
 
 
 def a_tar(*members: tarfile.TarInfo | str, records: dict[str, str] | None = None) -> bytearray:
-    """A tar of members that are given, or named and images."""
+    """A tar of the given members; a name becomes an image."""
     picture, file = encoded(np.random.default_rng(0), 32, 32), io.BytesIO()
     with tarfile.open(fileobj=file, mode="w", format=tarfile.PAX_FORMAT) as archive:
         for member in members:
@@ -217,7 +217,7 @@ def test_members_that_are_no_file_or_too_large_are_bad_rows(tmp_path: Path) -> N
     assert rows["id"].to_pylist() == ["a.jpg", "hard.jpg", "soft.jpg", "sparse.jpg", "b.jpg"]
     for error, part in zip(rows["error"].to_pylist(), (None, "a link", "a link", "sparse file", None)):
         assert (error is None) if part is None else part in error, error
-    # 3 GB that take no room on the disk
+    # 3 GB in a sparse file
     large = tarfile.TarInfo("a.jpg")
     large.size = 3 << 30
     with open(source, "wb") as file:

@@ -1,4 +1,4 @@
-"""The recipes of docs/scale.md, each on its real engine: all give the rows of the plain loop, bit for bit."""
+"""The recipes of docs/scale.md, each on its real engine, give the same rows as a plain loop, bit for bit."""
 
 import contextlib
 import doctest
@@ -35,7 +35,7 @@ RECIPES = dict(
 
 @pytest.fixture
 def place(tmp_path: Path, photos: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder that has what the recipes name."""
+    """A folder with the files that the recipes name."""
     (tmp_path / "bundles").symlink_to(BUNDLES)
     (tmp_path / "photos").symlink_to(photos)
     monkeypatch.chdir(tmp_path)
@@ -74,7 +74,7 @@ def test_daft(place: Path, expected: dict[str, np.ndarray | None]) -> None:
 
 def test_spark(place: Path, expected: dict[str, np.ndarray | None]) -> None:
     os.environ["PYSPARK_PYTHON"] = sys.executable
-    # A JVM without a window's port on the network, and a job that lists the files by itself
+    # A JVM without a web interface, and a job that lists the files itself
     settings = {
         "spark.ui.enabled": "false",
         "spark.driver.bindAddress": "127.0.0.1",
@@ -88,7 +88,7 @@ def test_spark(place: Path, expected: dict[str, np.ndarray | None]) -> None:
     names = follow("spark")
     try:
         same_rows(parquet.read_table("rows"), expected, "path")
-        # bytes become numbers that Spark has, and shapes go with them
+        # bytes become a numeric type of Spark, with shapes
         edges = Map(EDGES, columns={"frame": "content"}, errors="null")
         photos = names["photos"].limit(4)
         kind = "path string, output struct<data: array<smallint>, shape: array<int>>"
@@ -110,7 +110,7 @@ def test_ray(place: Path, cluster: None, expected: dict[str, np.ndarray | None])
 
 
 def test_examples(place: Path, cluster: None) -> None:
-    """Those in docstrings."""
+    """The examples in docstrings."""
     (place / "build").symlink_to(ROOT / "build")
     for module in (mapping, on_ray):
         result = doctest.testmod(module)
@@ -119,11 +119,11 @@ def test_examples(place: Path, cluster: None) -> None:
 
 @pytest.mark.parametrize("form", ["pyarrow", "numpy"])
 def test_ray_in_tasks(photos: Path, cluster: None, expected: dict[str, np.ndarray | None], form: str) -> None:
-    """Without a pool; in NumPy batches too, of which Ray makes tensors of its own."""
+    """Without a pool; also in NumPy batches, from which Ray makes its own tensors."""
     preprocess = Map(PREPROCESS, columns={"frame": "bytes"}, errors="column")
     files = ray.data.read_binary_files(str(photos), include_paths=True)
     rows = files.map_batches(preprocess, batch_format=form, batch_size=32).to_arrow_refs()
-    parts = ray.get(rows)  # a part without an error has no type for it
+    parts = ray.get(rows)  # in a part without an error, the error column has no type
     same_rows(pa.concat_tables(parts, promote_options="default"), expected, "path")
     edges = Map(EDGES, columns={"frame": "bytes"}, errors="column")
     taken = files.map_batches(edges, batch_format=form, batch_size=32).take_all()
@@ -132,7 +132,7 @@ def test_ray_in_tasks(photos: Path, cluster: None, expected: dict[str, np.ndarra
 
 
 class Slow(Map):
-    """Leaves time to be killed in."""
+    """Slow enough to be killed in the middle."""
 
     def __call__(self, batch: pa.Table) -> pa.Table:
         time.sleep(0.1)
@@ -140,7 +140,8 @@ class Slow(Map):
 
 
 def workers(word: bytes) -> list[int]:
-    """This test's processes whose title has a word: they inherit the folder of its cache."""
+    """This test's processes whose title contains a word; they are recognised by their cache folder, which
+    they inherit."""
     mark, found = f"CHIASM_CACHE={os.environ['CHIASM_CACHE']}".encode(), []
     for path in Path("/proc").glob("[0-9]*"):
         try:
@@ -176,9 +177,9 @@ def test_a_pool_that_would_wait_for_ever_is_refused(photos: Path, cluster: None)
         map_batches(files, preprocess, workers=3)
     with pytest.raises(DataError, match="workers >= 1"):
         map_batches(files, preprocess, workers=0)
-    assert time.monotonic() - before < 60  # and Ray alone waits for ever
+    assert time.monotonic() - before < 60  # Ray by itself would wait for ever
     assert map_batches(files, preprocess, workers=2).schema() is not None
-    # nodes of 2, 2 and 1 CPUs: one keeps a CPU for reading
+    # nodes with 2, 2 and 1 CPUs: one node keeps a CPU for reading
     assert [_fitting(nodes, 1) for nodes in ([2, 2, 1], [4], [1], [], [0])] == [4, 3, 0, 0, 0]
     assert [_fitting([4, 4], cpus) for cpus in (0.5, 2, 3, 4)] == [14, 3, 2, 1]
 
@@ -204,7 +205,8 @@ def test_serve(place: Path, cluster: None, photos: Path, expected: dict[str, np.
 
 
 def test_the_command_on_ray(photos: Path, expected: dict[str, np.ndarray | None], tmp_path: Path) -> None:
-    """Killed with its cluster, then finished in processes: the bytes are those of an undisturbed run."""
+    """A run that is killed with its cluster and then finished in processes gives the bytes of an undisturbed
+    run."""
     ray.shutdown()
     out, whole = tmp_path / "out", tmp_path / "whole"
     driver = start(PREPROCESS, photos, out, "--rows", 2, "--ray", "local", "-j", 2)
@@ -214,7 +216,7 @@ def test_the_command_on_ray(photos: Path, expected: dict[str, np.ndarray | None]
         time.sleep(0.005)
     driver.kill()
     driver.communicate()
-    while left := workers(b"ray"):  # which end by themselves too, in a minute and a half
+    while left := workers(b"ray"):  # they would end by themselves in 90 seconds
         for process in left:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
@@ -229,14 +231,14 @@ def test_the_command_on_ray(photos: Path, expected: dict[str, np.ndarray | None]
 
 
 def test_two_nodes(photos: Path, expected: dict[str, np.ndarray | None], tmp_path: Path) -> None:
-    """Two nodes, each with an object store and a cache of its own: each gets a copy of the bundle."""
+    """Two nodes, each with its own object store and cache: each gets a copy of the bundle."""
     ray.shutdown()
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{free.getsockname()[1]}"
     common = ["--node-ip-address=127.0.0.1", "--num-cpus=1", "--object-store-memory=100000000", "--block"]
     common += ["--disable-usage-stats"]
-    short = tempfile.mkdtemp(prefix="chiasm-", dir="/tmp")  # the names of sockets have little room
+    short = tempfile.mkdtemp(prefix="chiasm-", dir="/tmp")  # names of sockets must be short
     places = [
         [
             "--head",

@@ -1,4 +1,4 @@
-"""`Map` on NumPy and Arrow batches, without an engine. What it gives is compared with chiasm.runtime."""
+"""`Map` on NumPy and Arrow batches, without an engine. Results are compared with chiasm.runtime."""
 
 import io
 import os
@@ -96,7 +96,7 @@ def test_constants_and_names() -> None:
     small = Map(resize, columns={"input": "bytes", "like": like}, errors="column")
     files = [encoded(RNG, 48, 64), b"no image", encoded(RNG, 96, 80)]
     result = small(pa.record_batch({"bytes": pa.array(files)}))
-    # a row's shape is known, though the images' sizes are not
+    # a row's shape is known, although the images' sizes are not
     assert result["output"].type == pa.fixed_shape_tensor(pa.float32(), [3, 20, 30])
     frame = cv2.imdecode(np.frombuffer(files[2], np.uint8), 1)[..., ::-1].astype(np.float32) / np.float32(255)
     want = direct(resize, np.ascontiguousarray(frame.transpose(2, 0, 1)[None]), like)[0]
@@ -139,7 +139,7 @@ def test_jpegs_have_the_bits_that_pillow_decodes(monkeypatch: pytest.MonkeyPatch
             noise = Image.fromarray(RNG.integers(0, 256, (*size, 3), np.uint8))
             noise.save(file, "JPEG", quality=quality, subsampling=subsampling, progressive=quality == 75)
             files.append(file.getvalue())
-    # among them damaged ones, which both must take, or neither
+    # including damaged ones, which both decoders must accept or both reject
     damaged = []
     for data in files * 4:
         at = int(RNG.integers(200, len(data) - 2))
@@ -188,9 +188,9 @@ def test_rows_of_different_sizes_in_every_form() -> None:
     for column in (tensors(same), nested, ArrowTensorArray.from_numpy(same)):
         for part, count in ((column, 3), (column.slice(1, 1), 1), (column.slice(3), 0)):
             got = Map(EDGES)(pa.record_batch({"frame": part}))["output"]
-            # all rows have one shape, so that their edges are tensors too
+            # all rows have one shape, so their edges are tensors too
             np.testing.assert_array_equal(stacked(got), np.stack([want[0]] * 3)[:count])
-    # what a Map gives another takes
+    # a Map's result is a valid input of another Map
     [name] = chiasm.runtime.open(GREY_TO_RGB).signature()[0]
     edges = Map(EDGES, outputs={"output": "edges"})(pa.record_batch({"frame": ragged}))
     colored = structs(Map(GREY_TO_RGB, columns={name.name: "edges"})(edges)["output"])
@@ -229,7 +229,7 @@ def test_errors_as_a_column_or_as_null() -> None:
         np.testing.assert_array_equal(
             structs(null["output"])[0], want.reshape(structs(null["output"])[0].shape)
         )
-        for result in (kept, null):  # what is written can be read
+        for result in (kept, null):  # the result can be written and read
             file = io.BytesIO()
             parquet.write_table(pa.Table.from_batches([result]), file)
             assert parquet.read_table(file).to_batches()[0] == result
@@ -238,7 +238,7 @@ def test_errors_as_a_column_or_as_null() -> None:
         assert [r is None for r in Map(bundle, errors="null")({"frame": files})["output"]] == [False] + [
             True
         ] * 3
-    # the row of a batch that an op refuses, and those beside it
+    # a row that the op rejects, and the rows next to it
     images = [IMAGES[0], IMAGES[1, :, :4], IMAGES[2].astype(np.float64), IMAGES[3]]
     result = Map(SOBEL, errors="column")({"input": images})
     assert [e is None for e in result["error"]] == [True, False, False, True]
@@ -390,13 +390,13 @@ def test_a_bundle_travels_in_the_pickle(tmp_path: Path, monkeypatch: pytest.Monk
     shutil.rmtree(bundle)
     want, cache = direct(SOBEL, IMAGES), tmp_path / "node"
     monkeypatch.setenv("CHIASM_CACHE", str(cache))
-    with ProcessPoolExecutor(4) as pool:  # a node's processes all begin at once
+    with ProcessPoolExecutor(4) as pool:  # like a node's processes, which all begin at once
         results = list(pool.map(run_pickled, [data] * 4))
     copies = {folder for _, folder in results}
     assert len(copies) == 1 and all(np.array_equal(r, want) for r, _ in results)
     [copy] = copies
     assert sorted(p.name for p in Path(copy).parent.iterdir()) == ["renamed.chiasm"]
-    # whatever happens to the copy, what runs is what was sent
+    # whatever happens to the cached copy, the sent bundle runs
     for damage in ("change", "extra", "missing", "pipe", "file", "link"):
         folder = Path(copy)
         if damage == "change":

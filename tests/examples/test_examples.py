@@ -1,4 +1,5 @@
-"""The programs in examples/: Python and C++ make the same, and what OpenCV or eager PyTorch makes."""
+"""The programs in examples/: Python and C++ give the same results, which equal OpenCV's or eager
+PyTorch's."""
 
 from __future__ import annotations
 
@@ -94,13 +95,13 @@ def test_a_video(bundles: dict[str, Path]) -> None:
 
 
 def test_objects_are_followed(bundles: dict[str, Path], tmp_path: Path) -> None:
-    """Both squares keep their numbers, and are where they are drawn but for the detector's 8 pixels."""
+    """Both squares keep their numbers, and their positions are right within the detector's 8 pixels."""
     out = [tmp_path / "python.png", tmp_path / "cpp.png"]
     one = python("track", bundles["ops.sort_track"], tmp_path, 40, out[0])
     assert one == cpp("track", bundles["ops.sort_track"], tmp_path / "my.squares.chiasm", 40, out[1])
     np.testing.assert_array_equal(*(cv2.imread(str(file)) for file in out))
     tracks = [[int(v) for v in re.findall(r"\d+", line)] for line in one.splitlines()]
-    frames = range(2, 40)  # from the third on they are shown
+    frames = range(2, 40)  # tracks are shown from the third frame on
     assert [track[0] for track in tracks] == [1, 2] * len(frames)
     wanted = [(x, y, x + 64, y + 64) for k in frames for x, y in ((4 * k, 40), (240 - 4 * k, 180))]
     np.testing.assert_allclose([track[1:] for track in tracks], wanted, atol=8)

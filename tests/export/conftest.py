@@ -44,7 +44,7 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def light(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """Bundles by name, of the function above or of the catalog, made when first asked for, without native
+    """Bundles by name, of the function above or of the catalog, exported at their first use, without native
     code."""
     folder = tmp_path_factory.mktemp("light")
     made: dict[str, Path] = {}

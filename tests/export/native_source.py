@@ -1,4 +1,4 @@
-"""What AOTInductor writes, for tests of how ops are compiled."""
+"""The C++ that AOTInductor generates, for tests of how ops are compiled."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from chiasm.export.formats.native import LIBRARIES, _inductor
 
 
 class _Written(Exception):
-    """Ends a compilation where its C++ is there."""
+    """Ends a compilation once its C++ is generated."""
 
 
 def written(

@@ -1,4 +1,5 @@
-"""A training pipeline as one bundle: bytes and seeds in, an augmented batch out, everywhere the same."""
+"""A training pipeline as one bundle: bytes and seeds in, an augmented batch out, the same on every
+backend."""
 
 import io
 from pathlib import Path
@@ -49,7 +50,8 @@ def bundle(pipeline: nn.Module, tmp_path_factory: pytest.TempPathFactory) -> Pat
             TensorSpec("seed", ("B",), "int64", range=(-(2**62), 2**62), description="one seed a sample"),
         ],
         gradients=(),
-        # A position in the middle of two steps of 1/32 pixel is rounded to either (`warp_affine`): levels.
+        # A position halfway between two steps of 1/32 pixel may round to either (`warp_affine`): a few
+        # levels.
         tolerances={"float32": Tolerance(4 * 2 / 255, 0.0)},
     )
     return export(pipeline, spec, tmp_path_factory.mktemp("augmentation"))

@@ -1,4 +1,4 @@
-"""Gradients of parts of tensors: joined in the exported graph, with the values of eager ones."""
+"""Gradients of parts of tensors: they are joined in the exported graph, and equal eager gradients."""
 
 import pytest
 import torch
@@ -18,7 +18,7 @@ def components(x: Tensor) -> Tensor:
 
 
 def overlapping(x: Tensor) -> Tensor:
-    """Slices of which some overlap, a gap, and all of x."""
+    """Slices with overlaps and a gap, and all of x."""
     return (x[..., :2] * x[..., 1:3]).sum(-1) + x[..., 4] * x[:, 0, 4:5] + (x * x).sum(-1)
 
 
@@ -27,13 +27,13 @@ def along_rows(x: Tensor) -> Tensor:
 
 
 def of_a_part(x: Tensor) -> Tensor:
-    """What comes back for a part is joined itself."""
+    """The gradient of a part is itself joined from parts."""
     y = x[..., :3]
     return y[..., 0] * y[..., 1] * y[..., 2] + x[..., 3]
 
 
 def traced(function, spec: Spec):
-    """A function's eager vjp, its traced one, and inputs of other sizes than that was traced with."""
+    """A function's eager vjp, its traced vjp, and inputs of other sizes than in the trace."""
     op = bind(function, {"x": "x=x"}, {}, spec.name)
     example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), "float32")
     outputs = output_specs(trace(op, spec, list(spec.inputs), example, "onnx"), spec, "float32")
@@ -62,7 +62,7 @@ def test_parts_are_joined(function, shape) -> None:
 
 
 def turned(x: Tensor) -> Tensor:
-    """Planes of which each step uses each twice."""
+    """Planes; each step uses each of them twice."""
     red, green, blue = x.select(-3, 0), x.select(-3, 1), x.select(-3, 2)
     most = torch.maximum(torch.maximum(red, green), blue)
     for _ in range(3):

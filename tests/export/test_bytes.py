@@ -1,4 +1,4 @@
-"""Bytes in native code: what PyTorch leaves to libtorch is compiled."""
+"""Bytes in native code: operators that PyTorch leaves to libtorch are compiled."""
 
 from pathlib import Path
 from typing import Tuple
@@ -12,7 +12,7 @@ from chiasm.export import Spec, TensorSpec, export
 
 
 def side_by_side(x: Tensor, y: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Planes, negative dimensions, parts of one tensor, and bytes beside signed ones."""
+    """Planes, negative dimensions, parts of one tensor, and unsigned and signed bytes."""
     return (
         torch.cat([x, y, x], 2),
         torch.cat([x[..., :1], y.flip(3), x[..., 1:]], -1),

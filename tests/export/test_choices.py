@@ -1,4 +1,4 @@
-"""What an export leaves out, and what its code does in fewer instructions: nothing changes for it."""
+"""Omitted operators and shorter instruction sequences do not change an export's results."""
 
 from pathlib import Path
 from typing import Callable, Tuple
@@ -64,7 +64,8 @@ def limited(x: Tensor, y: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tenso
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_minima_and_maxima_pass_nan_on(dtype: type, tmp_path: Path) -> None:
-    """Also those that take one instruction instead of three, in whole vectors and in what is left of them."""
+    """This also holds for minima and maxima that take one instruction instead of three, in whole vectors and
+    in the remainder."""
     names = ("both", "low", "high", "least", "most")
     spec = Spec(
         "test.limited",

@@ -1,4 +1,4 @@
-"""The command `chiasm`, as a user types it."""
+"""The command `chiasm`, as users call it."""
 
 import json
 from pathlib import Path

@@ -1,5 +1,5 @@
-"""Whatever is typed wrong, damaged or full: one line on stderr and an exit status, never a traceback, and
-nothing half-written."""
+"""Wrong arguments, damaged files and a full disk give one line on stderr and an exit status, never a
+traceback or a partial file."""
 
 import json
 import os
@@ -43,7 +43,7 @@ def run(*arguments: object) -> subprocess.CompletedProcess[str]:
 def spawn(
     *arguments: object, module: str = "chiasm.export", **options: object
 ) -> subprocess.CompletedProcess[str]:
-    """The command in a process of its own."""
+    """The command in a separate process."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "python"), "COLUMNS": "200"}
     return subprocess.run(
         [sys.executable, "-m", module, *map(str, arguments)],
@@ -57,7 +57,7 @@ def spawn(
 
 
 def refused(done: subprocess.CompletedProcess[str], *parts: str, status: int = 1) -> None:
-    """One line on stderr that has these parts."""
+    """Assert that stderr has one line, which contains these parts."""
     assert done.returncode == status, done.stderr
     lines = done.stderr.strip().splitlines()
     assert len(lines) == 1 and lines[0].startswith("Error: "), done.stderr
@@ -82,7 +82,7 @@ def sobel(light: Folder, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def alarm() -> Iterator[None]:
-    """Ends a test that would wait for ever."""
+    """Fails a test that would wait for ever."""
     before = signal.signal(signal.SIGALRM, lambda *_: pytest.fail("it waits for ever"))
     signal.alarm(30)
     yield
@@ -91,7 +91,7 @@ def alarm() -> Iterator[None]:
 
 
 def _bomb(path: Path) -> None:
-    """A PNG that says to be 60000 x 60000."""
+    """A PNG whose header declares 60000 x 60000 pixels."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -181,7 +181,7 @@ def test_settings_that_are_no_values(light: Folder, photo: Path, tmp_path: Path)
 
 @contextmanager
 def limited(size: int) -> Iterator[None]:
-    """No file may grow beyond `size` bytes, as on a disk that is full."""
+    """No file can grow beyond `size` bytes, as on a full disk."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
@@ -253,7 +253,7 @@ def test_bundles_that_are_none(sobel: Path, photo: Path, tmp_path: Path) -> None
         (sobel / "manifest.json").write_bytes(damage)
         for command in (["info", sobel], ["verify", sobel], ["run", sobel, photo, out]):
             refused(run(*command), part)
-    # A layout informs people, and so it may be any text
+    # A layout is information for people, so it may be any text
     for layout in ("HWC", "HW"):
         (sobel / "manifest.json").write_bytes(text.replace(b'"NCHW"', f'"{layout}"'.encode()))
         refused(run("run", sobel, photo, out), "does not map an image to an image")
@@ -292,9 +292,9 @@ def test_verify_names_what_a_bundle_lacks(sobel: Path) -> None:
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become a user who may not read")
 def test_no_permission(sobel: Path, photo: Path, tmp_path: Path) -> None:
     for folder in (photo.parent, tmp_path, *tmp_path.parents):
-        if Path(tempfile.gettempdir()) in folder.parents:  # pytest's own, closed to others
+        if Path(tempfile.gettempdir()) in folder.parents:  # pytest's folder, which other users cannot open
             folder.chmod(0o755)
-    # And all that is imported is
+    # All imported modules are too
     assert run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx").returncode == 0
     (tmp_path / "out.png").unlink()
     (sobel / "forward.pt").chmod(0)
@@ -344,16 +344,16 @@ def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     deadline = time.monotonic() + 100
-    while not list(tmp_path.glob("*.chiasm")) and time.monotonic() < deadline:  # one is there, of many
+    while not list(tmp_path.glob("*.chiasm")) and time.monotonic() < deadline:  # the first of many exists
         time.sleep(0.01)
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
+    os.killpg(process.pid, signal.SIGINT)  # like a terminal, to the workers too
     _, stderr = process.communicate(timeout=15)
     assert process.returncode == 130 and stderr.strip().splitlines() == ["Error: interrupted"], stderr
     assert not list(tmp_path.glob(".writing*"))
 
 
 def test_an_interrupt_of_the_imports_is_one_line(tmp_path: Path) -> None:
-    # What is imported first by the command waits for the interrupt
+    # The module that the command imports first waits for the interrupt
     (tmp_path / "click.py").write_text("import time\nprint('importing', flush=True)\ntime.sleep(100)\n")
     process = subprocess.Popen(
         [sys.executable, "-m", "chiasm", "list"],
@@ -385,7 +385,7 @@ def test_a_closed_stdout(light: Folder) -> None:
 
 def test_a_reader_that_leaves(sobel: Path) -> None:
     manifest = json.loads((sobel / "manifest.json").read_text())
-    # More than a pipe holds
+    # More than the capacity of a pipe
     (sobel / "manifest.json").write_text(json.dumps(manifest | {"summary": "long" * 100_000}))
     for words in (f"chiasm.export info --json {sobel}", f"chiasm.export info {sobel}", "chiasm doctor"):
         done = subprocess.run(

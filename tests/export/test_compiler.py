@@ -1,5 +1,5 @@
-"""The C++ compiler's part of an export: it compiles the op and nothing else, with the package's precompiled
-headers or without."""
+"""The C++ compiler in an export: it compiles only the op, with or without the package's precompiled
+headers."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ export(scaled_difference, SPEC, sys.argv[1], methods=("forward",))
 
 
 def bucket(x: Tensor) -> Tensor:
-    """Which AOTInductor leaves to libtorch."""
+    """An operator that AOTInductor leaves to libtorch."""
     return torch.bucketize(x[:, 0].contiguous(), x[:, 1].contiguous())
 
 

@@ -1,4 +1,5 @@
-"""Native code for GPUs: made where there is none, it needs the driver alone. Where there is a GPU it runs."""
+"""Native code for GPUs: it can be exported without a GPU, needs only the driver, and runs if there is a
+GPU."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from chiasm.export.manifest import read_manifest
 from chiasm.runtime import ChiasmError
 
 GPUS = ("sm_80", "sm_90")
-EM_CUDA = 190  # e_machine of the ELF files that GPUs run
+EM_CUDA = 190  # e_machine of ELF files for GPUs
 
 needs_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no CUDA device")
 

@@ -1,4 +1,4 @@
-"""`chiasm doctor`, in processes with surroundings of their own."""
+"""`chiasm doctor`, in processes with different environments."""
 
 import os
 import subprocess
@@ -10,7 +10,7 @@ import pytest
 import chiasm.runtime
 from chiasm.doctor import report
 
-#: A process in which PyTorch and its kin are not installed, as far as Python can tell.
+#: A process for which PyTorch and related packages appear not to be installed.
 WITHOUT = """
 import sys
 from importlib.machinery import PathFinder

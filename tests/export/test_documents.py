@@ -1,4 +1,4 @@
-"""What a bundle says of its making, and that it says and holds the same wherever it is made."""
+"""A bundle's documents on its origin; and bundles are identical wherever they are made."""
 
 import gzip
 import hashlib
@@ -117,15 +117,15 @@ def second(a: Tensor) -> Tensor:
 
 
 def blurred(a: Tensor) -> Tensor:
-    """A function that libtorch has, and a kernel of our own."""
+    """A function of libtorch, and a kernel of chiasm."""
     return box_blur(torch.kthvalue(a, 1, dim=0, keepdim=True)[0], 3)
 
 
 def test_an_artifact_says_what_it_needs_libtorch_for(tmp_path: Path) -> None:
-    """AOTInductor leaves the k-th value to libtorch, and its stand-in has no such function."""
+    """AOTInductor leaves the k-th value to libtorch; chiasm's replacement has no such function."""
     spec = Spec("test.second", [TensorSpec("a", ("N",), "uint8", range=(0, 255))], symbols={"N": (2, 1000)})
     bundle = export(second, spec, tmp_path, formats=["native"])
-    # Such code has no kernels of our own either, which libtorch does not know
+    # Such code has no kernels of chiasm either, which libtorch does not know
     shape = ("B", "C", "H", "W")
     images = TensorSpec("a", shape, "uint8", range=(0, 255))
     rows = verify(export(blurred, Spec("test.blurred", [images]), tmp_path, formats=["native"]))
@@ -154,8 +154,8 @@ def test_a_modules_classes_are_its_sources(tmp_path: Path) -> None:
 
 
 def test_the_same_bytes_wherever_it_is_made(tmp_path: Path) -> None:
-    """At another path of the op, of chiasm, of the bundle, with another home, cache and working folder, as
-    another user by name."""
+    """With other paths of the op, of chiasm and of the bundle, another home, cache and working folder, and
+    another user name."""
     program = """
 import sys
 from my_op import halves

@@ -1,5 +1,4 @@
-"""One call from a user's own function to a bundle: what it holds, that it repeats, and what it says when it
-cannot."""
+"""One call from a user's own function to a bundle: the bundle's content, reproducibility, and errors."""
 
 import hashlib
 import io
@@ -40,7 +39,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_native_loops_are_vectorised(bundle: Path, tmp_path: Path) -> None:
-    """AOTInductor falls back to scalar loops without a word."""
+    """AOTInductor falls back to scalar loops silently."""
     with zipfile.ZipFile(bundle / "forward.float32.x86-64-v3.pt2") as archive:
         archive.extract("chiasm/op.so", tmp_path)
     code = subprocess.run(
@@ -50,7 +49,7 @@ def test_native_loops_are_vectorised(bundle: Path, tmp_path: Path) -> None:
 
 
 def metres(depth: Tensor, scale: float = 0.001) -> Tuple[Tensor, Tensor]:
-    """Depth of a camera that measures millimetres, and where it measured nothing."""
+    """The depth of a camera that measures millimetres, and a mask of missing measurements."""
     return depth.to(torch.float32) * scale, (depth.to(torch.int32) + (depth == 0).to(torch.int32) * 65535).to(
         torch.uint16
     )
@@ -96,7 +95,7 @@ def test_shapes_are_symbolic_and_derived(bundle: Path) -> None:
     forward = read_manifest(bundle)["methods"]["forward"]
     assert forward["inputs"][0]["shape"] == ["B", "C", "H", "W"]
     height = forward["outputs"][0]["shape"][2]
-    assert eval(height, {"H": 100}) == 99  # one row less, however it is spelled
+    assert eval(height, {"H": 100}) == 99  # one row less, in any notation
 
 
 def test_onnx_has_the_arguments_names_the_opset_and_the_op_in_its_metadata(bundle: Path) -> None:
@@ -130,8 +129,8 @@ def test_torchs_own_loader_refuses_a_torch_free_artifact(bundle: Path) -> None:
 
 
 def test_exporting_twice_gives_the_same_manifest_but_for_times(tmp_path: Path) -> None:
-    # In processes of their own, as the command does (TorchScript numbers types that a process scripts twice).
-    # Each has a cache of its own, so that the op is compiled again.
+    # In separate processes, like the command (TorchScript numbers types that a process scripts twice). Each
+    # has its own cache, so that the op is compiled again.
     program = """
 import os, sys
 from tests.export.conftest import SPEC, export, scaled_difference
@@ -240,12 +239,13 @@ def test_several_outputs_integer_outputs_and_uint8_input(tmp_path: Path) -> None
 
 
 def passed_on(input: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
-    """An input as it is, and one with a row more."""
+    """An input unchanged, and another with an extra row."""
     return input.clone(), torch.cat([matrix, torch.zeros_like(matrix[:1])], 0)
 
 
 def test_samples_that_are_parts_of_other_tensors(tmp_path: Path) -> None:
-    """Native code was compiled for a sample's strides, and read other numbers than it was given."""
+    """A former bug: native code was compiled for the strides of a sample, and read wrong elements of other
+    inputs."""
 
     def sums(boxes: Tensor) -> Tensor:
         return boxes.sum(1)
@@ -325,7 +325,7 @@ def test_a_size_that_the_code_fixes_is_named(tmp_path: Path) -> None:
 
 
 def _twice_with_places(x: Tensor) -> Tensor:
-    """The number of elements is both a size that the graph has and one that it asks for."""
+    """The number of elements is both a size in the graph and a size that the graph queries."""
     flat = x.reshape(-1)
     return (flat[:, None] * torch.ones([2])).flatten().unflatten(0, [flat.size(0), 2]) + torch.arange(
         x.numel()
@@ -349,8 +349,8 @@ def _costs_of_all(models: Tensor, planes: Tensor) -> Tensor:
 
 
 def test_an_export_leaves_no_trace_on_the_next() -> None:
-    """Loops are traced by torch.compile, which keeps what it made and asks of the next call whether it fits:
-    a guard on a free size."""
+    """torch.compile traces loops, keeps the result, and checks at the next call whether it fits: this is a
+    guard on a free size."""
     models, planes = torch.rand(7, 30, 3, 3), torch.rand(7, 7, 11)
     for fn, least in (_costs_of_four, 6), (_costs_of_all, 1):
         tensors = [TensorSpec("models", ("B", "S", 3, 3)), TensorSpec("planes", ("B", 7, "N"))]
@@ -416,7 +416,7 @@ def test_torchscript_keeps_branches(bundle: Path) -> None:
 
 
 def share(input: torch.Tensor) -> torch.Tensor:
-    """Of the sum; 0 of nothing."""
+    """Each element's share of the sum; 0 if the sum is 0."""
     return input / (input.sum() + 1e-300)
 
 
@@ -429,7 +429,7 @@ def test_onnx_keeps_a_term_that_is_zero_in_float32(tmp_path: Path) -> None:
 
 
 def test_sizes_of_a_trace_are_none_of_the_settings() -> None:
-    """The gradient of 7 x 7 bins was specialised to a batch of 7, the size that it was traced at."""
+    """A former bug: the gradient of 7 x 7 bins was specialised to a batch of 7, the size of its trace."""
     spec = catalog()["ops.roi_align"].spec
     assert samples.EXAMPLE["B"] in spec.config["output_size"]
     sizes = samples.example(spec)

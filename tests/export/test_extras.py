@@ -1,4 +1,5 @@
-"""The extras of pyproject.toml are what the sources import, and the packages of one version go together."""
+"""The extras of pyproject.toml match the imports in the sources, and the requirements of the packages name
+one version."""
 
 import ast
 import re
@@ -12,12 +13,12 @@ from chiasm.extras import EXTRAS, advice
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-#: Where a distribution is not named as what is imported from it.
+#: Distributions whose name differs from the imported module.
 NAMES = {"PIL": "pillow"}
 
 
 def requirements(extra: str) -> set[str]:
-    """The distributions that an extra brings, those of the extras that it names too."""
+    """The distributions of an extra, including those of the extras that it names."""
     found = set()
     for text in PROJECT["optional-dependencies"][extra]:
         name, inner = re.fullmatch(r"([A-Za-z0-9-]+)(?:\[([a-z,]+)\])?.*", text).groups()
@@ -37,7 +38,7 @@ def test_an_extra_brings_what_it_is_said_to() -> None:
 
 def test_every_import_is_in_an_extra() -> None:
     known = {module for modules in EXTRAS.values() for module in modules} | {"numpy", "chiasm"}
-    # What torch and onnx bring, what a server has, and engines that a user brings
+    # Packages that torch and onnx install, that a server has, and engines that users install
     known |= {"sympy", "triton", "onnx_ir", "google", "triton_python_backend_utils", "pyspark", "daft"}
     for file in (ROOT / "python" / "chiasm").rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text())):

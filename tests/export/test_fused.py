@@ -43,7 +43,7 @@ def op_of(name: str) -> tuple[Callable, Spec]:
 
 
 def methods(bundle: Path) -> list[tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]]:
-    """(method, its signature, flat artifact, fused artifact), a row for each dtype."""
+    """(method, its signature, flat artifact, fused artifact), one row per dtype."""
     rows = []
     for name, method in read_manifest(bundle)["methods"].items():
         flat = [a for a in method["artifacts"] if a["format"] == "onnx" and "function" not in a]
@@ -153,8 +153,8 @@ def test_the_domains_version_is_the_specs_major_number(tmp_path: Path) -> None:
 
 
 def nested() -> onnx.ModelProto:
-    """y = x + bias where flag, else (x * gain) + 1 repeated 3 times: subgraphs with constants of their own
-    and outer values."""
+    """y = x + bias where flag, else (x * gain) + 1 repeated 3 times: subgraphs with their own constants and
+    with outer values."""
     make = helper.make_node
     value = helper.make_tensor_value_info
 

@@ -1,4 +1,4 @@
-"""docs/howto: what a page says is done, in a copy of the sources."""
+"""docs/howto: the steps of each page work, in a copy of the sources."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def blocks(page: str) -> list[str]:
-    """The code of a page, in its order."""
+    """The code blocks of a page, in order."""
     return re.findall(r"```\w+\n(.*?)```", (ROOT / "docs" / "howto" / page).read_text(), re.DOTALL)
 
 
@@ -128,7 +128,7 @@ assert torch.autograd.gradcheck(module.vignette, x)
 torch.jit.script(module.vignette)
 """
 
-#: Behind the last block of kernel.md: what is traced for native code is the kernel, and elsewhere the
+#: Appended to the last block of kernel.md: the trace for native code has the kernel, other traces have the
 #: definition.
 USE = """
 from chiasm.primitives.core.target import exporting
@@ -145,7 +145,8 @@ for target, operator in (("native", "chiasm.invert.default"), ("onnx", "aten.rsu
 """
 
 
-#: A network that finds red squares of 32 x 32: of each cell how red it is, and as its box the cell.
+#: A network that finds red squares of 32 x 32: for each cell, its redness as the score and the cell as the
+#: box.
 RED_SQUARES = """
 class RedSquares(nn.Module):
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""docs/howto/backend.md, dtype.md and isa.md say what the code says."""
+"""docs/howto/backend.md, dtype.md and isa.md agree with the code."""
 
 import re
 from pathlib import Path

@@ -1,5 +1,5 @@
-"""Whether the exporter knows which ops treat the samples of a batch apart, and native code gives the same for
-a batch in parts."""
+"""The exporter finds the ops that treat the samples of a batch independently, and native code gives the same
+results for a batch in parts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def by_mean(input: Tensor) -> Tensor:
 
 
 def by_greatest(input: Tensor) -> Tensor:
-    """What a sample in [0, 1] gives depends on another one only where that is not in [0, 1]."""
+    """The result of a sample in [0, 1] depends only on samples that are not in [0, 1]."""
     return torch.where(input.max() > 1.0, input / 255.0, input)
 
 
@@ -84,5 +84,5 @@ def test_a_large_batch_is_what_eager_code_gives(op: Callable, samples: str | Non
     bundle = export(op, Spec(f"my.{op.__name__}", [image()]), tmp_path, formats=["native"])
     methods = read_manifest(bundle)["methods"]
     assert methods["forward"].get("samples") == methods["vjp"].get("samples") == samples
-    x = torch.rand(11, 3, 211, 197, generator=torch.Generator().manual_seed(1))  # parts of a few images
+    x = torch.rand(11, 3, 211, 197, generator=torch.Generator().manual_seed(1))  # parts have a few images
     torch.testing.assert_close(runtime.open(bundle).method("forward", backend="native")(x), op(x))

@@ -1,4 +1,4 @@
-"""Native code for several instruction sets in one bundle: what it is made of, and what runs where."""
+"""Native code for several instruction sets in one bundle: its content, and the choice at run time."""
 
 import os
 import re
@@ -18,7 +18,7 @@ ISAS = ("x86-64-v2", "x86-64-v3")
 
 @pytest.fixture(scope="module", params=["filters.gaussian_blur2d.frames", "enhance.adjust_log"])
 def bundle(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of a kernel of bytes, and of Inductor's loops with a function of libm."""
+    """A bundle with a kernel of bytes, and with Inductor's loops that call a function of libm."""
     entry = catalog()[request.param]
     folder = tmp_path_factory.mktemp("bundles")
     return export(entry.function(), entry.spec, folder, ["native"], ISAS, methods=["forward"])

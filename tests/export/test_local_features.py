@@ -1,4 +1,5 @@
-"""A user's own detector and descriptor in chiasm's modules: the whole of it scripts and is one bundle."""
+"""A user's own detector and descriptor in chiasm's modules: together they script, and export to one
+bundle."""
 
 from pathlib import Path
 from typing import Tuple
@@ -16,7 +17,7 @@ from chiasm.feature import LAFDescriptor, LocalFeature, LocalFeatureMatcher, mat
 
 
 class Corners(nn.Module):
-    """Harris's corners of one scale."""
+    """Harris corners at one scale."""
 
     def __init__(self, count: int) -> None:
         super().__init__()
@@ -36,7 +37,7 @@ class Corners(nn.Module):
         )
         valid = scores > 0
         width = response.size(3)
-        row = index // width  # the remainder by a size has no ONNX form
+        row = index // width  # a remainder by a size has no ONNX form
         x, y = (index - row * width + 1).to(img.dtype), (row + 1).to(img.dtype)
         size, zero = torch.full_like(x, 6.0), torch.zeros_like(x)
         lafs = torch.stack([torch.stack([size, zero, x], -1), torch.stack([zero, size, y], -1)], -2)

@@ -1,4 +1,4 @@
-"""What is said where an engine has no words of its own: the operator, and what to do instead."""
+"""Messages for errors that an engine does not explain: they name the operator and an alternative."""
 
 from __future__ import annotations
 

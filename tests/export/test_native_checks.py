@@ -1,5 +1,5 @@
-"""Native code and values that would lead it outside of its memory: each is an error of the run, and what is
-proved costs nothing."""
+"""Values with which native code would leave its memory are errors of the run, and proved indices cost
+nothing."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SIZE = 16
 def lookups(
     table: Tensor, picked: Tensor, added: Tensor, put: Tensor, gathered: Tensor, divisor: Tensor
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """Every way to use an index, each with an index of its own; and the divisions of integers."""
+    """Every use of an index, each with its own index; and the divisions of integers."""
     ones = torch.ones_like(added, dtype=table.dtype)
     sums = torch.zeros(SIZE, dtype=table.dtype).scatter_add(0, added, ones)
     marked = torch.zeros(SIZE, dtype=table.dtype)
@@ -45,7 +45,7 @@ NAMES = ("table", "picked", "added", "put", "gathered", "divisor")
 
 
 def sample_lookups_of(*names: str) -> Callable:
-    """A sampler of these inputs, with indices and divisors that are allowed."""
+    """Makes example inputs with valid indices and divisors."""
 
     def sample(g: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         s = dict.fromkeys("PAQGD", 1) | sizes
@@ -123,13 +123,13 @@ def test_a_wrong_index_is_an_error_that_names_it_and_the_limit(
         runtime.ChiasmError, match=rf"index {wrong} is out of range for an axis of size {limit} \(aten\.\w+\)"
     ):
         method(*made(**{name: index}).values())
-    right = made()  # and the next run is whole
+    right = made()  # the next run is right
     for mine, eager in zip(method(*right.values()), lookups(*right.values()), strict=True):
         torch.testing.assert_close(torch.as_tensor(mine), eager)
 
 
 def by_magnitude(table: Tensor, index: Tensor) -> Tensor:
-    """The magnitude of the least integer is that integer itself."""
+    """The absolute value of the smallest integer is that integer itself."""
     return table[index.abs().clamp(max=SIZE - 1)]
 
 
@@ -160,7 +160,7 @@ def test_a_magnitude_may_be_negative(tmp_path: Path) -> None:
 
 
 def doubled(table: Tensor, index: Tensor) -> Tensor:
-    """A sum that wraps around: to a compiler for which it may not, it is never negative."""
+    """A sum that wraps around. A compiler that assumes no overflow would treat it as never negative."""
     positive = index.clamp(min=0)
     return table[(positive + positive).clamp(max=SIZE - 1)]
 
@@ -193,7 +193,7 @@ def test_a_sum_that_wraps_around_is_still_checked(tmp_path: Path) -> None:
 
 
 def chosen(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
-    """A row by a number that comes from data, and one by an index without dimensions."""
+    """A row chosen by a number from data, and a row chosen by an index without dimensions."""
     return table[index[0].item()] * 2.0, table.t()[:, index[index.argmax()]]
 
 
@@ -230,7 +230,7 @@ def test_a_number_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> No
 
 
 def computed(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
-    """By numbers that are computed from data, read and written."""
+    """Reads and writes by indices that are computed from data."""
     i = index[0].item()
     written = table.clone()
     written[i] = 7.0
@@ -264,7 +264,7 @@ def test_strides_from_data_are_refused(tmp_path: Path) -> None:
 
 
 def beside_libtorch(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
-    """A lookup and a write, in code that calls libtorch for a bucket."""
+    """A lookup and a write, in code that calls libtorch for `bucketize`."""
     bucket = torch.bucketize(table[0, 0], table[:, 2].contiguous())
     return table[index] * 2.0 + bucket, table.index_put([index], torch.full([1], 5.0)) + bucket
 
@@ -285,7 +285,7 @@ def test_code_that_needs_libtorch_checks_too(tmp_path: Path) -> None:
 
 
 def rounded_up(table: Tensor, place: Tensor) -> Tensor:
-    """The limit of the clamp is not among the numbers of float32, and the nearest is one too many."""
+    """float32 cannot represent the limit of the clamp, and the nearest number is too large by one."""
     return table[place.clamp(0, 2**24 + 3).to(torch.int64)]
 
 
@@ -306,7 +306,7 @@ def test_a_limit_that_float32_rounds_proves_nothing(tmp_path: Path) -> None:
 
 
 def from_the_beginning(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
-    """Operators that take no index from the end."""
+    """Operators that do not count negative indices from the end."""
     return table.index_select(0, index), torch.zeros(SIZE).index_add(
         0, index, torch.ones_like(index, dtype=torch.float32)
     )
@@ -341,8 +341,7 @@ def test_an_operator_that_takes_no_negative_index_refuses_it(tmp_path: Path, pla
 
 
 def before_the_last(table: Tensor, index: Tensor) -> Tensor:
-    """An index that is proved for sizes from 2, as which PyTorch takes them, and is -1 where the size is
-    1."""
+    """An index that is proved for sizes from 2 on, which PyTorch assumes, but is -1 for a size of 1."""
     return table[index.clamp(0, table.size(0) - 2)]
 
 
@@ -382,7 +381,7 @@ def pick(table: Tensor, picked: Tensor) -> Tensor:
 
 
 def test_every_backend_refuses_in_one_bundle(tmp_path: Path) -> None:
-    """Also the node that runs native code inside ONNX Runtime."""
+    """Every backend refuses, including the node that runs native code inside ONNX Runtime."""
     spec = replace(
         LOOKUPS,
         name="test.pick",
@@ -455,7 +454,7 @@ def clamped(image: Tensor, index: Tensor) -> Tensor:
 
 
 def rounded(image: Tensor, index: Tensor) -> Tensor:
-    number = torch.where(image == image, image, 0.0)  # NaN has no index
+    number = torch.where(image == image, image, 0.0)  # NaN is not a valid index
     return image[:, 0][number.clamp(0, image.shape[0] - 1).to(torch.int64)]
 
 

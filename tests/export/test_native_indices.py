@@ -1,4 +1,4 @@
-"""Native indices of operators that refuse negative ones, and trust theirs in PyTorch's own graphs."""
+"""Native indices of operators that reject negative ones. Indices in PyTorch's own graphs are trusted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SPEC = Spec(
 
 
 def beside_another(table: Tensor, index: Tensor) -> Tensor:
-    """In one loop with an operator that takes indices from the end."""
+    """In one loop with an operator that counts negative indices from the end."""
     return table.index_select(0, index) + table[index - SIZE // 2]
 
 

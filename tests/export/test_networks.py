@@ -1,4 +1,4 @@
-"""Networks in native code: convolutions, linear layers and attention, beside PyTorch's own."""
+"""Networks in native code: convolutions, linear layers and attention, compared with PyTorch's own."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from chiasm.export.manifest import read_manifest
 
 
 def convolved(inputs: int, outputs: int, size: int = 3, stride: int = 1, groups: int = 1) -> nn.Sequential:
-    """Convolution, normalisation, clamp: what kernels do in one."""
+    """Convolution, normalisation, clamp, which kernels compute in one pass."""
     return nn.Sequential(
         nn.Conv2d(inputs, outputs, size, stride, size // 2, groups=groups, bias=False),
         nn.BatchNorm2d(outputs),
@@ -25,7 +25,7 @@ def convolved(inputs: int, outputs: int, size: int = 3, stride: int = 1, groups:
 
 
 class Mobile(nn.Module):
-    """Windows of single channels, residuals, a mean, a linear layer (MobileNetV2's kind)."""
+    """Depthwise convolutions, residuals, a mean, a linear layer (like MobileNetV2)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -41,7 +41,7 @@ class Mobile(nn.Module):
 
 
 class Detector(nn.Module):
-    """SiLU, pools, concatenation, nearest upsampling, grouped and dilated windows (YOLO's kind)."""
+    """SiLU, pools, concatenation, nearest upsampling, grouped and dilated convolutions (like YOLO)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -55,12 +55,12 @@ class Detector(nn.Module):
         x = F.silu(self.second(fine))
         x = F.silu(self.pooled(torch.cat([x, F.max_pool2d(x, 5, 1, 2)], 1)))
         x = torch.cat([F.interpolate(x, fine.shape[2:]), fine], 1)
-        # The same weights twice
+        # The same weights are used twice
         return torch.sigmoid(self.head(self.merged(x)) - self.head(x[:, :18]))
 
 
 class Segmentation(nn.Module):
-    """Transposed convolutions, group normalisation, a clamp of its own (U-Net's kind)."""
+    """Transposed convolutions, group normalisation, a separate clamp (like U-Net)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -100,7 +100,7 @@ class Transposed(nn.Module):
 
 
 class Transformer(nn.Module):
-    """Patches, attention of two kinds, layer normalisation, GELU (ViT's kind)."""
+    """Patches, attention of two kinds, layer normalisation, GELU (like ViT)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,7 +120,7 @@ class Transformer(nn.Module):
 
 
 class Vectors(nn.Module):
-    """No image: layers of (B, 20), with normalisation, which also stands where it is of another axis."""
+    """No image: layers of (B, 20), with normalisation, also along another axis."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -133,7 +133,7 @@ class Vectors(nn.Module):
 
 
 def settled(network: nn.Module) -> nn.Module:
-    """With statistics as after a training."""
+    """The network with statistics as after training."""
     torch.manual_seed(3)
     for module in network.modules():
         if isinstance(module, (nn.BatchNorm1d, nn.BatchNorm2d)):
@@ -178,7 +178,7 @@ def artifacts(bundle: Path) -> list[dict]:
 
 
 def assert_is_network(bundle: Path, network: nn.Module, shapes: list[tuple[int, ...]], limit: float) -> None:
-    """Native code needs no libtorch, and computes what the network does in doubles."""
+    """Assert that native code needs no libtorch, and agrees with the network in float64."""
     [artifact] = artifacts(bundle)
     assert artifact["needs"] == []
     method = chiasm.runtime.open(bundle).method(backend="native")
@@ -224,7 +224,7 @@ def test_an_artifact_has_its_weights_once(tmp_path: Path) -> None:
 
 
 def attention(query: Tensor, seen: Tensor, score: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """By what may be seen, by scores of which some are minus infinity, and of what came before."""
+    """Attention with a boolean mask, with scores that are partly minus infinity, and causal."""
     hidden = torch.where(score > 0.3, 0.0, float("-inf"))
     return (
         F.scaled_dot_product_attention(query, query, query, seen),
@@ -257,7 +257,7 @@ def test_a_query_that_sees_nothing_gets_zeros(tmp_path: Path) -> None:
 
 
 class Computed(nn.Module):
-    """Weights that are no parameters, behind a layer that has a kernel."""
+    """Weights that are not parameters, after a layer that has a kernel."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -279,7 +279,7 @@ def test_what_has_no_kernel_says_so(tmp_path: Path) -> None:
 
 
 class Stretched(nn.Module):
-    """Pixels of a block that read different pixels of the image, none, and only such as are beyond it."""
+    """The pixels of one block read different pixels of the image, none, and only pixels outside it."""
 
     def __init__(self) -> None:
         super().__init__()

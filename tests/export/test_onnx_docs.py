@@ -1,5 +1,5 @@
-"""What docs/onnx.md and the docstrings of chiasm.onnx show is run as it stands there; what needs the plug-in
-is marked so."""
+"""The examples in docs/onnx.md and in the docstrings of chiasm.onnx run as written; those that need the
+plug-in are marked."""
 
 import doctest
 import importlib

@@ -1,4 +1,5 @@
-"""Indices in ONNX: what eager Python refuses is an error, and what cannot be negative costs nothing."""
+"""Indices in ONNX: an index that eager Python rejects is an error, and an index that cannot be negative costs
+nothing."""
 
 from __future__ import annotations
 
@@ -97,7 +98,7 @@ def test_one_hot_natively(tmp_path: Path) -> None:
 
 
 def placed(table: Tensor, index: Tensor) -> Tensor:
-    """In row 0 alone, whose fifth column would be the first of row 1."""
+    """Only in row 0, whose fifth column would be the first of row 1."""
     ones = torch.ones_like(index).to(table.dtype)
     return table.index_put([torch.zeros_like(index), index], ones, accumulate=True)
 

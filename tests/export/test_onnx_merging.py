@@ -1,4 +1,4 @@
-"""Bundles before and after existing models: one node more, the same numbers, and clear words where they do
+"""Bundles before and after existing models: one more node, the same numbers, and a clear message if they do
 not fit."""
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ WEIGHT, BIAS = (
 def classifier(
     opset: int = 18, ir: int = 8, shape: tuple = ("N", 3, 224, 224), name: str = "images"
 ) -> onnx.ModelProto:
-    """A small network as somebody else exported it: convolution, ReLU, mean over the picture."""
+    """A small network as exported by others: convolution, ReLU, mean over the picture."""
     nodes = [
         helper.make_node("Conv", [name, "weight", "bias"], ["convolved"], strides=[2, 2]),
         helper.make_node("Relu", ["convolved"], ["positive"]),
@@ -53,7 +53,7 @@ OFFSETS = np.array([80, 80, 60, 60, 0, 0], np.float32)
 
 
 def detector() -> onnx.ModelProto:
-    """A network with the output of YOLO v8: of each cell of 8 x 8 pixels a box and two scores."""
+    """A network with the output of YOLO v8: a box and two scores for each cell of 8 x 8 pixels."""
     constants = {
         "weight": CELLS,
         "scale": np.float32(30),
@@ -212,7 +212,7 @@ def test_outputs_that_go_nowhere_are_left_out(tmp_path: Path) -> None:
 
 
 def test_models_of_other_vendors_operators_and_without_shapes(light: Callable[[str], Path]) -> None:
-    """ONNX's checker refuses an output without a shape; ONNX Runtime takes it."""
+    """ONNX's checker rejects an output without a shape; ONNX Runtime accepts it."""
     nodes = [
         helper.make_node("FastGelu", ["x"], ["g"], domain="com.microsoft"),
         helper.make_node("ReduceMean", ["g"], ["y"], axes=[2, 3]),
@@ -279,7 +279,8 @@ def test_functions_and_domains_that_cannot_share_a_model(
 
 
 def test_a_chain_from_frame_to_boxes(light: Callable[[str], Path], photo: np.ndarray) -> None:
-    """Letterbox, network, decoder, and the map back, which comes from the letterbox past the network."""
+    """Letterbox, network, decoder, and the map back to the frame, which goes from the letterbox past the
+    network."""
     model = chiasm.onnx.prepend(light("pipelines.letterbox"), detector(), connect={"output": "images"})
     model = chiasm.onnx.append(model, light("ops.decode_yolov8"))
     assert [v.name for v in model.graph.output] == ["boxes", "scores", "labels", "found"]
@@ -316,7 +317,7 @@ def test_inputs_of_an_appended_bundle_that_nothing_gives(light: Callable[[str], 
 
 
 def test_one_bundle_before_and_after(light: Callable[[str], Path]) -> None:
-    """One function, called twice; the second's output has a name of its own."""
+    """One function, called twice; the second call's output has its own name."""
     sobel = light("filters.sobel")
     model = chiasm.onnx.append(chiasm.onnx.prepend(sobel, negative()), sobel)
     assert [n.op_type for n in model.graph.node] == ["filters_sobel", "Neg", "filters_sobel"]

@@ -103,7 +103,7 @@ def test_embedding_in_another_dtype(light: Callable[[str], Path]) -> None:
 
 
 def test_symbolic_sizes_go_through_the_manifests_expressions(light: Callable[[str], Path]) -> None:
-    """The output has a row less, and what follows depends on its size."""
+    """The output has one row less, and the next layer depends on its size."""
 
     class Rows(nn.Module):
         def __init__(self, node: nn.Module) -> None:

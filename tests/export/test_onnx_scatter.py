@@ -1,4 +1,4 @@
-"""Sums by index in ONNX: what falls on one place is added up, whole, in every run."""
+"""Sums by index in ONNX: all values for one place are added, in every run."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from chiasm.export.manifest import read_manifest
 
 
 def of_rows(table: Tensor, row: Tensor, value: Tensor) -> Tensor:
-    """Whole rows, by numbers from -R to R - 1."""
+    """Whole rows, by indices from -R to R - 1."""
     return table.index_put([row], value, accumulate=True)
 
 
@@ -43,7 +43,7 @@ def test_every_term_counts_in_every_run(function, tmp_path: Path) -> None:
     options.intra_op_num_threads = 4
     session = onnxruntime.InferenceSession(bundle / artifact["file"], options)
     random = np.random.default_rng(0)
-    # Whole numbers: the sum is exact in whatever order
+    # Integers: the sum is exact in any order
     table = random.integers(0, 9, (11, 64)).astype(np.float32)
     row = random.integers(-11, 11, 20_000)
     value = random.integers(0, 9, (20_000, 64)).astype(np.float32)

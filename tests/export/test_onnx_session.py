@@ -1,5 +1,5 @@
-"""A bundle opened in ONNX Runtime, and how the plug-in is found. What the plug-in computes is tested where it
-is built."""
+"""A bundle opened in ONNX Runtime, and how the plug-in is found. The plug-in's results are tested in its own
+build."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""`chiasm pack`, and the bundles that its wheels bring. tests/consumer/pip_install.sh installs one by pip."""
+"""`chiasm pack`, and the bundles in its wheels. tests/consumer/pip_install.sh installs one by pip."""
 
 import base64
 import hashlib
@@ -63,7 +63,7 @@ def test_the_same_bundles_give_the_same_bytes(
     third, _ = pack("colors", bundles, tmp_path / "c")
     with zipfile.ZipFile(third) as archive:
         assert {entry.date_time for entry in archive.infolist()} == {(2023, 11, 14, 22, 13, 20)}
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "253402300799")  # later than a zip archive can say
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "253402300799")  # later than a zip archive can store
     last, _ = pack("colors", bundles, tmp_path / "d")
     with zipfile.ZipFile(last) as archive:
         assert {entry.date_time[0] for entry in archive.infolist()} == {2107}
@@ -92,7 +92,7 @@ def test_native_code_names_the_glibc(bundles: list[Path], tmp_path: Path) -> Non
         (bundle / file.name).write_bytes(file.read_bytes())
     manifest = json.loads((bundle / "manifest.json").read_text())
     artifact = dict(manifest["methods"]["forward"]["artifacts"][0])
-    for glibc in ("2.9", "2.34"):  # as numbers, not as text
+    for glibc in ("2.9", "2.34"):  # compared as numbers, not as text
         native = artifact | {"format": "native", "backend": "native", "isa": "x86-64-v3", "glibc": glibc}
         manifest["methods"]["forward"]["artifacts"].append(native)
     (bundle / "manifest.json").write_text(json.dumps(manifest))

@@ -1,4 +1,4 @@
-"""What is replaced inside PyTorch is still what it was when the replacement was written."""
+"""The replaced parts of PyTorch are unchanged since the replacements were written."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from chiasm.export.patches import PATCHES, VERSIONS, replaced, source_digest
 
 @pytest.mark.parametrize("name", PATCHES)
 def test_what_is_replaced_is_what_it_was(name: str) -> None:
-    """A new version of the source: read it, adapt the replacement in chiasm/export/patches, record its digest
-    there."""
+    """If this fails, PyTorch's source has changed: read it, adapt the replacement in chiasm/export/patches,
+    and record the new digest there."""
     assert source_digest(name) == PATCHES[name].source
 
 

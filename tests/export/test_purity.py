@@ -1,5 +1,5 @@
-"""An op is a function of its inputs: what writes into them, keeps state or draws random numbers is refused,
-by name and line."""
+"""An op is a function of its inputs: code that writes into them, keeps state or draws random numbers is
+rejected, with its name and line."""
 
 import copy
 import random
@@ -409,7 +409,7 @@ def test_an_unpacking_that_cannot_happen_is_read(tmp_path: Path) -> None:
 
 
 class Net(nn.Module):
-    """A small network as it is in the middle of its training, with what a module can hold."""
+    """A small network in the middle of its training, with everything that a module can hold."""
 
     def __init__(self, fails: bool = False) -> None:
         super().__init__()
@@ -484,7 +484,7 @@ def test_a_module_is_left_as_it_was(fails: bool, tmp_path: Path) -> None:
 
 
 def test_a_networks_default_export(tmp_path: Path) -> None:
-    """No ONNX operator is the gradient of a convolution: the rest is exported, and a warning says so."""
+    """ONNX has no operator for the gradient of a convolution: the rest is exported, with a warning."""
     net = Net().train()
     spec = Spec("test.net", [image(channels=3)], symbols={"H": (8, 512), "W": (8, 512)})
     with pytest.warns(

@@ -1,4 +1,4 @@
-"""What the README shows is run as it stands there."""
+"""The README's examples run as written."""
 
 import re
 import subprocess

@@ -1,4 +1,5 @@
-"""What a spec, a function or its results cannot be: one sentence each that names it, and says what to do."""
+"""Invalid specs, functions and results are rejected with one sentence, which names the problem and says what
+to do."""
 
 import functools
 import os
@@ -468,7 +469,7 @@ def test_what_is_damaged_in_the_cache_is_compiled_again(
 def test_a_full_disk_while_native_code_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CHIASM_CACHE", str(tmp_path / "cache"))
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))  # no file may be larger
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))  # no file can be larger
     try:
         with pytest.raises(ExportError, match=r"File too large\n  instead: make room on the disk"):
             export(plus, numbers(gradients=()), tmp_path, formats=("native",), methods=("forward",))

@@ -1,5 +1,5 @@
-"""A native artifact leaves nothing behind when it is closed: not libstdc++'s reserve for exceptions either,
-of which each has its own."""
+"""A native artifact frees everything when it is closed, including its own copy of libstdc++'s reserve for
+exceptions."""
 
 import ctypes
 from pathlib import Path
@@ -11,7 +11,7 @@ LOADS = 50
 
 
 class Allocated(ctypes.Structure):
-    """glibc's `struct mallinfo2`, of which the eighth number is the bytes in use."""
+    """glibc's `struct mallinfo2`; its eighth number is the bytes in use."""
 
     _fields_ = (("numbers", ctypes.c_size_t * 10),)
 

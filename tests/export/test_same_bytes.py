@@ -1,5 +1,5 @@
-"""Ops on frames give the same bytes by ONNX's operators as in eager Python, on images large enough to show a
-constant that is a little off."""
+"""Ops on frames give the same bytes with ONNX's operators as in eager Python, on images that are large enough
+to reveal a slightly wrong constant."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The site's contents (tools/site/index.md); `make site` refuses a page that is in no list."""
+"""The site's contents (tools/site/index.md); `make site` rejects a page that is in no list."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What `make test` runs (tests/stages.py)."""
+"""The tests that `make test` runs (tests/stages.py)."""
 
 import re
 
@@ -11,7 +11,7 @@ def test_its_targets_and_their_sources_are_there() -> None:
     made = (stages.ROOT / "Makefile").read_text()
     targets = set(re.findall(r"^([a-z0-9-]+):", made, re.MULTILINE))
     assert targets.issuperset(stages.SOURCES)
-    # every test but those of the whole catalog, of a part, and of hours
+    # all tests except those of the whole catalog, those of a part, and those that take hours
     assert {t for t in targets if t.startswith("test-")} - {"test-all", "test-quick"} == {
         t for t in stages.SOURCES if t.startswith("test-")
     }

@@ -1,4 +1,4 @@
-"""Functions that take gradients themselves: a step of an optimisation as one graph."""
+"""Functions that compute gradients themselves: an optimisation step as one graph."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from chiasm.export.spec import TensorSpec
 
 
 def descent(x: Tensor, a: Tensor, lr: Tensor) -> Tuple[Tensor, Tensor]:
-    """A step down the sum of (a x - 1)^2."""
+    """A gradient step on the sum of (a x - 1)^2."""
     at = x.detach().requires_grad_(True)
     loss = ((a * at - 1.0) ** 2).sum()
     gradient = torch.autograd.grad([loss], [at])[0]

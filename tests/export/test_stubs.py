@@ -1,4 +1,4 @@
-"""What editors and type checkers read says what is there at run time."""
+"""The stubs that editors and type checkers read match the package at run time."""
 
 from __future__ import annotations
 

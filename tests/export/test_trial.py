@@ -1,4 +1,5 @@
-"""Artifacts are compared with eager Python before they are delivered, at sizes beside the exported one."""
+"""Artifacts are compared with eager Python before they are delivered, at other sizes than the exported
+one."""
 
 from __future__ import annotations
 
@@ -72,7 +73,7 @@ def test_a_graph_that_is_wrong_at_another_size_is_refused(
 
 
 def test_what_an_engine_ignores_is_found(tmp_path: Path) -> None:
-    """torch.onnx leaves this argument out."""
+    """torch.onnx drops this argument."""
     spec = Spec("trial.windows", [image(channels=3)], **ON_IMAGES)
     with pytest.raises(ExportError, match=r"forward\.float32\.onnx does not give"):
         export(summed_windows, spec, tmp_path, formats=["onnx"])
@@ -83,7 +84,7 @@ def lower_half(input: Tensor) -> Tensor:
 
 
 def test_an_assumption_that_does_not_matter_is_none(tmp_path: Path) -> None:
-    """The trace asks where the slice ends; it is the same slice wherever that is."""
+    """The trace guards on the slice's end, but the slice is the same for every end."""
     spec = Spec("trial.lower", [image(channels=3)], symbols={"H": (40, 64), "W": (8, 64)}, gradients=())
     bundle = export(lower_half, spec, tmp_path, formats=["onnx"])
     method = runtime.open(bundle).method("forward")
@@ -121,7 +122,7 @@ def test_code_that_ends_its_process_does_not_end_the_export(
 def test_a_policy_of_the_exporters_process_is_not_that_of_the_trial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What is being made is not signed yet."""
+    """A bundle that is being made is not signed yet."""
     monkeypatch.setattr(trial._Process, "_kept", None)
     monkeypatch.setitem(os.environ, "CHIASM_TRUST_POLICY", "signed")
     assert export(doubled, Spec("trial.doubled", [image()]), tmp_path, formats=["onnx"]).is_dir()
@@ -142,7 +143,7 @@ def sample_quotients(g: torch.Generator, sizes: dict[str, int], dtype: torch.dty
 
 
 def test_quotients_of_integers_in_onnx(tmp_path: Path) -> None:
-    """Beyond what float32 holds, of either sign, the least integer, and an error for zero."""
+    """Integers beyond float32's precision, of either sign, the smallest integer, and an error for zero."""
     integers = [TensorSpec(name, ("N",), "int64") for name in "ab"]
     spec = Spec("trial.quotients", integers, sample=sample_quotients)
     method = runtime.open(export(quotients, spec, tmp_path, formats=["onnx"])).method("forward")
@@ -150,7 +151,7 @@ def test_quotients_of_integers_in_onnx(tmp_path: Path) -> None:
     b = torch.tensor([1, -1, 3, 2, 2, -2, -2, 4, -1, -1])
     torch.testing.assert_close(method(a, b), quotients(a, b), rtol=0, atol=0)
     least = torch.tensor([-(2**63)])
-    assert method(least, torch.tensor([-1])).shape == (1,)  # PyTorch's own ends the process
+    assert method(least, torch.tensor([-1])).shape == (1,)  # PyTorch's own division ends the process
     with pytest.raises(runtime.ChiasmError):
         method(a, torch.zeros_like(b))
 

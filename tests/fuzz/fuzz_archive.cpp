@@ -1,4 +1,4 @@
-/** Any bytes as a native artifact: its library, which lies inside them, or an Error. */
+/** Reads any bytes as a native artifact: the result is its library, which lies inside them, or an Error. */
 #include <cstdlib>
 
 #include "backends/native/archive.h"

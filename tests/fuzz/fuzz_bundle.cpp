@@ -1,6 +1,6 @@
-/** A real bundle, spoilt: the input is a list of damages, after which it is opened, loaded, run and tested on
- *  backends without an engine. A bundle that opens under the policy 'signed' has the very manifest that was
- *  signed. */
+/** Damages a real bundle: the input is a list of changes, after which the bundle is opened, loaded, run and
+ *  tested on backends without an engine. A bundle that opens under the policy 'signed' must have exactly the
+ *  signed manifest. */
 #include <fuzzer/FuzzedDataProvider.h>
 #include <sodium.h>
 #include <unistd.h>
@@ -21,9 +21,9 @@ using namespace chiasm;
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr size_t kMostValues = 1 << 16;  // of an input of a run
+constexpr size_t kMostValues = 1 << 16;  // in an input of a run
 
-/** The bundle's files while they are spoilt. */
+/** The bundle's files during the changes. */
 struct Damaged {
   std::map<std::string, std::string> files = fuzz::seed_bundle();
   std::map<std::string, std::string> links;
@@ -76,7 +76,7 @@ Json value_of(FuzzedDataProvider& input) {
   return index < std::size(kValues) ? kValues[index] : Json(input.ConsumeRandomLengthString(24));
 }
 
-/** Another value, or none, at one of the manifest's places. */
+/** Changes or removes a value at one of the manifest's places. */
 void edit_manifest(FuzzedDataProvider& input, std::string& text) {
   Json root = Json::parse(text, nullptr, false);
   if (root.is_discarded() || !root.is_structured()) return;
@@ -104,7 +104,7 @@ void edit_manifest(FuzzedDataProvider& input, std::string& text) {
   text = root.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/** Sizes and hashes made to fit the files, so that what follows them is reached. */
+/** Updates sizes and hashes to match the files, so that later code is reached. */
 void fit_hashes(Damaged& bundle) {
   std::string& text = bundle.files["manifest.json"];
   Json root = Json::parse(text, nullptr, false);

@@ -1,5 +1,5 @@
-/** The C interface by a grammar: each byte string is a program of calls, with good and bad arguments. Handles
- *  are live or NULL, and pointers lead to as much memory as they say; all else may be anything. */
+/** Tests the C interface with a grammar: each byte string is a program of calls, with good and bad arguments.
+ *  Handles are live or NULL, and pointers have as much memory as declared; everything else is arbitrary. */
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <cstdlib>
@@ -52,7 +52,7 @@ class Program final {
   }
 
  private:
-  /** A status has a code and a message; whether it was one. */
+  /** Checks that a status has a code and a message. Returns whether there was a status. */
   static bool check(chiasm_status* status) {
     const int32_t code = api().status_code(status);
     if ((status == nullptr) != (code == CHIASM_OK) ||
@@ -108,7 +108,7 @@ class Program final {
     options.dtype = number();
     options.warm_up = number();
     options.fused = number();
-    if (options.device_type == CHIASM_CUDA) options.device_type = 2;  // the driver is no part of this
+    if (options.device_type == CHIASM_CUDA) options.device_type = 2;  // the driver is not tested here
     return options;
   }
 
@@ -136,7 +136,7 @@ class Program final {
     return input_.PickValueInArray(sizes);
   }
 
-  /** Tensors as a newer caller may lay them out, `struct_size` of the first apart. */
+  /** Tensors in the layout of a newer caller: `struct_size` of the first is the distance between them. */
   struct Tensors {
     std::vector<std::vector<int64_t>> dims;
     std::vector<std::vector<char>> memory;
@@ -271,10 +271,10 @@ class Program final {
                           input_.PickValueInArray<size_t>({0, 1, 2, SIZE_MAX})));
     int32_t policy = 0;
     check(api().get_trust(input_.ConsumeBool() ? &policy : nullptr, nullptr, nullptr));
-    check(api().set_trust(CHIASM_TRUST_ANY, nullptr, 0));  // else the rest of this process loads nothing
+    check(api().set_trust(CHIASM_TRUST_ANY, nullptr, 0));  // or nothing more could be loaded
   }
 
-  static constexpr size_t kMemory = 16 * 16 * 16 * 16 * 8;  // what dimensions up to 16 may span
+  static constexpr size_t kMemory = 16 * 16 * 16 * 16 * 8;  // enough for dimensions up to 16
 
   FuzzedDataProvider& input_;
   std::vector<chiasm_bundle*> bundles_;

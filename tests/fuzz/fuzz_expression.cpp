@@ -1,4 +1,4 @@
-/** Two bytes choose the symbols' values; the rest is an expression, or an Error. */
+/** Two bytes choose the symbols' values; the rest is parsed as an expression, or gives an Error. */
 #include "core/expression.h"
 #include "core/status.h"
 

@@ -1,4 +1,4 @@
-/** Any bytes: a manifest, or an Error. */
+/** Reads any bytes as a manifest: the result is a manifest or an Error. */
 #include "core/info.h"
 #include "core/manifest.h"
 #include "core/status.h"

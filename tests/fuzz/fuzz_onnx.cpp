@@ -1,5 +1,5 @@
-/** Any bytes: a model with all its data inside, or an Error. A tensor with data elsewhere stays refused
- *  whatever stands around it. */
+/** Reads any bytes as a model: the result is a model with all its data inside, or an Error. A tensor with
+ *  external data is rejected, whatever surrounds it. */
 #include <cstdlib>
 
 #include "backends/onnx/onnx_file.h"

@@ -1,4 +1,4 @@
-/** Any bytes: tensors that lie within the file, or an Error. */
+/** Reads any bytes as safetensors: the result is tensors that lie within the file, or an Error. */
 #include <cstdlib>
 
 #include "core/safetensors.h"

@@ -1,4 +1,4 @@
-/** Any bytes as a signature or a key: only what minisign made is accepted. */
+/** Reads any bytes as a signature or a key: only those made by minisign are accepted. */
 #include <cstdlib>
 
 #include "core/minisign.h"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Fuzz everything that is given to the core: tests/fuzz/run.sh [SECONDS each, default 20]. Two fuzzers at a time. Each says in one line
-# what it has done, at its end and every minute until then; fails where one found something, which is then in build/fuzz/crash-*.
+# Fuzz all inputs of the core: tests/fuzz/run.sh [SECONDS each, default 20]. Two fuzzers at a time. Each
+# prints a line of progress every minute and at its end. Fails if one finds a problem, which is then in
+# build/fuzz/crash-*.
 set -euo pipefail
 seconds="${1:-20}"
 cd "$(dirname "$0")/../.."
@@ -17,9 +18,10 @@ dashboard() {  # NAME
 }
 
 one() {  # NAME SECONDS
-  local found="build/fuzz/corpus/$1"  # what earlier runs found is kept there
+  local found="build/fuzz/corpus/$1"  # inputs of earlier runs are kept there
   mkdir -p "$found" build/fuzz/log
-  # Small inputs make small programs of calls and lists of damages; those say all, and are run more often.
+  # Small inputs give short programs of calls and short lists of changes, which are sufficient and run more
+  # often.
   local longest=16384
   case "$1" in calls | bundle) longest=1024 ;; esac
   ASAN_OPTIONS=allocator_may_return_null=1:max_allocation_size_mb=512 "build/fuzz/bin/fuzz_$1" \

@@ -1,4 +1,4 @@
-/** What the fuzzers of whole bundles share: a real bundle in memory, and folders to spoil. */
+/** Shared code of the fuzzers of whole bundles: a real bundle in memory, and folders to damage. */
 #pragma once
 
 #include <map>
@@ -6,13 +6,13 @@
 
 namespace chiasm::fuzz {
 
-/** Name to content, of the bundle in tests/fuzz/bundle. */
+/** The files of the bundle in tests/fuzz/bundle, by name. */
 const std::map<std::string, std::string>& seed_bundle();
 
-/** A folder on a file system in memory, of this process alone. */
+/** A folder on a file system in memory, for this process only. */
 const std::string& scratch_folder();
 
-/** An empty folder NAME in there, in place of what was there. */
+/** An empty folder NAME in it; an existing one is replaced. */
 std::string fresh_folder(const std::string& name);
 
 void write_file(const std::string& path, const std::string& content);

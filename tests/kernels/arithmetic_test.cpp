@@ -1,4 +1,4 @@
-// Arithmetic on pixels, value by value: against OpenCV, or the definition.
+// Arithmetic on pixels, value by value, against OpenCV or the definition.
 #include <algorithm>
 #include <cmath>
 #include <limits>

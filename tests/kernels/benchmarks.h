@@ -3,11 +3,11 @@
 //     cmake --build --preset release --target kernels_bench
 //     build/release/bin/kernels_bench [--benchmark_filter=median]
 //
-// On one thread. The time of a call is a median, of CPU time; the bandwidth is that of images read once and
-// written once, and its share is of a copy of the same images, which takes turns with the kernel.
+// On one thread. The time of a call is the median CPU time. The bandwidth is for images that are read once
+// and written once; its share is relative to a copy of the same images, which takes turns with the kernel.
 #pragma once
 
-#ifndef CHIASM_BENCHMARKS  // for another machine, without the library
+#ifndef CHIASM_BENCHMARKS  // for cross-compiling, without the library
 #define KERNEL_BENCHMARK(name, ...) static_assert(true)
 #define KERNEL_CALL_BENCHMARK(name, ...) static_assert(true)
 #else
@@ -26,7 +26,7 @@
 
 namespace kernel_benchmarks {
 
-/** What this thread has computed for so far: on a busy machine the time of a call is that of others too. */
+/** This thread's CPU time so far: on a busy machine, the wall-clock time of a call includes other work. */
 inline double cpu_seconds() {
   timespec time;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -79,7 +79,7 @@ benchmark::internal::Benchmark* add(const char* name, const Call& call) {
       ->Unit(benchmark::kMillisecond);
 }
 
-/** Registers the call that make() gives, which keeps what it reads and writes. */
+/** Registers the call that make() returns, which owns its inputs and outputs. */
 template <class Make>
 benchmark::internal::Benchmark* add_call(const char* name, const Make& make) {
   const auto run = [make](benchmark::State& state) {
@@ -96,12 +96,14 @@ benchmark::internal::Benchmark* add_call(const char* name, const Make& make) {
 
 }  // namespace kernel_benchmarks
 
-/** The benchmark of a kernel of another form: a name, and a function that sets up and gives the call. */
+/** The benchmark of a kernel with another signature: a name, and a function that sets up and returns the
+ *  call. */
 #define KERNEL_CALL_BENCHMARK(name, ...)                                       \
   [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = \
       kernel_benchmarks::add_call(#name, __VA_ARGS__)
 
-/** A benchmark of a name, an identifier, and a function of (const float* x, Planes planes, float* out). */
+/** A benchmark: a name, which is an identifier, and a function of (const float* x, Planes planes, float*
+ *  out). */
 #define KERNEL_BENCHMARK(name, ...)                                            \
   [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = \
       kernel_benchmarks::add(#name, __VA_ARGS__)

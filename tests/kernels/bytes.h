@@ -1,4 +1,4 @@
-// What tests of kernels of bytes share: images, their sizes, and a frame for benchmarks.
+// Shared parts of the tests of kernels of bytes: images, their sizes, and a frame for benchmarks.
 #pragma once
 
 #include <opencv2/imgproc.hpp>
@@ -38,7 +38,7 @@ inline int cv_border(Border border) {
   }
 }
 
-// A frame of 1080 x 1920 x 3, and room for as much.
+// A frame of 1080 x 1920 x 3, and an output buffer of the same size.
 struct Frame {
   std::vector<uint8_t> x = std::vector<uint8_t>(1080 * 1920 * 3), out = std::vector<uint8_t>(x.size());
   Frame() {

@@ -1,4 +1,4 @@
-// Filters and tables of bytes, in planes and in frames: against OpenCV, to the bit.
+// Filters and tables of bytes, in planes and in frames, against OpenCV, bit for bit.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -11,7 +11,8 @@ using namespace chiasm::kernels;
 
 namespace {
 
-// Rounded to multiples of 1/256, each error carried on to the next tap inwards: the middle first.
+// Taps from the middle outwards, rounded to multiples of 1/256; each error is carried to the next tap
+// inwards.
 std::vector<int32_t> fixed_gaussian(int radius, double sigma) {
   std::vector<double> taps;
   for (int i = -radius; i <= radius; ++i) taps.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
@@ -30,7 +31,7 @@ std::vector<int32_t> fixed_gaussian(int radius, double sigma) {
   return fixed;
 }
 
-// All taps of those from the middle to the end.
+// All taps, from those of the middle to the end.
 std::vector<double> full(const std::vector<int32_t>& taps) {
   std::vector<double> all(taps.rbegin(), taps.rend());
   all.insert(all.end(), taps.begin() + 1, taps.end());
@@ -63,7 +64,7 @@ cv::Mat mean_of_window(const cv::Mat& image, int ky, int kx, Border border) {
   cv::copyMakeBorder(image, padded, ky, ky, kx, kx,
                      border == Border::kCircular ? cv::BORDER_WRAP : cv_border(border));
   cv::boxFilter(padded, sums, CV_64F, {kx, ky}, {(kx - 1) / 2, (ky - 1) / 2}, false);
-  // A quotient: cv::Mat's own is a product with the reciprocal, which misses halves.
+  // A true division: cv::Mat's operator multiplies by the reciprocal, which misses halves.
   cv::divide(sums(cv::Rect(kx, ky, image.cols, image.rows)), cv::Scalar::all(ky * kx), means, 1, CV_64F);
   means.convertTo(means, CV_8U);
   return means;
@@ -88,13 +89,13 @@ TEST_F(Bytes, MeansOfWindowsAreRoundedOnce) {
         }
 }
 
-// All sums that a window can have, halves too, and all quotients.
+// Tests all sums that a window can have, including halves, and all quotients.
 TEST_F(Bytes, MeansAreRoundedHalvesToEven) {
   for (int area = 1; area <= 300; ++area) {
     std::vector<uint8_t> x, out;
     for (int sum = 0; sum <= 255 * area; ++sum) x.push_back(0);
     out.resize(x.size());
-    // A window that moves over ascending values one by one has every sum.
+    // A window that moves over ascending values takes every sum.
     for (size_t i = 0; i < x.size(); ++i)
       x[i] = static_cast<uint8_t>(i / size_t(area) + (i % size_t(area) > 0));
     const auto n = static_cast<int64_t>(x.size());
@@ -128,7 +129,7 @@ TEST_F(Bytes, CorrelationMatchesOpenCv) {
         }
 }
 
-// Tables of two forms, of one, and of none.
+// Tables of two kinds, of one, and of neither.
 std::vector<std::vector<uint8_t>> tables(std::mt19937& engine) {
   const std::vector<std::function<int(int)>> entries = {[](int i) { return i > 127 ? 255 : 0; },
                                                         [](int i) { return i > 0 ? 0 : 200; },
@@ -167,7 +168,7 @@ TEST_F(Bytes, TablesGiveTheirEntries) {
   for (size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], two[256 * (i / 100) + x.data[i]]);
 }
 
-// The definition in double, of tables like those of falloffs.
+// Against the definition in double, with tables like those of falloffs.
 TEST_F(Bytes, BilateralBytesMatchTheDefinition) {
   constexpr int ky = 3, kx = 5, channels = 2;
   for (const Size& size : kSizes)
@@ -258,7 +259,7 @@ TEST_F(Bytes, IntegralBytesEndAtTheLargestNumber) {
     }
 }
 
-// Of a row above and below that mirror their neighbours, and of columns likewise, for OpenCV does not.
+// The reference mirrors the image at its borders first, because OpenCV does not.
 template <class U>
 void expect_demosaiced(cv::Mat image) {
   const int codes[2][2] = {{cv::COLOR_BayerBG2RGB, cv::COLOR_BayerGB2RGB},
@@ -290,7 +291,7 @@ TEST_F(Bytes, DemosaicedPixelsMatchOpenCv) {
   }
 }
 
-// By their own mean where two pixels are all that there is along an axis.
+// Tests axes with only two pixels.
 TEST_F(Bytes, TheLeastBayerImageIsMirrored) {
   const std::vector<uint8_t> x = {10, 20, 30, 41}, green = {25, 20, 30, 25};
   std::vector<uint8_t> out(12);

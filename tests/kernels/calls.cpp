@@ -1,4 +1,4 @@
-// What the kernels' calls need of aoti/entry.cpp, with guards around every tensor.
+// The parts of aoti/entry.cpp that the kernels' calls need, with guards around every tensor.
 #include "calls.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What AOTInductor's code calls (the kernels' calls, runtime/artifact/aoti/operators.cpp), for tests: on
-// tensors in guarded memory.
+// The functions that AOTInductor's code calls (the kernels' calls, runtime/artifact/aoti/operators.cpp), on
+// tensors in guarded memory, for tests.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +29,8 @@ namespace kernel_calls {
 
 using Tensor = std::unique_ptr<AtenTensorOpaque>;
 
-/** Where tensors made from now on lie, and how many bytes beside them were written by then: of tensors that
- *  are gone. */
+/** The placement of new tensors, and the number of bytes that were written outside tensors that are already
+ *  destroyed. */
 extern guarded::Placement placement;
 extern int damaged;
 /** The text of the last call that failed. */
@@ -57,7 +57,7 @@ inline constexpr int32_t kCode<float> = chiasm::artifact::kFloat;
 template <>
 inline constexpr int32_t kCode<double> = chiasm::artifact::kDouble;
 
-/** A tensor with values that repeat as often as it takes. */
+/** A tensor that is filled with the values, repeated. */
 template <class T>
 Tensor of(const chiasm::artifact::Dims& sizes, const std::vector<T>& values) {
   Tensor tensor = make(sizes, kCode<T>);

@@ -1,4 +1,4 @@
-// Colours of bytes, interleaved and in planes: against OpenCV, or their definition.
+// Colours of bytes, interleaved and in planes, against OpenCV or their definition.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,7 +30,7 @@ TEST_F(Bytes, PixelsAreSplitAndJoinedAsOpenCvDoes) {
     }
 }
 
-// Luma of B, G, R in 1/2^15, and a half.
+// Weights of B, G, R in the luma, in 1/2^15, and a half.
 const std::vector<int32_t> kGrey = {3735, 19235, 9798, 1 << 14};
 
 TEST_F(Bytes, MixedPixelsMatchOpenCvGrey) {
@@ -48,7 +48,7 @@ TEST_F(Bytes, MixedPixelsMatchOpenCvGrey) {
     }
 }
 
-// The image by a kernel of interleaved pixels, and of planes: both must give the same.
+// The result of a kernel for interleaved pixels; asserts that the result for planes is the same.
 template <class Kernel>
 cv::Mat converted(const cv::Mat& image, const Kernel& kernel) {
   const auto values = static_cast<int64_t>(image.total() * 3);
@@ -68,7 +68,7 @@ cv::Mat opencv(const cv::Mat& image, int code) {
   return made;
 }
 
-// Rows of weights, and a half.
+// The mixture by rows of weights, each with an offset.
 cv::Mat mixed(const cv::Mat& image, const std::vector<int32_t>& weights, int64_t shift) {
   return converted(image, [&](const uint8_t* x, int64_t values, bool interleaved, uint8_t* out) {
     mix_pixels(x, 1, values, weights.data(), 3, shift, interleaved, out);
@@ -95,7 +95,7 @@ TEST_F(Bytes, MixedPixelsMatchOpenCvColours) {
   }
 }
 
-// Weights that no 16 bits hold, and those that do.
+// Weights that do not fit into 16 bits, and weights that do.
 TEST_F(Bytes, MixedPixelsAreTheirSums) {
   const std::vector<std::vector<int32_t>> all = {
       {40000, -33000, 12, 77, -39999, 1, 2, 3, 4, 5, 6, 7},
@@ -129,7 +129,8 @@ TEST_F(Bytes, LumaAndChromaMatchOpenCv) {
   }
 }
 
-// Within a level of OpenCV, whose quotients are of tables; of hues the distance around the circle counts.
+// Within a level of OpenCV, which takes quotients from tables; for hues, the distance around the circle
+// counts.
 TEST_F(Bytes, HuesMatchOpenCv) {
   const cv::Mat image = frame(70, 333, 3);
   for (const bool lightness : {false, true}) {
@@ -169,7 +170,7 @@ TEST_F(Bytes, ColoursOfHuesAreTheDefinition) {
   }
 }
 
-// Tables and weights as L*a*b* has them.
+// Tables and weights like those of L*a*b*.
 struct Curve {
   std::vector<int32_t> first, middle, last;
   std::vector<int32_t> before{1777, 1541, 778, 512, 871, 2929, 296, 512, 73, 448, 3575, 512};
@@ -209,7 +210,7 @@ TEST_F(Bytes, CurvesGiveTheirEntries) {
     }
 }
 
-// Of L*u*v* by its formulas in double; OpenCV's tables are up to one level off.
+// L*u*v* by its formulas in double; OpenCV's tables are inaccurate by up to one level.
 struct Luv {
   static constexpr double kMatrix[] = {432488, 374950, 189187, 223002, 749900, 75674, 20273, 124983, 996385};
   static constexpr double kInverse[] = {3.240481343200526,   -1.5371515162713185,  -0.4985363261688878,
@@ -326,10 +327,10 @@ TEST_F(Bytes, PixelsAreArranged) {
       }
 }
 
-// Factors in 1/2^20, and black: OpenCV's.
+// OpenCV's factors in 1/2^20, and the luma of black.
 const std::vector<int32_t> kVideo = {1220542, 1673527, -409993, -852492, 2116026, 16};
 
-// What the kernel makes of n images, each with its own chroma, by the equations in 64 bits.
+// Compares the kernel's result for n images, each with its own chroma, with the equations in 64 bits.
 void expect_subsampled(const cv::Mat& luma, const cv::Mat& chroma, int n, bool swapped) {
   const int height = luma.rows / n, rows = chroma.rows / n, width = luma.cols, columns = chroma.cols;
   const size_t plane = luma.total() / size_t(n);
@@ -388,11 +389,12 @@ TEST_F(Bytes, PackedPixelsMatchOpenCv) {
     }
 }
 
-// Of red, green and blue in luma, U and V, and the luma of black: BT.601's video range, in 1/2^20.
+// The factors of red, green and blue in luma, U and V, and the luma of black: BT.601's video range, in
+// 1/2^20.
 const std::vector<int32_t> kEncoding = {269484, 528482, 102760,  -155188, -305135,
                                         460324, 460324, -385875, -74448,  16};
 
-// By the equations in 64 bits, in planes and frames, also of odd sizes and wider than a part of a row.
+// Against the equations in 64 bits, in planes and frames, also with odd sizes and rows wider than a part.
 TEST_F(Bytes, Nv12PixelsAreTheirSums) {
   for (const Size& size :
        {Size{1, 1}, Size{2, 2}, Size{5, 7}, Size{4, 33}, Size{3, 70}, Size{2, 4096 + 71}}) {

@@ -1,5 +1,5 @@
-// The kernels of robust estimation: models chosen, against their whole costs in plain loops of doubles, and
-// roots, against those that made the polynomials.
+// The kernels of robust estimation: chosen models against full costs in plain loops of doubles, and roots
+// against those from which the polynomials were made.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,8 +19,8 @@ class Consensus : public KernelsTest<T> {
  protected:
   Consensus() : KernelsTest<T>(13) {}
 
-  // Points whose partners are anywhere but for a third, which the first model, nearly the identity, takes to
-  // them.
+  // Points whose partners are random, except for a third, which the first model, nearly the identity, maps to
+  // their partners.
   std::vector<T> points(int64_t batch, int64_t n) {
     auto planes = this->random(batch * 7 * n, -1, 1);
     for (int64_t item = 0; item < batch; ++item) {
@@ -83,7 +83,7 @@ TYPED_TEST(Consensus, TakesTheCheapest) {
                 cost(models.data() + (item * count + m) * 9, planes.data() + item * 7 * n, n, epipolar));
           auto sorted = costs;
           std::sort(sorted.begin(), sorted.end());
-          // What costs the same but for rounding may come in either order.
+          // Models whose costs differ only by rounding may come in either order.
           for (int64_t k = 0; k < wanted; ++k)
             EXPECT_NEAR(costs[index[item * wanted + k]], sorted[k], 1e-5 * (1 + sorted[k]))
                 << n << " points, " << count << " models";
@@ -105,7 +105,7 @@ TYPED_TEST(Consensus, OfEqualsTheFirstAndNothingThatIsNoModel) {
   const T nan = std::numeric_limits<T>::quiet_NaN();
   for (const bool epipolar : {false, true}) {
     std::vector<T> models(count * 9, T(0));
-    // Zeros, but for one that is not a number and two that are the same, which different threads may look at.
+    // Zeros, except for one NaN and two equal models, which different threads may evaluate.
     models[3 * 9 + 4] = nan;
     const auto good = this->models(1);
     for (const int64_t m : {9, 55}) std::copy(good.begin(), good.end(), models.begin() + m * 9);
@@ -161,7 +161,7 @@ TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
           if (exist[k * count + i] != 0) found.push_back(u / (1 - std::abs(u)));
         }
         ASSERT_EQ(found.size(), made[i].size()) << "degree " << degree;
-        // The coefficients' rounding moves roots of a degree of 16 by more than their own.
+        // At degree 16, rounding of the coefficients moves the roots by more than their own rounding.
         for (size_t k = 0; k < found.size(); ++k)
           EXPECT_NEAR(found[k], made[i][k], degree > 10 ? 1e-5 : 1e-8) << "degree " << degree;
       }
@@ -177,7 +177,7 @@ KERNEL_CALL_BENCHMARK(real_roots, [] {
 
 TEST_F(RealRoots, OfWhatHasNone) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  // Zeros, a constant, no real root, not a number; then x, whose root is 0.
+  // Zeros, a constant, no real root, NaN; then x, whose root is 0.
   const std::vector<double> c{0, 3, 1, nan, 0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 0};
   std::vector<double> places(20);
   real_roots(c.data(), 3, 5, places.data());

@@ -23,7 +23,7 @@ TEST_F(Bytes, MagnitudesMatchOpenCvAndRoots) {
   for (const Size& size : kSizes)
     for (const int channels : {1, 2, 3, 4, 17}) {
       cv::Mat image = frame(size.height, size.width, channels), dx, dy, made(image.size(), image.type());
-      // Noise has lengths up to 1442; where it is faint, short ones.
+      // Noise has gradients with lengths up to 1442; faint noise has short ones.
       for (int y = 0; y < (size.height + 1) / 2; ++y)
         for (int i = 0; i < size.width * channels; ++i) image.ptr<uint8_t>(y)[i] &= 7;
       cv::Sobel(image, dx, CV_16S, 1, 0, 3, 1, 0, cv::BORDER_REPLICATE);

@@ -1,4 +1,4 @@
-// The kernels that paint, against OpenCV.
+// The kernels that draw, against OpenCV.
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -39,7 +39,7 @@ TYPED_TEST(Drawing, RectanglesMatchOpenCv) {
         const auto image = this->random(v.count * v.channels * size, 0, 200),
                    colors = this->random(v.count * v.channels * count, 0, 200);
         auto corners = this->whole(v.count * count * 4, -9, 50);
-        corners[0] = INT64_MIN;  // from where no image begins to where none ends
+        corners[0] = INT64_MIN;  // from far left of any image to far right
         corners[1] = -3;
         corners[2] = INT64_MAX;
         std::vector<T> out(image.size());
@@ -63,7 +63,7 @@ TYPED_TEST(Drawing, RectanglesMatchOpenCv) {
               cv::rectangle(expected, grown(0, 0), cv::Scalar(color), fill ? int(cv::FILLED) : 1);
               continue;
             }
-            // OpenCV's wide lines have round corners: these are rectangles without their inner ones
+            // OpenCV's wide lines have round corners: the reference is rectangles minus inner ones
             cv::Mat covered = cv::Mat::zeros(expected.size(), CV_8U);
             cv::rectangle(covered, grown(before, after), cv::Scalar(255), cv::FILLED);
             const cv::Rect inner = grown(-after - 1, -before - 1);

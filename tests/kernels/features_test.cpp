@@ -32,7 +32,7 @@ TYPED_TEST(FeatureKernels, ScaleSpaceNmsMatchesPlainLoops) {
       for (const int64_t count : {1, 7, 400}) {
         const int64_t plane = v.height * v.width;
         auto x = this->random(v.count * v.channels * plane, -1, 1);
-        for (T& value : x) value = std::round(value * 20) / 20;  // so that some are equal
+        for (T& value : x) value = std::round(value * 20) / 20;  // with ties
         const std::vector<int64_t> margins{0, 0, 1, 3, 0};
         std::vector<int64_t> out(static_cast<size_t>(v.count * count));
         scale_space_nms(x.data(), v, margins.data(), minima, count, out.data());
@@ -126,7 +126,7 @@ TYPED_TEST(FeatureKernels, KeptBoxesMatchPlainLoops) {
     for (const int64_t groups : {1, 4})
       for (const T threshold : {T(0), T(0.25), T(0.5)})
         for (const int64_t most : {int64_t{0}, int64_t{5}, n}) {
-          // Whole numbers, so that all products are exact; some boxes are empty, or turned.
+          // Integers, so that all products are exact; some boxes are empty or inverted.
           auto boxes = this->random(2 * n * 4, 0, 40);
           for (size_t i = 0; i < boxes.size(); ++i)
             boxes[i] = std::round(boxes[i]) + (i % 4 >= 2 && i % 28 != 2 ? T(15) : T(0));
@@ -162,7 +162,7 @@ TYPED_TEST(FeatureKernels, KeptBoxesMatchPlainLoops) {
         }
 }
 
-// As a detector gives them: clusters around 300 things.
+// Like a detector's boxes: clusters around 300 objects.
 KERNEL_CALL_BENCHMARK(kept_boxes, [] {
   constexpr int64_t kCount = 8400;
   std::mt19937 engine(1);
@@ -243,7 +243,7 @@ TYPED_TEST(FeatureKernels, ExtractPatchesReadsBilinearly) {
     width.push_back(widths[k]);
     length += heights[k] * widths[k];
   }
-  // the same for either item
+  // the same for both samples
   for (auto* list : {&start, &height, &width}) list->insert(list->end(), list->begin(), list->begin() + 4);
   const auto pixels = this->random(batch * channels * length, 0, 1);
   auto matrices = this->random(batch * frames * 6, -12, 12);

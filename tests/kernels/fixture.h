@@ -1,4 +1,4 @@
-// What tests of the kernels share: numbers at random, and several threads.
+// Shared parts of the kernels' tests: random numbers, and several threads.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Buffers whose surroundings are watched: a page that cannot be touched lies at one end, and what else is
-// around them is noticed when it changes (and by AddressSanitizer also when it is read).
+// Buffers with guards: an inaccessible page is at one end, and changes of the other bytes around them are
+// detected (by AddressSanitizer, also reads).
 #pragma once
 
 #include <sys/mman.h>
@@ -23,10 +23,10 @@ enum class Placement { kEnd, kStart };
 
 constexpr unsigned char kAround = 0xa5, kInside = 0xff;  // 0xff: NaN, or -1
 
-/** `bytes` bytes, that end or begin at the edge of what the process may touch. */
+/** `bytes` bytes that end or begin at the edge of accessible memory. */
 class Buffer {
  public:
-  /** `alignment`, a power of two, moves a buffer away from the edge that it is to end at. */
+  /** `alignment`, a power of two, moves a buffer away from the edge at which it should end. */
   Buffer(size_t bytes, Placement placement, size_t alignment = 1) : bytes_(bytes) {
     const size_t page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
     room_ = (bytes + alignment + page - 1) / page * page;
@@ -52,7 +52,7 @@ class Buffer {
   void* data() const { return data_; }
   size_t bytes() const { return bytes_; }
 
-  /** Whether nothing has been written beside the buffer. */
+  /** Whether nothing has been written outside the buffer. */
   bool is_intact() const {
     ASAN_UNPOISON_MEMORY_REGION(base_, room_);
     for (const unsigned char* p = base_; p < base_ + room_; ++p)

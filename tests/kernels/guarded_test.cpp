@@ -1,6 +1,6 @@
-// Every kernel by the call that compiled ops make, over sizes that leave parts of vectors and strips, every
-// border and values that no arithmetic likes, with guards around every tensor. What is computed is the other
-// tests' matter; here it must stay in its memory, be the same wherever that lies, and end.
+// Calls every kernel like compiled ops do, with sizes that leave parts of vectors and strips, every border
+// and special values, and with guards around every tensor. Other tests check the results; here a kernel must
+// stay in its memory, give the same results wherever that is, and end.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -25,13 +25,13 @@ enum class Fill { kOrdinary, kSpecial, kMixed };
 struct Size {
   int64_t height, width;
 };
-// A pixel, a row, a column, less than a vector and a little more, parts of two and of four vectors, more than
+// A pixel, a row, a column, less than a vector and slightly more, parts of two and of four vectors, more than
 // a tile's rows.
 constexpr Size kSizes[] = {{1, 1}, {1, 2}, {2, 1},  {2, 2},  {1, 9},  {9, 1},  {3, 4},   {4, 3},   {5, 7},
                            {7, 8}, {8, 9}, {9, 15}, {3, 17}, {6, 31}, {3, 33}, {67, 35}, {2, 261}, {261, 2}};
 constexpr int64_t kBorders = 4;
 
-// Where tensors lie. One will do where tests are slow and look for something else: results under an emulator,
+// The placements of tensors. One is enough for slow tests with another purpose: results under an emulator,
 // races.
 #ifdef CHIASM_ONE_PLACEMENT
 constexpr guarded::Placement kPlacements[] = {guarded::Placement::kEnd};
@@ -46,8 +46,7 @@ class GuardedKernels : public ::testing::Test {
 
   void SetUp() override { use_threads(3); }
 
-  // Has `calls` make its calls with tensors that end, and again with such that begin, at memory that is not
-  // there.
+  // Runs `calls` with tensors that end, and again with tensors that begin, at inaccessible memory.
   template <class Calls>
   void watch(const Calls& calls,
              std::initializer_list<Fill> fills = {Fill::kOrdinary, Fill::kSpecial, Fill::kMixed}) {
@@ -103,8 +102,8 @@ class GuardedKernels : public ::testing::Test {
     return tensor;
   }
 
-  // Compilers make a call's arguments in orders of their own: their numbers depend on the call and on what
-  // they are, and not on those made before.
+  // Compilers evaluate a call's arguments in different orders. So an argument's random numbers depend only on
+  // the call and on the argument, not on those made before.
   void seed(const Dims& sizes, double low, double high) {
     std::vector<int64_t> what(sizes.begin(), sizes.end());
     what.insert(what.end(), {static_cast<int64_t>(results_->size()), std::bit_cast<int64_t>(low),
@@ -131,8 +130,8 @@ class GuardedKernels : public ::testing::Test {
     return tensor;
   }
 
-  // Of images (N, H, L) that `make` gives: small and large boxes, a few pixels, and a disk, of which none is
-  // its centre.
+  // For images (N, H, L) from `make`: small and large boxes, a few pixels, and a disk, all with an anchor
+  // outside the centre.
   template <class Make>
   void extremes_and_medians(const Make& make, int64_t step) {
     const Tensor x = make();
@@ -169,8 +168,8 @@ class GuardedKernels : public ::testing::Test {
     return tensor;
   }
 
-  // Calls whose sums, exponentials or angles depend on how long a vector is, or on a library: huge numbers
-  // may then overflow, or not.
+  // Calls whose sums, exponentials or angles depend on the vector length or on a library, so huge numbers may
+  // or may not overflow.
   template <class Function>
   static bool is_inexact(Function* call) {
     const auto is = [&](auto* other) {
@@ -269,8 +268,8 @@ TYPED_TEST(GuardedKernels, PositionsAnywhereReadInside) {
         for (int64_t mode = 0; mode < 3; ++mode)
           for (int32_t corners = 0; corners < 2; ++corners) {
             const Tensor source = this->numbers({2, 3, s.height, s.width});
-            // Beyond every side; for a run as an image that is read forwards, too, where pixels are loaded by
-            // eights.
+            // Positions beyond every side, also in a run that is read forwards, for which pixels are loaded
+            // in groups of eight.
             Tensor x = this->numbers({2, 3, 37}, -5, double(s.width) + 4),
                    y = this->numbers({2, 3, 37}, -5, double(s.height) + 4);
             this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners);
@@ -291,7 +290,7 @@ TYPED_TEST(GuardedKernels, PatchesReadInsideTheirImages) {
   this->watch([&] {
     for (const Size& s : kSizes)
       for (const int64_t side : {1, 5, 16}) {
-        // Two images in a row of pixels, the second the last that there is of it.
+        // Two images in a row of pixels; the second ends at the row's end.
         const int64_t area = s.height * s.width, second = s.height > 1 ? s.height / 2 * s.width : s.width;
         const Tensor pixels = this->numbers({2, 2, area + second}),
                      frames = this->numbers({2, 3, 2, 3}, -20, 40);
@@ -370,7 +369,7 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
         int64_t counted = 0;
         for (int64_t i = 0; i < counts->numel(); ++i)
           counted += reinterpret_cast<const int32_t*>(counts->data())[i];
-        EXPECT_EQ(counted, row->numel());  // each value is in some bin, NaN in the first
+        EXPECT_EQ(counted, row->numel());  // each value is in a bin, NaN in the first one
       }
       this->run(aoti_torch_cpu_lut, this->numbers({2, 256}),
                 this->template wholes<uint8_t>({2, s.height * s.width}, 0, 255));
@@ -422,7 +421,7 @@ TYPED_TEST(GuardedKernels, ShapesStayInside) {
         this->run(aoti_torch_cpu_grown_distances, x, this->numbers({taps, taps}), 0.35, int64_t{20});
       for (const Size& window : {Size{3, 3}, Size{1, 4}, Size{6, 5}})
         for (int32_t largest = 0; largest < 2; ++largest) {
-          // A caller's bools may be any bytes.
+          // A caller's bools may have any byte values.
           Tensor element = this->template wholes<uint8_t>({window.height, window.width}, 0, 3);
           element->dtype = kBool;
           this->run(aoti_torch_cpu_reconstructed, x, this->numbers({2, s.height, s.width}), element, 0.25,
@@ -505,7 +504,7 @@ TYPED_TEST(GuardedKernels, FallbacksStayInside) {
   });
 }
 
-// Whole numbers are all ordinary: there is one way to fill tensors with them.
+// Integers have no special values, so there is one way to fill tensors.
 constexpr std::initializer_list<Fill> kWhole = {Fill::kOrdinary};
 using GuardedBytes = GuardedKernels<float>;
 
@@ -533,11 +532,11 @@ TEST_F(GuardedBytes, PixelsStayInside) {
   const auto bytes = [&](const Dims& sizes) { return wholes<uint8_t>(sizes, 0, 255); };
   const Tensor three = kernel_calls::of<int32_t>({1, 3}, {128, 50, 14}),
                one = kernel_calls::of<int32_t>({1, 1}, {256});
-  // Numbers around those of so many pixels, and taps of about 1 together.
+  // Indices in and around `pixels` pixels, and taps with a sum of about 1.
   const auto numbers_of = [&](int64_t pixels, int64_t count, int64_t taps) {
     return wholes<int64_t>({count, taps}, -2, pixels + 1);
   };
-  // Of so many positions along as many pixels the four pixels around each.
+  // The four neighbours of each of `count` positions along `pixels` pixels.
   const auto neighbours = [](int64_t pixels, int64_t count) {
     std::vector<int64_t> numbers;
     for (int64_t i = 0; i < count; ++i)
@@ -661,7 +660,7 @@ TEST_F(GuardedBytes, PixelsStayInside) {
       kWhole);
 }
 
-// Tables that no arithmetic likes.
+// Tables with special values.
 TEST_F(GuardedBytes, LuvStaysInside) {
   watch([&] {
     for (const Size& s : kSizes)
@@ -674,7 +673,7 @@ TEST_F(GuardedBytes, LuvStaysInside) {
   });
 }
 
-// Positions that no arithmetic likes.
+// Positions with special values.
 TYPED_TEST(GuardedKernels, BytesAtPositionsStayInside) {
   this->watch([&] {
     for (const Size& s : kSizes)
@@ -708,7 +707,7 @@ TEST_F(GuardedBytes, BilateralMeansStayInside) {
           for (int64_t border = 0; border < kBorders; ++border) {
             const Tensor x = wholes<uint8_t>({2, 2, s.height, s.width}, 0, 255),
                          guide = wholes<uint8_t>({1, 3, s.height, s.width}, 0, 255);
-            // Tables that have all distances, and such that end before.
+            // Tables with all distances, and shorter ones.
             run(aoti_torch_cpu_bilateral_bytes, x, x, wide({1, 3, 5}, 65536), wide({1, 511}, 65536), border,
                 int32_t{0});
             run(aoti_torch_cpu_bilateral_bytes, x, guide, wide({2, 5, 3}, 65536), wide({2, 195076}, 65536),

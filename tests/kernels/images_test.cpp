@@ -1,5 +1,5 @@
-// The kernels by themselves, against OpenCV or the definition in plain loops of doubles, at sizes that leave
-// parts of vectors and tiles.
+// The kernels alone, against OpenCV or the definition in plain loops of doubles, at sizes that leave parts of
+// vectors and tiles.
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -38,7 +38,7 @@ cv::Mat plane(const std::vector<T>& values, const Planes& p, int64_t i) {
                  const_cast<T*>(values.data() + i * p.height * p.width));
 }
 
-// What OpenCV's `filter` makes of each plane with a border of ry, rx pixels around it, against `actual`.
+// Compares `actual` with OpenCV's `filter` of each plane with a border of ry, rx pixels around it.
 template <class T>
 void expect_filtered(const std::vector<T>& x, const std::vector<T>& actual, const Planes& p, int ry, int rx,
                      int border, double value, double tolerance,
@@ -59,7 +59,7 @@ TYPED_TEST(Kernels, SeparableMatchesOpenCv) {
       for (const bool shared : {true, false}) {
         const auto x = this->random(pixels(p));
         auto column = this->random(5 * p.count, -1, 1), row = this->random(3 * p.count, -1, 1);
-        if (shared) row[2] = row[0], column[4] = column[0], column[3] = column[1];  // the same from both ends
+        if (shared) row[2] = row[0], column[4] = column[0], column[3] = column[1];  // symmetric
         std::vector<T> out(x.size());
         separable(x.data(), {p.count, 1, p.height, p.width}, column.data(), shared ? 1 : p.count, 5,
                   row.data(), shared ? 1 : p.count, 3, kBorders[b], T(2), T(-0.5), out.data());
@@ -205,7 +205,7 @@ TYPED_TEST(Kernels, CannyNmsKeepsMaximaOfOpenCvsGradientAcrossTheEdge) {
           unlike += std::abs(expected - out[size_t((i * p.height + r) * p.width + c)]) > 1e-5;
         }
       EXPECT_LE(unlike, dx.total() / 20000)
-          << p.height << "x" << p.width;  // where a comparison hangs on a rounding
+          << p.height << "x" << p.width;  // values whose comparison depends on rounding
     }
   }
 }
@@ -220,7 +220,7 @@ TYPED_TEST(Kernels, BilateralMatchesItsDefinition) {
       for (const bool squares : {true, false}) {
         const auto x = this->random(pixels(p) * channels), guide = this->random(pixels(p) * depth),
                    nearness = this->random(ky * kx * p.count, 0.5, 1);
-        auto symmetric = nearness;  // as every window of distances is
+        auto symmetric = nearness;  // like every window of distances
         for (int64_t n = 0; n < p.count; ++n)
           for (int64_t k = 0; k < ky * kx; ++k)
             symmetric[size_t(n * ky * kx + k)] = nearness[size_t(n * ky * kx + std::min(k, ky * kx - 1 - k))];
@@ -290,12 +290,12 @@ TEST_F(Frames, ResizeFrameMatchesOpenCv) {
   for (const cv::Size size :
        {cv::Size(2, 1), cv::Size(5, 8), cv::Size(37, 21), cv::Size(256, 256), cv::Size(301, 133)})
     for (const cv::Size to : {cv::Size(1, 1), cv::Size(3, 2), cv::Size(37, 21), cv::Size(224, 224)}) {
-      // Of its own memory, so that a sanitizer sees what is read beyond it.
+      // In its own memory, so that a sanitizer detects reads outside.
       std::vector<uint8_t> bytes(static_cast<size_t>(3 * size.area()));
       cv::Mat frame(size, CV_8UC3, bytes.data()), numbers, resized;
       cv::randu(frame, 0, 256);
       frame.convertTo(numbers, CV_32F);
-      cv::resize(numbers, resized, to, 0, 0, cv::INTER_LINEAR);  // at positions rounded to float
+      cv::resize(numbers, resized, to, 0, 0, cv::INTER_LINEAR);  // OpenCV rounds positions to float
       std::vector<cv::Mat> channels;
       cv::split(resized, channels);
       std::vector<float> planes(static_cast<size_t>(3 * to.area()));
@@ -397,7 +397,7 @@ TEST_F(Tables, BincountMatchesOpenCv) {
       EXPECT_EQ(others[size_t(row * 300 + k)], histogram.at<float>(k));
     }
   }
-  // what is beyond the last bin is not counted, nor written anywhere
+  // indices beyond the last bin are not counted, and nothing is written for them
   bincount(index.data(), rows, n, 100, others.data());
   EXPECT_EQ(others[99], counts[99]);
 }
@@ -425,7 +425,7 @@ KERNEL_CALL_BENCHMARK(lut, [] {
   };
 });
 
-// From the counts of tiles by OpenCV's rules to its result: both kernels of CLAHE.
+// Both kernels of CLAHE give OpenCV's result, with tables made from the tiles' counts by OpenCV's rules.
 TEST_F(Tables, ClaheMatchesOpenCv) {
   for (const Planes& p : {Planes{2, 32, 48}, Planes{1, 61, 77}}) {
     const int64_t tiles_y = 3, tiles_x = 4, tiles = tiles_y * tiles_x;

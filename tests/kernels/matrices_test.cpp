@@ -31,7 +31,7 @@ TEST_F(Matrices, InversesMatchOpenCv) {
       std::vector<double> symmetric(m.size()), general(m.size()), out(m.size());
       for (int64_t i = 0; i < count; ++i) {
         cv::Mat a = item(m, n, i), b = item(general, n, i), c = item(symmetric, n, i);
-        // Zeros on the diagonal are no pivots.
+        // Zeros on the diagonal cannot be pivots.
         a.copyTo(b);
         for (int k = 0; k < n && n > 1; ++k) b.at<double>(k, k) = 0;
         cv::Mat(a * a.t() + 0.1 * cv::Mat::eye(int(n), int(n), CV_64F)).copyTo(c);

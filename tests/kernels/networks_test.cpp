@@ -99,10 +99,10 @@ TYPED_TEST(NetworkKernels, ConvolutionsMatchPlainLoops) {
            Case{1, 7, 5, 3, 1, 16, 3, 3, 1, 1, 1, 1, 1, 1},      // a whole panel
            Case{2, 9, 11, 5, 1, 33, 3, 5, 2, 1, 1, 2, 1, 1},     // panels and an output, pixels of two images
            Case{1, 14, 13, 40, 1, 150, 1, 1, 1, 1, 0, 0, 1, 1},  // more panels than a thread takes
-           Case{1, 12, 10, 6, 2, 10, 3, 3, 1, 2, 2, 0, 2, 3},    // groups, far taps
+           Case{1, 12, 10, 6, 2, 10, 3, 3, 1, 2, 2, 0, 2, 3},    // groups, dilated taps
            Case{2, 8, 8, 6, 6, 18, 3, 3, 1, 1, 1, 1, 1, 1},      // groups of one channel, three outputs each
            Case{1, 40, 37, 2, 1, 3, 7, 7, 4, 3, 3, 3, 1, 1},     // a large window
-           Case{1, 3, 4, 2, 1, 4, 3, 3, 1, 1, 5, 6, 1, 1},       // windows in nothing but zeros
+           Case{1, 3, 4, 2, 1, 4, 3, 3, 1, 1, 5, 6, 1, 1},       // windows with padding only
            Case{1, 1, 200, 4, 1, 20, 1, 9, 1, 2, 0, 4, 1, 1},    // a row
        }) {
     this->check(c, -most, most);
@@ -143,7 +143,8 @@ TYPED_TEST(NetworkKernels, NaNStays) {
   EXPECT_TRUE(std::isnan(out));
 }
 
-// A layer of `channels` to as many on images of side x side, with windows of 3 x 3 or single pixels.
+// A layer from `channels` to `channels` channels on images of side x side, with windows of 3 x 3 or single
+// pixels.
 struct Layer {
   int64_t side, channels, kernel;
   std::vector<float> x = kernel_benchmarks::random(side * side * channels), out = x,

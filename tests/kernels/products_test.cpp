@@ -1,5 +1,5 @@
-// Matrix products (runtime/artifact/aoti/products.cpp) beside plain loops of doubles, for tensors with strides of
-// every kind.
+// Matrix products (runtime/artifact/aoti/products.cpp) against plain loops of doubles, for tensors with
+// strides of every kind.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -18,7 +18,8 @@ class Products : public ::testing::Test {
  protected:
   void SetUp() override { use_threads(3); }
 
-  // (sizes) whose last two dimensions lie in memory as they stand, or exchanged.
+  // A random tensor of `sizes`; its last two dimensions are stored in this order or, if `exchanged`, in the
+  // other.
   Tensor random(Dims sizes, bool exchanged) {
     const size_t n = sizes.size();
     if (exchanged) std::swap(sizes[n - 2], sizes[n - 1]);

@@ -1,5 +1,5 @@
-// The kernels' calls refuse what the loops could not stand: with one sentence that names the argument, and
-// without a result.
+// The kernels' calls reject arguments that the loops do not support: with one sentence that names the
+// argument, and without a result.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -26,7 +26,7 @@ void expect_refused(const std::string& argument, const std::function<Call(Handle
   EXPECT_EQ(kernel_calls::last_error.rfind(argument + ": expected ", 0), 0u) << kernel_calls::last_error;
 }
 
-// An image of more elements than its memory has: its sizes alone must be refused.
+// An image with more elements than its memory: the call must reject it by its sizes alone.
 Tensor claimed(const Dims& sizes, int32_t dtype) {
   Tensor tensor = kernel_calls::make({1}, dtype);
   tensor->sizes = sizes;
@@ -124,7 +124,7 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
     REFUSES("minmax_filter: border", minmax_filter, rows.get(), 1, 3, 3, border, 0, 1);
   }
   for (const int64_t step : {0, 13}) REFUSES("median_filter: step", median_filter, rows.get(), step, 3, 0);
-  REFUSES("median_filter: x", median_filter, rows.get(), 5, 3, 0);  // 12 values are no pixels of 5
+  REFUSES("median_filter: x", median_filter, rows.get(), 5, 3, 0);  // 12 values cannot be pixels of 5
   for (const int64_t size : {1, 4, 9}) REFUSES("median_filter: size", median_filter, rows.get(), 1, size, 0);
   for (const int64_t rank : {-1, 15})
     REFUSES("rank_of_bytes: rank", rank_of_bytes, levels.get(), 1, 3, 5, rank, 0);
@@ -218,7 +218,7 @@ TEST(RefusedCalls, PaintThatDoesNotFitTheImage) {
   REFUSES("fill_spans: colors", fill_spans, x.get(), rows.get(), rows.get(), floats({1, 3}).get());
 }
 
-// More pixels than 32 bits number: the kernels' offsets would wrap around.
+// More pixels than 32 bits can index: the kernels' offsets would wrap around.
 TEST(RefusedCalls, ImagesTooLargeForTheirNumbers) {
   const Tensor image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat),
                line = claimed({1, 1, 1, (1 << 24) + 1}, kFloat);
@@ -229,7 +229,7 @@ TEST(RefusedCalls, ImagesTooLargeForTheirNumbers) {
   const Tensor positions = floats({1, 4, 4});
   REFUSES("remap: image", remap, image.get(), positions.get(), positions.get(), 0, 0, 0);
   REFUSES("remap: image", remap, line.get(), positions.get(), positions.get(), 0, 0,
-          0);  // its last pixels have no float32 of their own
+          0);  // float32 cannot represent the positions of its last pixels
   const Tensor row = claimed({1, int64_t{1} << 31}, kFloat), one = floats({1, 1});
   REFUSES("row_histograms: x", row_histograms, row.get(), one.get(), one.get(), 8);
 }
@@ -244,7 +244,8 @@ TEST(RefusedCalls, TopkOfMoreThanThereIs) {
   }
 }
 
-// A guide that begins where the image does, but is not the image: its first planes, or its first image.
+// A guide with the same address as the image that is not the whole image: its first planes, or its first
+// sample.
 class KernelCalls : public ::testing::Test {
  protected:
   void SetUp() override { use_threads(3); }
@@ -285,7 +286,7 @@ TEST(RefusedCalls, WindowsOfNetworks) {
   packed("packed_convolution: weight", x, floats({2, 1, 1, 6, 8}), bias);
   packed("packed_convolution: weight", x, doubles({2, 1, 1, 3, 16}), bias);
   packed("packed_convolution: bias", x, weight, doubles({34}));
-  packed("packed_convolution: x", x, floats({2, 1, 1, 4, 16}), bias);  // no groups of 4 of 6 channels
+  packed("packed_convolution: x", x, floats({2, 1, 1, 4, 16}), bias);  // 6 channels cannot form groups of 4
   packed("packed_convolution: bias", x, weight, floats({33}));         // 33 outputs of two groups
   packed("packed_convolution: weight", x, weight, bias);               // 17 outputs have two panels
   packed("packed_convolution: stride_y", x, weight, floats({32}), 0);

@@ -1,4 +1,4 @@
-// Sizes, pyramids, mirror images and warps of bytes: against OpenCV, or their definition.
+// Resizing, pyramids, flips and warps of bytes, against OpenCV or their definition.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -30,7 +30,7 @@ TEST_F(Bytes, ResizingMatchesOpenCvsExactForm) {
       }
 }
 
-// By a loop over the pixels of an image repeated so often that every window is whole.
+// Against a loop over an image whose pixels are repeated so that every window has whole pixels.
 TEST_F(Bytes, AreasAreMeansOfWhatTheyCover) {
   for (const int channels : {1, 2, 3, 4, 5})
     for (const Size& size : {Size{1, 1}, Size{12, 12}, Size{7, 5}, Size{6, 70}, Size{34, 4}})
@@ -54,7 +54,7 @@ TEST_F(Bytes, AreasAreMeansOfWhatTheyCover) {
       }
 }
 
-// Parts of the image that `read` holds, by OpenCV, in outputs of 20 x 33 with 9 beside them.
+// Parts of the image in `read`, resized by OpenCV, in outputs of 20 x 33 that are padded with 9.
 TEST_F(Bytes, PlacedPixelsMatchOpenCv) {
   const cv::Rect reads[] = {{0, 0, 40, 30},
                             {5, 7, 20, 11},
@@ -81,13 +81,13 @@ TEST_F(Bytes, PlacedPixelsMatchOpenCv) {
         part.copyTo(large({to.x + 100, to.y + 100, to.width, to.height}));
         const cv::Mat made(20, 33, CV_8UC(channels), out.data());
         EXPECT_EQ(cv::norm(made, large({100, 100, 33, 20}), cv::NORM_INF), 0) << read << " to " << to;
-        // A box of no size leaves the output empty.
+        // An empty box leaves the output empty.
         EXPECT_TRUE(std::all_of(out.begin() + 20 * 33 * channels, out.end(), [](int v) { return v == 9; }));
       }
   }
 }
 
-// By a loop over the definition, with taps that overshoot and numbers of pixels that are not there.
+// Against a loop over the definition, with taps that overshoot and invalid pixel indices.
 TEST_F(Bytes, ResamplingMatchesItsDefinition) {
   std::mt19937 engine(3);
   const auto draw = [&](int64_t low, int64_t high) {
@@ -175,7 +175,7 @@ double keys(double distance) {
   return d < 1 ? (1.25 * d - 2.25) * d * d + 1 : ((-0.75 * d + 3.75) * d - 6) * d + 3;
 }
 
-// Bicubic weights of distances in 1/2^11, of which OpenCV's resizing is made.
+// Bicubic weights in 1/2^11, as in OpenCV's resizing.
 TEST_F(Bytes, BicubicResizingMatchesItsDefinitionAndOpenCv) {
   const auto taps = [](int in, int out, std::vector<int64_t>& numbers, std::vector<int64_t>& weights) {
     for (int i = 0; i < out; ++i) {
@@ -213,7 +213,7 @@ TEST_F(Bytes, BicubicResizingMatchesItsDefinitionAndOpenCv) {
       }
 }
 
-// A value of `image` at a position, by the definition: 1/32 pixel, or the nearest.
+// The value of `image` at a position by the definition, rounded to 1/32 pixel, or to the nearest pixel.
 uint8_t value_at(const cv::Mat& image, double x, double y, int c, Interpolation mode, Padding padding,
                  bool align_corners) {
   const auto limited = [](double at, double scale) {
@@ -234,7 +234,7 @@ uint8_t value_at(const cv::Mat& image, double x, double y, int c, Interpolation 
     return inside ? image.ptr<uint8_t>(int(v))[int(u) * image.channels() + c] : 0;
   };
   double sum = 0;
-  if (mode == Interpolation::kBicubic) {  // which moves pixels, and not positions
+  if (mode == Interpolation::kBicubic) {  // bicubic moves the pixels that are read, not the position
     const double px = limited(x, 32), py = limited(y, 32);
     for (double v = std::floor(py) - 1; v <= std::floor(py) + 2; ++v)
       for (double u = std::floor(px) - 1; u <= std::floor(px) + 2; ++u)
@@ -310,7 +310,7 @@ TEST_F(Bytes, WhatIsNoNumberReadsNothing) {
   }
 }
 
-// In 1/1024, so that every processor has the same positions.
+// Matrices in multiples of 1/1024, so that every CPU has the same positions.
 TEST_F(Bytes, WarpedPixelsMatchTheDefinition) {
   const std::vector<double> affine = {717. / 1024, -300. / 1024, 3, 90. / 1024, 1.25, -5, 0, 0, 1},
                             perspective = {1.5, 0.25, -3, -0.125, 1.5, 2, 0.0625, 0.03125, 1};
@@ -356,7 +356,7 @@ KERNEL_CALL_BENCHMARK(placed_bytes, [] {
     placed_bytes(frame.x.data(), 1, 1080, 1920 * 3, &first, 1, box, 640, 640, 3, 114, frame.out.data());
   };
 });
-// Halves, by the nine taps of a cubic filter.
+// Reduction by a half, with the nine taps of a cubic filter.
 KERNEL_CALL_BENCHMARK(resample_bytes_half, [] {
   std::vector<int64_t> rows, columns;
   for (int64_t y = 0; y < 540; ++y)

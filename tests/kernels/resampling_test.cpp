@@ -56,7 +56,7 @@ TYPED_TEST(Resampling, RemapMatchesItsDefinition) {
         for (const Interpolation mode : {Interpolation::kBilinear, Interpolation::kNearest}) {
           const int64_t plane = images.height * images.width, points = images.count * height * width;
           const auto image = this->random(images.count * images.channels * plane, 0, 1);
-          // In steps of 1/4 plus 1/16, so that float and double agree on what is nearest.
+          // In steps of 1/4 plus 1/16, so that float and double agree on the nearest pixel.
           auto x = this->random(points, -2.5 * double(images.width), 3.5 * double(images.width)),
                y = this->random(points, -2.5 * double(images.height), 3.5 * double(images.height));
           for (auto* positions : {&x, &y})
@@ -86,14 +86,14 @@ KERNEL_CALL_BENCHMARK(remap, [] {
   };
 });
 
-// In steps of 1/4, which OpenCV's tables of weights have.
+// In steps of 1/4, which OpenCV's tables of weights contain.
 TYPED_TEST(Resampling, BicubicMatchesOpenCv) {
   using T = TypeParam;
   constexpr int height = 35, width = 133;
   for (const Images& images : kImages)
     for (const Padding padding : kPaddings)
       for (const bool corners : {true, false})
-        for (const double step : {0.0, 0.75, 1.0}) {  // anywhere, and row by row
+        for (const double step : {0.0, 0.75, 1.0}) {  // at random, and row by row
           const int64_t plane = images.height * images.width, points = images.count * height * width;
           const auto image = this->random(images.count * images.channels * plane, 0, 1);
           auto x = this->random(points, -2.5 * double(images.width), 3.5 * double(images.width)),
@@ -132,7 +132,7 @@ TYPED_TEST(Resampling, BicubicMatchesOpenCv) {
         }
 }
 
-// A position's value depends on it alone, not on how its neighbours are read.
+// A position's value depends only on the position, not on its neighbours in the call.
 TYPED_TEST(Resampling, BicubicIsTheSameBitsWhereverAPositionStands) {
   using T = TypeParam;
   constexpr int64_t width = 150;
@@ -241,7 +241,7 @@ KERNEL_BENCHMARK(warp_perspective, [](const float* x, Planes p, float* out) {
                    Padding::kZeros, true, out);
 });
 
-// One plane resized along both axes by taps(size, new size), against what `expected` makes of it.
+// One plane, resized along both axes by taps(size, new size), against the result of `expected`.
 template <class T, class Taps, class Expected>
 void expect_resized(const std::vector<T>& x, const Planes& p, int64_t height, int64_t width, const Taps& taps,
                     const Expected& expected, double tolerance) {
@@ -286,7 +286,7 @@ TYPED_TEST(Resampling, ResampledIsSumsByTables) {
       const int64_t height = 7, new_height = 5, planes = 3, each = 4;
       const auto x = this->random(planes * height * width), down = this->random(new_height * each, -1, 1),
                  across = this->random(new_width * each, -1, 1);
-      std::uniform_int_distribution<int64_t> draw(-2, 80);  // some are not there
+      std::uniform_int_distribution<int64_t> draw(-2, 80);  // some are out of range
       std::vector<int64_t> rows(down.size()), columns(across.size());
       for (int64_t& row : rows) row = draw(this->engine_) % 9;
       for (int64_t& column : columns) column = draw(this->engine_);
@@ -322,7 +322,7 @@ KERNEL_BENCHMARK(resize_half, [](const float* x, Planes p, float* out) {
          false, out);
 });
 
-// OpenCV blurs first and interpolates then, or interpolates first.
+// In OpenCV, a blur then an interpolation, or the reverse order.
 TYPED_TEST(Resampling, ResizeBlurredMatchesOpenCv) {
   using T = TypeParam;
   const std::vector<T> kernel{T(1) / 16, T(4) / 16, T(6) / 16, T(4) / 16, T(1) / 16};
@@ -357,7 +357,7 @@ KERNEL_BENCHMARK(resize_blurred_half, [](const float* x, Planes p, float* out) {
                  Border::kReflect, true, out);
 });
 
-// Keys' cubic with a = -1/2, as Pillow has it for reducing.
+// Keys' cubic with a = -1/2, as in Pillow's reduction.
 double keys(double d) {
   return d < 1 ? (1.5 * d - 2.5) * d * d + 1 : d < 2 ? ((-0.5 * d + 2.5) * d - 4) * d + 2 : 0;
 }

@@ -1,6 +1,6 @@
-// What the kernels give for one instruction set, held to what they gave for another: with
-// $CHIASM_RECORD_RESULTS a test writes all results into a file of this folder, with $CHIASM_EXPECTED_RESULTS
-// it compares them with that file. Without either it does nothing.
+// Compares the kernels' results for one instruction set with those for another. With $CHIASM_RECORD_RESULTS,
+// a test writes all results to a file in this folder; with $CHIASM_EXPECTED_RESULTS, it compares them with
+// that file. Without either, it does nothing.
 #pragma once
 
 #include <fstream>
@@ -11,14 +11,14 @@ namespace kernel_calls {
 
 class Results {
  public:
-  /** Of the test that is running. Throws std::runtime_error where its file cannot be opened. */
+  /** The results of the running test. Throws std::runtime_error if its file cannot be opened. */
   Results();
 
-  /** kExact: numbers are equal, and NaN is where NaN was; kRounded: floating-point numbers may differ by a
-   *  few units in the last place of the largest; kAny: sizes alone are compared. */
+  /** kExact: numbers are equal, and NaN is at the same places; kRounded: floating-point numbers may differ by
+   *  a few units in the last place of the largest; kAny: only sizes are compared. */
   enum Comparison { kExact, kRounded, kAny };
 
-  /** The next result. */
+  /** Records or compares the next result. */
   void see(const AtenTensorOpaque& result, Comparison comparison);
 
  private:

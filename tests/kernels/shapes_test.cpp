@@ -27,7 +27,7 @@ class Shapes : public KernelsTest<T> {
  protected:
   Shapes() : KernelsTest<T>(37) {}
 
-  // Whose pixels above 0 are a share of all, in discs.
+  // Images whose pixels above 0 form discs.
   std::vector<T> discs(const Planes& p, int count, double radius) {
     std::vector<T> x(size_t(pixels(p)), T(-1));
     for (int64_t plane = 0; plane < p.count; ++plane) {
@@ -51,7 +51,7 @@ class Shapes : public KernelsTest<T> {
         this->random(pixels(p), -0.8, 0.2),      discs(p, 6, 40),
         std::vector<T>(size_t(pixels(p)), T(1)), std::vector<T>(size_t(pixels(p)), T(0))};
     made.push_back(made[4]);
-    made.back()[size_t(pixels(p) / 2)] = 0;  // one pixel that is not set
+    made.back()[size_t(pixels(p) / 2)] = 0;  // one pixel is not set
     return made;
   }
 };
@@ -161,7 +161,7 @@ KERNEL_CALL_BENCHMARK(grown_distances, [] {
   };
 });
 
-// Whether a pixel goes, from its neighbours in their order around it, as the papers say it.
+// Whether the papers' rules remove a pixel, from its neighbours in the order around it.
 bool goes(const std::array<int, 8>& ring, bool zhang, bool first) {
   if (zhang) {  // clockwise from the north
     int count = 0, rises = 0;
@@ -289,7 +289,7 @@ TYPED_TEST(Shapes, ConnectedComponentsMatchOpenCv) {
                             const_cast<T*>(x.data() + start));
         cv::Mat labels;
         cv::connectedComponents(plane > 0, labels, 8);
-        std::map<int, int64_t> first{{0, -1}};  // OpenCV's label -> where it was seen first
+        std::map<int, int64_t> first{{0, -1}};  // OpenCV's label -> its first pixel
         for (int k = 0; k < int(labels.total()); ++k) {
           const int label = labels.at<int>(k / labels.cols, k % labels.cols);
           ASSERT_EQ(numbers[size_t(start + k)], first.try_emplace(label, k).first->second + 1);
@@ -311,7 +311,7 @@ KERNEL_CALL_BENCHMARK(connected_components_noise, [] {
   };
 });
 
-// Points of a polygon, from the least on.
+// The points of a polygon, from the smallest one on.
 std::vector<int64_t> from_the_least(std::vector<int64_t> points) {
   if (!points.empty()) {
     std::vector<int64_t> least = points;
@@ -365,7 +365,8 @@ TEST(Outlines, TheLargestComeFirstAndLosePointsEvenly) {
     for (int64_t x = 6; x < 14; ++x) mask[size_t(y * width + x)] = y != 7 || x < 8 || x > 10;
   std::vector<int64_t> out(4 * 4);
   outlines(mask.data(), {1, 12, width}, 4, 4, out.data());
-  // Around the hole (8, 8), in x and y, is the first below; then (7, 7), (8, 6), (10, 6), (11, 7), (10, 8).
+  // The polygon around the hole, in (x, y): (8, 8), which is the first below, then (7, 7), (8, 6), (10, 6),
+  // (11, 7), (10, 8).
   EXPECT_EQ(out, (std::vector<int64_t>{2, 0, 4 * width + 6, 10 * width + 13,  //
                                        2, 0, width + 1, 3 * width + 3,        //
                                        2, 1, 8 * width + 8, 6 * width + 10,   //

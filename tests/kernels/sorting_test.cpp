@@ -1,4 +1,4 @@
-// The largest and smallest values of rows (runtime/artifact/aoti/sorting.h) beside std::stable_sort.
+// The largest and smallest values of rows (runtime/artifact/aoti/sorting.h) against std::stable_sort.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,13 +13,13 @@ using kernel_calls::Tensor;
 
 namespace {
 
-// NaN is the largest, -0 is 0.
+// NaN is the largest, -0 equals 0.
 template <class T>
 bool less(T x, T y) {
   return x != x ? false : y != y ? true : x < y;
 }
 
-// Few different values, so that many are equal, or all that there are.
+// Few different values, which give many ties, or all values of the type.
 template <class T>
 std::vector<T> values_of(int64_t n, bool few) {
   using Limits = std::numeric_limits<T>;

@@ -1,6 +1,6 @@
-// The threads that kernels run on in tests: those of the artifacts' own OpenMP functions
-// (runtime/artifact/aoti/openmp.cpp), lent by a host.
+// The threads of kernels in tests: those of the artifacts' own OpenMP functions
+// (runtime/artifact/aoti/openmp.cpp), provided by a host.
 #pragma once
 
-/** Has kernels that this thread calls share their work among so many threads. */
+/** Lets kernels that this thread calls share their work among `count` threads. */
 void use_threads(int count);

@@ -1,5 +1,5 @@
-// What kernels make of NaN and of numbers that no integer holds: the same as the tensor forms of
-// python/chiasm/primitives, in whichever part of a vector.
+// For NaN and for numbers that do not fit into an integer, kernels give the same results as the tensor forms
+// in python/chiasm/primitives, in every part of a vector.
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -92,8 +92,8 @@ TYPED_TEST(UndefinedKernels, APatchIsReadWhereItsFrameIsANumber) {
   const std::vector<T> pixels(9 * 9, T(1));
   const int64_t start[4] = {}, size[4] = {9, 9, 9, 9};
   const T most = std::numeric_limits<T>::max(), inf = this->kInfinity;
-  // An ordinary frame; one that is not a number; one that leads to infinity but in its middle row and column,
-  // where that is times 0; one whose sum is.
+  // An ordinary frame; one with NaN; one that gives infinity except in its middle row and column, where
+  // infinity is multiplied by 0; one whose sum is infinite.
   const std::vector<T> frames{2,   0, 4, 0, 2, 4, 2,    0,    this->kNan, 0, 2, 4,
                               inf, 0, 4, 0, 2, 4, most, most, most,       0, 2, 4};
   std::vector<T> out(4 * 25);
@@ -102,7 +102,7 @@ TYPED_TEST(UndefinedKernels, APatchIsReadWhereItsFrameIsANumber) {
     EXPECT_EQ(out[i], T(1));
     EXPECT_TRUE(std::isnan(out[25 + i]));
     EXPECT_EQ(std::isnan(out[50 + i]), i % 5 == 2) << i;
-    EXPECT_EQ(out[75 + i], T(1)) << i;  // infinite at most, which is the border
+    EXPECT_EQ(out[75 + i], T(1)) << i;  // at most infinite, which maps to the border
   }
 }
 

@@ -1,4 +1,4 @@
-// Extremes and ranks of windows, of pixels of every type, in planes and interleaved: against OpenCV, or the
+// Extrema and ranks over windows, for pixels of every type, in planes and interleaved, against OpenCV or the
 // definition in plain loops.
 #include <cmath>
 #include <limits>
@@ -20,7 +20,7 @@ constexpr int kOpenCvBorders[] = {cv::BORDER_REFLECT_101, cv::BORDER_REPLICATE, 
                                   cv::BORDER_CONSTANT};
 constexpr double kAbsent = 1e4;
 
-// Images of pixels, of which each has `step` values.
+// Images whose pixels have `step` values each.
 struct Size {
   int64_t count, height, width, step;
   int64_t values() const { return count * height * width * step; }
@@ -39,7 +39,7 @@ class Windows : public ::testing::Test {
  protected:
   void SetUp() override { use_threads(3); }
 
-  // Of all values that the type has, or of 0 to 1.
+  // Random values over the whole range of an integer type, or from 0 to 1.
   std::vector<P> random(int64_t n) {
     std::vector<P> values(static_cast<size_t>(n));
     for (P& v : values) {
@@ -51,7 +51,7 @@ class Windows : public ::testing::Test {
     return values;
   }
 
-  // What the image holds, or `value` where it holds nothing.
+  // The image's value, or `value` outside the image if the border is constant.
   static P at(const std::vector<P>& x, const Size& s, Border border, P value, int64_t image, int64_t row,
               int64_t pixel, int64_t channel) {
     const int v = cv::borderInterpolate(int(row), int(s.height), kOpenCvBorders[int(border)]);
@@ -59,7 +59,7 @@ class Windows : public ::testing::Test {
     return v < 0 || u < 0 ? value : x[size_t(((image * s.height + v) * s.width + u) * s.step + channel)];
   }
 
-  // Compares `actual` with expected(image, row, pixel, channel); in wide images with some of it.
+  // Compares `actual` with expected(image, row, pixel, channel); in wide images, only a part.
   template <class Expected>
   static void expect_all(const std::vector<P>& actual, const Size& s, const Expected& expected) {
     for (int64_t i = 0; i < s.count; ++i)
@@ -70,7 +70,7 @@ class Windows : public ::testing::Test {
                 << s << " at " << i << ", " << r << ", " << c << ", " << k;
   }
 
-  // With a value of a rank among those of the window of ky x kx.
+  // Compares `actual` with the value of a rank in each window of ky x kx.
   static void expect_ranks(const std::vector<P>& x, const std::vector<P>& actual, const Size& s, int64_t ky,
                            int64_t kx, int64_t rank, Border border) {
     std::vector<P> window(size_t(ky * kx));
@@ -229,7 +229,7 @@ TEST_F(WindowsOfBytes, RankOfBytesMatchesItsDefinition) {
     const auto check = [&, ky = ky, kx = kx](const Size& s, Border border) {
       auto x = random(s.values());
       for (uint8_t& v : x)
-        if (engine_() % 2) v = uint8_t(v % 16);  // many of a few values too
+        if (engine_() % 2) v = uint8_t(v % 16);  // also many of few values
       std::vector<uint8_t> out(x.size());
       for (const int64_t rank : {int64_t{0}, ky * kx / 2, ky * kx - 1}) {
         rank_of_bytes(x.data(), s.count, s.height, s.length(), s.step, ky, kx, rank, border, out.data());

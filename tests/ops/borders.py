@@ -12,7 +12,7 @@ CV_BORDER = {
     "constant": cv2.BORDER_CONSTANT,
 }
 SCIPY_MODE = {"reflect": "mirror", "replicate": "nearest", "circular": "wrap", "constant": "constant"}
-#: (B, C, H, W) that are odd, even, and neither 1 nor 3 channels.
+#: (B, C, H, W) with odd and even sizes, and with other channels than 1 or 3.
 SHAPES = [(1, 1, 37, 53), (2, 3, 64, 31), (3, 5, 19, 20), (1, 7, 21, 18)]
 
 

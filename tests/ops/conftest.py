@@ -1,7 +1,8 @@
 """Make the working tree importable, and keep torch to one thread: the images are small.
 
-Of tests of what has not changed since the base every third is run; `make test-all` runs all. A test that is
-made for each entry of the catalog has changed where the source of the entry's op has.
+If a test and its subject have not changed since the base, only every third such test runs; `make test-all`
+runs all. A test that is generated for each entry of the catalog counts as changed if the source of the
+entry's op has changed.
 """
 
 import sys
@@ -20,7 +21,7 @@ from chiasm.export.catalog import Entry  # noqa: E402
 
 torch.set_num_threads(1)
 
-#: Of so many tests of what has not changed one is run.
+#: One of so many unchanged tests runs.
 DRAWN = 3
 
 

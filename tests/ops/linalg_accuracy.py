@@ -1,4 +1,4 @@
-"""docs/linalg.md: how exact the linear algebra of `chiasm.primitives` is.
+"""docs/linalg.md: the accuracy of the linear algebra in `chiasm.primitives`.
 
 python tests/ops/linalg_accuracy.py            # or `make linalg-accuracy`
 """
@@ -29,8 +29,8 @@ def orthogonal(n: int, count: int, generator: torch.Generator) -> Tensor:
 
 
 def singular_values(n: int, condition: float, shape: str) -> Tensor:
-    """From 1 down to 1 / condition: evenly in the exponent, or one large and the rest small, or one small and
-    the rest large."""
+    """Singular values from 1 to 1 / condition: evenly spaced exponents, or one large and the rest small, or
+    one small and the rest large."""
     if shape == "even":
         return torch.logspace(0, -np.log10(condition), n, dtype=torch.float64)
     values = torch.full((n,), 1.0 if shape == "one small" else 1.0 / condition, dtype=torch.float64)
@@ -76,7 +76,8 @@ def _solve(m: Tensor) -> float:
 
 
 def _det(m: Tensor) -> float:
-    """Of matrices scaled so that the determinants are near 1: float32 has no 1e-48."""
+    """The error of determinants. Matrices are scaled so that the determinants are near 1, because float32 has
+    no 1e-48."""
     m = (m.double() / np.abs(np.linalg.det(m.double().numpy())).mean() ** (1.0 / m.shape[1])).to(m.dtype)
     return relative(det(m), np.linalg.det(m.double().numpy()))
 
@@ -120,7 +121,7 @@ def unitary(columns: Tensor) -> float:
     )
 
 
-#: what is measured, of which matrices, and how the page describes it
+#: by name: the measured error, the generator of the matrices, and the description for the page
 MEASURES: dict[str, tuple[Callable[[Tensor], float], Callable[..., Tensor], str]] = {
     "inverse": (_inverse, general, "of the inverse"),
     "solve": (_solve, general, "of the solutions of two right-hand sides"),
@@ -129,16 +130,16 @@ MEASURES: dict[str, tuple[Callable[[Tensor], float], Callable[..., Tensor], str]
     "symmetric_eigen, vectors": (
         _eigenvectors,
         symmetric,
-        "of V diag(w) V^T, or of V^T V where that is greater",
+        "of V diag(w) V^T, or of V^T V if that is greater",
     ),
     "svd, values": (_singular_values, general, "of the vector of singular values"),
     "svd, vectors": (
         _singular_vectors,
         general,
-        "of U diag(s) V^T, or of U^T U or V^T V where that is greater",
+        "of U diag(s) V^T, or of U^T U or V^T V if that is greater",
     ),
-    "qr": (_qr, general, "of Q R, or of Q^T Q where that is greater"),
-    "null_vector": (_null_vector, general, "of the vector, of the first n - 1 rows"),
+    "qr": (_qr, general, "of Q R, or of Q^T Q if that is greater"),
+    "null_vector": (_null_vector, general, "of the null vector of the first n - 1 rows"),
 }
 
 
@@ -147,18 +148,16 @@ def page() -> str:
         "# Linear algebra",
         "",
         (
-            "Written by `make linalg-accuracy`; do not edit. The greatest error against NumPy in float64,"
-            " given the same matrices,"
+            "Written by `make linalg-accuracy`; do not edit. The tables have the greatest errors compared"
+            " with NumPy in float64"
         ),
         (
-            f"relative to the length of what is expected, over {COUNT} random matrices for each of"
-            f" {len(SHAPES)} arrangements of singular values"
+            f"for the same matrices, relative to the norm of the expected values, over {COUNT} random"
+            " matrices for each"
         ),
-        (
-            f"({', '.join(SHAPES)}) and each size n. What is computed in float64 inside and rounded to"
-            " float32 at the end has float32's"
-        ),
-        "rounding left. At a high condition number a part of the float64 rows is NumPy's own error.",
+        f"of {len(SHAPES)} arrangements of singular values ({', '.join(SHAPES)}) and each size n.",
+        "Results that are computed in float64 and rounded to float32 at the end keep float32's",
+        "rounding error. At a high condition number a part of the errors in float64 is NumPy's own.",
     ]
     for precision, dtype in PRECISIONS.items():
         columns = [f"n = {n}" for n in SIZES]
@@ -173,8 +172,8 @@ def page() -> str:
             for condition in CONDITIONS:
                 worst = [max(measure(make(n, condition, shape).to(dtype)) for shape in SHAPES) for n in SIZES]
                 lines.append(f"| {name} | {condition:.0e} | " + " | ".join(f"{e:.0e}" for e in worst) + " |")
-    lines += ["", "## What the error is of", ""]
-    lines += [f"* {name}: {about}" for name, (_, _, about) in MEASURES.items()]
+    lines += ["", "## Definitions of the errors", ""]
+    lines += [f"* {name}: the error {about}" for name, (_, _, about) in MEASURES.items()]
     return "\n".join(lines) + "\n"
 
 

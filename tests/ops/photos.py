@@ -39,11 +39,11 @@ def frame(height: int, width: int) -> Tensor:
 
 
 def hwc(x: Tensor, sample: int = 0) -> np.ndarray:
-    """One sample as OpenCV takes it: (H, W, C), or (H, W) for one channel."""
+    """One sample in OpenCV's layout: (H, W, C), or (H, W) for one channel."""
     array = np.ascontiguousarray(x[sample].permute(1, 2, 0).numpy())
     return array[..., 0] if array.shape[2] == 1 else array
 
 
 def chw(array: np.ndarray) -> np.ndarray:
-    """Back from ``hwc``."""
+    """The inverse of ``hwc``."""
     return array[None] if array.ndim == 2 else array.transpose(2, 0, 1)

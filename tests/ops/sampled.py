@@ -1,10 +1,10 @@
-"""Sampling by definition, in float64 and one tap at a time: what warps are held to beside SciPy and
+"""Sampling by definition, in float64 and one tap at a time: a reference for warps, in addition to SciPy and
 OpenCV."""
 
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-#: Our paddings as SciPy's, for pixel centres at integers.
+#: SciPy's names of our paddings, for pixel centres at integers.
 SCIPY_BORDER = {"zeros": "grid-constant", "border": "nearest", "reflection": "mirror"}
 
 
@@ -16,7 +16,7 @@ def by_scipy(image: np.ndarray, positions: list[np.ndarray], padding: str, order
 
 
 def pulled(matrix: np.ndarray, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and columns in the source of an output's pixels, where a 3 x 3 matrix leads from the source to the
+    """The source's rows and columns for an output's pixels, for a 3 x 3 matrix from the source to the
     output."""
     grid = np.stack([*np.meshgrid(np.arange(width), np.arange(height)), np.ones((height, width))])
     x, y, w = np.einsum("ij,jhw->ihw", np.linalg.inv(matrix), grid)
@@ -24,7 +24,7 @@ def pulled(matrix: np.ndarray, height: int, width: int) -> tuple[np.ndarray, np.
 
 
 def by_keys(image: np.ndarray, rows: np.ndarray, columns: np.ndarray, padding: str) -> np.ndarray:
-    """One sample (C, H, W) by Keys' cubic convolution with a = -0.75; borders as `by_scipy`."""
+    """One sample (C, H, W) by Keys' cubic convolution with a = -0.75; borders as in `by_scipy`."""
     height, width = image.shape[1:]
     out = np.zeros((len(image), *rows.shape))
     top, left = np.floor(rows).astype(int), np.floor(columns).astype(int)

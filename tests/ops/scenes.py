@@ -16,14 +16,14 @@ def camera_matrix(seed: int = 0) -> np.ndarray:
 
 
 def pose(seed: int = 0, angle: float = 0.3, shift: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """R (3, 3) and t (3, 1): a turn of `angle` radians and a shift of length `shift`."""
+    """R (3, 3) and t (3, 1): a rotation by `angle` radians and a translation of length `shift`."""
     generator = np.random.default_rng(seed)
     axis, t = generator.normal(size=3), generator.normal(size=3)
     return cv2.Rodrigues(axis / np.linalg.norm(axis) * angle)[0], (t / np.linalg.norm(t) * shift)[:, None]
 
 
 def points_in_front(count: int, seed: int = 0) -> np.ndarray:
-    """(count, 3): in front of a camera at the origin and of others near it."""
+    """(count, 3): points in front of a camera at the origin, and of others near it."""
     generator = np.random.default_rng(seed)
     return np.concatenate([generator.uniform(-2, 2, (count, 2)), generator.uniform(4, 8, (count, 1))], 1)
 

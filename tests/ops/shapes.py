@@ -1,10 +1,10 @@
-"""Binary images that are hard on what follows connected pixels."""
+"""Binary images that are hard for algorithms that follow connected pixels."""
 
 import numpy as np
 
 
 def spiral(height: int, width: int) -> np.ndarray:
-    """A path one pixel wide with gaps of one pixel, from the corner to the middle."""
+    """A path one pixel wide with gaps of one pixel, from the corner to the centre."""
     image = np.zeros((height, width), np.uint8)
     row = column = 0
     step, turns = (0, 1), 0
@@ -21,8 +21,8 @@ def spiral(height: int, width: int) -> np.ndarray:
 
 
 def hard_masks(height: int, width: int) -> list[np.ndarray]:
-    """Spirals, combs whose teeth join in the last row, and noise about where shapes begin to span the
-    image."""
+    """Spirals, combs whose teeth join in the last row, and noise near the density at which shapes begin to
+    span the image."""
     path = spiral(height, width)
     comb = np.ones((height, width), np.uint8)
     comb[:-1, 1::2] = 0

@@ -14,7 +14,7 @@ from chiasm.ops import LinearAssignment, linear_assignment
 
 
 def total(cost: np.ndarray, index: torch.Tensor, assigned: torch.Tensor) -> float:
-    """The sum of the costs, where no column is given twice."""
+    """The sum of the costs; checks that no column is assigned twice."""
     rows = np.flatnonzero(assigned.numpy())
     columns = index.numpy()[rows]
     assert len(set(columns.tolist())) == len(rows)
@@ -36,7 +36,7 @@ def test_scipy(shape: tuple[int, int], scripted: bool) -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_equal_costs(seed: int) -> None:
-    """Whole numbers, of which many assignments have the same sum."""
+    """Integer costs, for which many assignments have the same sum."""
     random = np.random.default_rng(seed)
     cost = random.integers(-3, 4, random.integers(2, 25, 2)).astype(float)
     index, assigned = linear_assignment(torch.from_numpy(cost)[None])
@@ -56,8 +56,8 @@ def test_of_equals_the_lowest_column_comes_first() -> None:
 
 @pytest.mark.parametrize("seed", range(30))
 def test_pairs_that_cannot_be(seed: int) -> None:
-    """As many pairs as can be, and of such the cheapest: among all assignments; and by SciPy, to which a pair
-    that cannot be costs more than all others together."""
+    """The result has as many pairs as possible at the lowest cost. The reference is a search of all
+    assignments, and SciPy with impossible pairs that cost more than all others together."""
     random = np.random.default_rng(seed)
     n, m = random.integers(1, 5, 2)
     cost, cannot = random.normal(size=(n, m)), random.random((n, m)) < 0.6
@@ -101,8 +101,8 @@ def test_the_greatest_cost() -> None:
 
 
 def test_many_steps() -> None:
-    """Costs for which each path visits all the columns before: R. E. Machol and M. Wien, A Hard Assignment
-    Problem, Operations Research 24, 1976."""
+    """Costs for which each augmenting path visits all previous columns: R. E. Machol and M. Wien, A Hard
+    Assignment Problem, Operations Research 24, 1976."""
     number = np.arange(1.0, 41.0)
     cost = np.outer(number, number)
     index, _ = linear_assignment(torch.from_numpy(cost)[None])

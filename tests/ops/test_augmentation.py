@@ -1,4 +1,5 @@
-"""Geometric augmentations: given their parameters, other libraries' values; and how parameters are drawn."""
+"""Geometric augmentations: other libraries' values for given parameters, and the distribution of the
+parameters."""
 
 import doctest
 import math
@@ -88,7 +89,7 @@ def test_p_of_0_leaves_images_alone(name: str, dtype: torch.dtype) -> None:
     augment.p = 0.0
     out = augment(images, seed=SEEDS[:5])
     if name == "resized_crop":
-        # Of bytes, positions are rounded to 1/32 pixel.
+        # For bytes, positions are rounded to 1/32 pixel.
         resized = nn.functional.interpolate(images.double(), (9, 11), mode="bilinear", align_corners=True)
         torch.testing.assert_close(out.double(), resized, atol=8.5 if dtype == torch.uint8 else 1e-3, rtol=0)
     else:

@@ -1,5 +1,5 @@
-"""Augmentations of intensities: values by other libraries given the drawn numbers, and the numbers'
-distributions."""
+"""Augmentations of intensities: other libraries' values for the drawn numbers, and the distribution of these
+numbers."""
 
 import math
 from collections.abc import Callable
@@ -19,14 +19,14 @@ from chiasm.primitives.random.draws import uniform
 
 SEED = torch.arange(20, 28)
 P = 0.6
-#: Enough for a difference of a few percent of a distribution to show; the seeds are fixed.
+#: Enough to detect a difference of a few percent between distributions; the seeds are fixed.
 MANY = torch.arange(4000)
-#: torchvision's weight of red is 0.2989 where BT.601's is 0.299; factors of up to 1.5 come on top.
+#: torchvision's weight of red is 0.2989, BT.601's is 0.299; factors of up to 1.5 amplify the difference.
 GREY = 2e-4
 
 
 def images(batch: int = 8, channels: int = 3, height: int = 18, width: int = 22) -> Tensor:
-    """Whole levels, which forms for bytes and for numbers see alike."""
+    """Values that are whole levels, so that forms for bytes and for floats get the same image."""
     generator = torch.Generator().manual_seed(3)
     levels = torch.randint(0, 256, (batch, channels, height, width), generator=generator)
     return levels.to(torch.float64) / 255.0
@@ -72,8 +72,8 @@ def contrast_limited(x: Tensor, limit: float) -> Tensor:
     return torch.from_numpy(np.stack(planes)) / 255.0
 
 
-#: Of each op its settings, the bounds of the numbers that it draws after its chance, and what another
-#: library makes of a sample with those numbers.
+#: For each op: its settings, the bounds of the numbers that it draws after its probability, and another
+#: library's result for a sample with these numbers.
 CASES: dict[str, tuple[dict, list[tuple[float, float]], Callable]] = {
     "brightness": ({"brightness": (0.5, 1.5)}, [(0.5, 1.5)], lambda x, b: clipped(x + b - 1)),
     "contrast": ({"contrast": (0.5, 1.5)}, [(0.5, 1.5)], tv.adjust_brightness),
@@ -122,12 +122,12 @@ CASES: dict[str, tuple[dict, list[tuple[float, float]], Callable]] = {
 def test_values_given_the_draws(name: str) -> None:
     settings, bounds, reference = CASES[name]
     x, u = images(), uniform(SEED, 1 + len(bounds))
-    assert 0 < int((u[:, 0] < P).sum()) < len(SEED)  # of both kinds
+    assert 0 < int((u[:, 0] < P).sum()) < len(SEED)  # both changed and unchanged samples
     actual = getattr(A, f"random_{name}")(x, SEED, **settings, p=P)
     for b in range(len(SEED)):
         numbers = [at(u[b, 1 + i], *bound) for i, bound in enumerate(bounds)]
         expected = reference(x[b], *numbers) if u[b, 0] < P else x[b]
-        # OpenCV's HSV and Gaussian windows of torchvision are of float32
+        # OpenCV's HSV and torchvision's Gaussian windows are float32
         tolerance = GREY if name == "grayscale" else 2e-5
         torch.testing.assert_close(actual[b], expected.double(), rtol=0, atol=tolerance)
 
@@ -183,9 +183,9 @@ def test_photometric_distort_as_drawn() -> None:
         torch.testing.assert_close(actual[b], y, rtol=0, atol=GREY)
 
 
-#: What changes bytes: of each op its settings, the bounds of the numbers that it draws after its chance, what
-#: another library makes of bytes with those numbers, and how many levels they may differ. torchvision rounds
-#: the products of floats down, here they are rounded to the nearest.
+#: Ops on bytes. For each op: its settings, the bounds of the numbers that it draws after its probability,
+#: another library's result for bytes with these numbers, and the tolerance in levels. torchvision rounds
+#: products down, chiasm to the nearest.
 BYTES: dict[str, tuple[dict, list[tuple[float, float]], Callable, int]] = {
     "brightness": (
         {"brightness": (0.5, 1.5)},
@@ -272,7 +272,7 @@ def test_bytes_given_the_draws(name: str) -> None:
         off = (actual[b].int() - expected.int()).abs()
         assert off.max() <= max(levels, 1)
         different.append((off > levels).double().mean())
-    # Floats of 24 bits, which others compute in, fall to other sides of a half now and then.
+    # The other libraries compute in float32, whose rounding sometimes crosses a half.
     assert max(different) <= 1e-3
 
 
@@ -286,7 +286,7 @@ def test_bytes_are_rounded_once_after_several_changes(kind: str) -> None:
 
 
 def test_bytes_of_torchvision_s_jitter() -> None:
-    """Which rounds down after each change: up to a level off for each."""
+    """torchvision rounds down after each change, so each change may differ by one level."""
     x, u = bytes_of(images()), uniform(SEED, 9)
     bounds = [(0.6, 1.3), (0.6, 1.3), (0.5, 1.5), (-0.3, 0.3)]
     actual = A.random_color_jitter(x, SEED, *bounds)
@@ -337,7 +337,7 @@ def test_normalize_and_back() -> None:
 
 
 def test_jpeg_of_the_drawn_quality() -> None:
-    """test_jpeg.py holds the codec to Pillow's."""
+    """The drawn quality is used; test_jpeg.py compares the codec with Pillow's."""
     x, quality = images(), uniform(SEED, 2)[:, 1] * 65.0 + 30.0
     expected = enhance.jpeg_codec_differentiable(x, quality.double())
     torch.testing.assert_close(A.random_jpeg(x, SEED, (30.0, 95.0)), expected, rtol=0, atol=1e-9)
@@ -359,7 +359,7 @@ def test_numbers_are_uniform(name: str, settings: dict, value: Callable | None, 
     if value is None:
         x = torch.tensor([1.0, 0.0, 0.0], dtype=torch.float64).reshape(1, 3, 1, 1).expand(len(MANY), 3, 1, 1)
         y = getattr(A, f"random_{name}")(x, MANY, **settings)
-        # near red, green or blue rises by six times the turn
+        # near red, green or blue, the other channel rises by six times the rotation
         found = torch.where(y[:, 1] > 0, y[:, 1], -y[:, 2]).flatten() / 6.0
     else:
         x = torch.full((len(MANY), 1, 1, 1), 0.5, dtype=torch.float64)
@@ -465,7 +465,7 @@ def test_a_sample_hangs_on_its_own_seed_alone(name: str) -> None:
 def test_probability_of_zero_and_one(name: str) -> None:
     op, settings, x = getattr(A, name), NEEDED.get(name, {}), images().float()
     assert op(x, SEED, **settings, p=0.0).equal(x)
-    if name != "random_channel_shuffle":  # one order of six is the old one
+    if name != "random_channel_shuffle":  # one of six orders is the original one
         assert (op(x, SEED, **settings, p=1.0) != x).flatten(1).any(1).all()
 
 

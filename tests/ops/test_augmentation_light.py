@@ -1,4 +1,4 @@
-"""Random light and weather, by definitions in NumPy, OpenCV and published colours, given the draws."""
+"""Random light and weather: definitions in NumPy, OpenCV and published colours, for given draws."""
 
 import cv2
 import numpy as np
@@ -54,7 +54,7 @@ def test_gaussian_illumination() -> None:
 
 
 def test_plasma() -> None:
-    """Of images of one value, from which the plasma follows."""
+    """Images of one value, from whose result the plasma can be computed."""
     u, grey = uniform(SEED, 4), torch.full((8, 1, 30, 40), 0.5, dtype=torch.float64)
     lit = A.random_plasma_brightness(grey, SEED, intensity=(0.2, 0.4), p=1.0)
     for b in range(8):
@@ -72,7 +72,7 @@ def test_plasma() -> None:
         torch.testing.assert_close(
             shaded[b], torch.where(shadow, 0.5 + added, 0.5).double(), rtol=0, atol=1e-6
         )
-    # Neighbours are alike, as they are in no white noise.
+    # Neighbours are similar, unlike in white noise.
     steps = (plasma[..., 1:] - plasma[..., :-1]).abs().mean()
     assert steps < 0.25 * (plasma - plasma.flatten().flip(0).reshape(plasma.shape)).abs().mean()
 

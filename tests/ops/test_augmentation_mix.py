@@ -1,4 +1,4 @@
-"""Mixes of a batch's images and their labels, by loops in NumPy given the drawn numbers; policies."""
+"""Mixes of a batch's images and labels against loops in NumPy with the drawn numbers; policies."""
 
 import math
 
@@ -23,7 +23,7 @@ def images(batch: int = 8, channels: int = 3, height: int = 12, width: int = 15)
 
 
 def permutation(keys: Tensor) -> list[int]:
-    """Sample b gets that sample whose place in the order is that of b's key."""
+    """Sample b gets the sample whose index is the rank of b's key."""
     return [sorted(keys.tolist()).index(key) for key in keys.tolist()]
 
 
@@ -65,7 +65,7 @@ def test_cut_mix(correct: bool) -> None:
 
 def test_rectangles_lie_anywhere_within_the_image() -> None:
     x = torch.arange(len(MANY), dtype=torch.float64).reshape(-1, 1, 1, 1).expand(-1, 1, 4, 4)
-    mixed, _ = A.random_cut_mix(x, MANY, MANY, cut_size=(0.75, 0.75))  # of 2 x 2
+    mixed, _ = A.random_cut_mix(x, MANY, MANY, cut_size=(0.75, 0.75))  # 2 x 2 pixels
     pasted = mixed != x
     found = pasted.flatten(1).to(torch.int64).argmax(1)[pasted.flatten(1).any(1)]
     _, counts = found.unique(return_counts=True)
@@ -121,7 +121,7 @@ def test_transplantation() -> None:
 
 
 def test_every_label_is_transplanted_equally_often() -> None:
-    # one pixel of 7, two of -1, five of 1e12: what is chosen does not hang on the number of pixels
+    # one pixel of 7, two of -1, five of 1e12: the choice does not depend on the number of pixels
     own = torch.zeros(1, 1, 8, dtype=torch.int64)
     donor = torch.tensor([[[7, -1, -1, 10**12, 10**12, 10**12, 10**12, 10**12]]])
     counts = {7: 0, -1: 0, 10**12: 0}

@@ -1,4 +1,4 @@
-"""Classes of mixes and their data keys; mosaics, by NumPy given the drawn numbers."""
+"""Classes of mixes and their data keys; mosaics against NumPy with the drawn numbers."""
 
 import inspect
 from typing import Any
@@ -28,12 +28,12 @@ def masks() -> Tensor:
 
 
 def permutation(keys: Tensor) -> list[int]:
-    """Sample b gets that sample whose place in the order is that of b's key."""
+    """Sample b gets the sample whose index is the rank of b's key."""
     return [sorted(keys.tolist()).index(key) for key in keys.tolist()]
 
 
 def mosaics(x: np.ndarray, grid: tuple[int, int], mode: str, size: tuple[int, int]) -> list[np.ndarray]:
-    """What the samples become, by numpy.block, numpy.pad and slices."""
+    """The expected samples, by numpy.block, numpy.pad and slices."""
     u, count = uniform(SEED, 2 + grid[0] * grid[1]), grid[0] * grid[1]
     height, width = x.shape[2:]
     partner = [list(range(8))] + [permutation(u[:, 3 + i]) for i in range(count - 1)]
@@ -87,7 +87,7 @@ def test_a_mosaic_s_box_begins_anywhere_and_has_every_partner_alike() -> None:
 @pytest.mark.parametrize("key", ["bbox_xyxy", "bbox_xywh", "bbox"])
 @pytest.mark.parametrize("size", [None, (20, 17)])
 def test_boxes_of_a_mosaic_are_those_of_what_is_seen(key: str, size: tuple[int, int] | None) -> None:
-    """Two rectangles of each image, painted: their boxes end where the paint does."""
+    """Two rectangles are painted into each image: their boxes must end where the paint ends."""
     generator = torch.Generator().manual_seed(5)
     low = torch.randint(0, 9, (8, 2, 2), generator=generator)
     side = torch.randint(1, 4, (8, 2, 2), generator=generator)
@@ -128,7 +128,7 @@ def test_boxes_of_a_mosaic_are_those_of_what_is_seen(key: str, size: tuple[int, 
                 plane = out[b, 2 * int(partner[b, t]) + n]
                 inside = plane[edges[1] : edges[3], edges[0] : edges[2]]
                 assert inside.numel() >= 3 and inside.all()
-                if len(sources) == 2:  # painted once: what lies around it is not painted
+                if len(sources) == 2:  # painted once: the surroundings are not painted
                     assert plane.sum() == inside.sum()
     assert shown > 10
 
@@ -196,7 +196,7 @@ def test_transplantation_by_keys(deep: bool) -> None:
     whole = [
         kind(p=1.0, p_batch=0.5)(x[:2], mask[:2], seed=SEED[:2] + 9 * i)[0].equal(x[:2]) for i in range(60)
     ]
-    assert stats.binomtest(sum(whole), 60, 0.5 + 0.5 * 0.5).pvalue > 0.01  # half of the partners are oneself
+    assert stats.binomtest(sum(whole), 60, 0.5 + 0.5 * 0.5).pvalue > 0.01  # half of the pairs are one sample
 
 
 def test_a_label_of_volumes_is_copied_where_its_partner_has_it() -> None:

@@ -1,4 +1,4 @@
-"""Policies: each operation against torchvision's, the tables against its tables, and the choice."""
+"""Policies: each operation and the tables against torchvision's, and the random choice."""
 
 import math
 
@@ -18,7 +18,7 @@ from chiasm.primitives.random.draws import integers, uniform
 NAMES = names()
 SEED = torch.arange(20, 28)
 RANGES = [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0, 8.0]
-#: torchvision's weight of red is 0.2989 where BT.601's is 0.299.
+#: torchvision's weight of red is 0.2989, BT.601's is 0.299.
 GREY = 2e-4
 
 
@@ -106,9 +106,9 @@ def test_strengths_are_torchvisions(made, ranges: list[float], relative: bool, b
                 if name in ("Brightness", "Color", "Contrast", "Sharpness"):
                     expected += 1.0
                 if name == "Solarize":
-                    expected /= 255.0  # of bytes
+                    expected /= 255.0  # for bytes
                 if name.startswith("Translate"):
-                    # What is whole but for rounding is truncated to either.
+                    # A number within rounding of an integer may be truncated to either neighbour.
                     assert float(found) in (int(expected - 1e-4), int(expected + 1e-4))
                     continue
                 assert float(found) == pytest.approx(expected, abs=1e-5), name
@@ -134,7 +134,7 @@ def test_rand_augment_as_drawn() -> None:
             turned = torch.where(sign[b, i] < 0.5, -1.0, 1.0).reshape(1)
             amount = amounts(one, torch.tensor([12 / 30]), turned, RANGES, 18, 23, True)
             expected = by_torchvision(expected, NAMES[int(one)], float(amount))
-        # A level that rounding moves across a step of Equalize or Posterize is another.
+        # Rounding may move a level across a step of Equalize or Posterize.
         assert ((y[b] - expected).abs() > 3 * GREY).double().mean() < 0.01
 
 
@@ -189,7 +189,7 @@ def test_bytes_are_rounded_once(name: str) -> None:
     x = torch.randint(0, 256, (8, 3, 18, 23), generator=torch.Generator().manual_seed(3))
     numbers, made = getattr(A, name)(x / 255.0, SEED), getattr(A, name)(x.byte(), SEED)
     assert made.dtype == torch.uint8
-    # float32 and float64 fall to different sides of a level's half now and then; Equalize makes that more.
+    # float32 and float64 sometimes round to different levels; Equalize amplifies the difference.
     off = (made.int() - (numbers * 255).round().int()).abs()
     assert (off > 0).double().mean() < 0.01
 

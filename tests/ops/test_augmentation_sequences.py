@@ -1,4 +1,4 @@
-"""Sequences of which each sample goes through some steps."""
+"""Sequences in which each sample goes through some of the steps."""
 
 import itertools
 from typing import Any
@@ -96,7 +96,7 @@ def test_frames_of_videos(data_format: str, same_on_frame: bool) -> None:
     step = augmentation.RandomCrop((4, 5))
     augment = augmentation.VideoSequential(step, data_format=data_format, same_on_frame=same_on_frame)
     first = torch.arange(3 * 7.0 * 8).reshape(1, 1, 3, 7, 8)
-    videos = first.expand(6, 9, 3, 7, 8)  # every frame shows where it is cut
+    videos = first.expand(6, 9, 3, 7, 8)  # every frame shows its crop
     given = videos if data_format == "BTCHW" else videos.transpose(1, 2)
     out = augment(given, seed=SEEDS[:6])
     assert torch.equal(torch.jit.script(augment)(given, SEEDS[:6]), out)
@@ -154,7 +154,7 @@ def test_each_patch_by_its_own_step() -> None:
     ("random_apply", "numbers"), [(False, (3, 3)), (True, (1, 3)), (1, (1, 1)), ((0, 2), (0, 2))]
 )
 def test_patches_draw_for_themselves(random_apply: Any, numbers: tuple[int, int]) -> None:
-    """Every patch of a picture of constant patches shows what happened to it."""
+    """In a picture of constant patches, the value of each patch shows its own draws."""
     value = torch.tensor([0.25, 0.5])
     images = value.repeat(6)[None, None, None].expand(30, 1, 8, 12)
     steps = [CLASSES["RandomInvert"](0.75), augmentation.RandomHorizontalFlip(), torch.nn.Hardtanh(0.0, 0.4)]

@@ -1,4 +1,4 @@
-"""Crops, sizes, quarter turns and deformations: given their parameters, other libraries' values."""
+"""Crops, sizes, quarter turns and deformations: other libraries' values for given parameters."""
 
 from typing import Any
 
@@ -90,7 +90,7 @@ def test_places_of_crops_are_equally_likely() -> None:
 def test_the_middle_is_torchvision_s(size: tuple[int, int]) -> None:
     images = photos()
     out = augmentation.CenterCrop(size)(images)
-    # Where the middle lies between pixels torchvision rounds halves to even.
+    # If the centre lies between pixels, torchvision rounds half to even.
     even = tuple(s + (s - n) % 2 for s, n in zip(size, images.shape[2:], strict=True))
     expected = vision.center_crop(images, list(even))[..., : size[0], : size[1]]
     assert torch.equal(out, expected)
@@ -118,7 +118,7 @@ def test_sizes_are_torch_s(align_corners: bool) -> None:
         torch.testing.assert_close(out, expected, atol=1e-6, rtol=0)
         corners = torch.tensor([[[0.0, 0.0, 1.0], [29.0, 20.0, 1.0]]]).double()
         moved = (corners @ augment.transform_matrix.mT)[..., :2]
-        # the edges, half a pixel from the corner pixels' middles, go to the edges
+        # edges, half a pixel from the corner pixels' centres, map to edges
         ends = torch.tensor([[0.0, 0.0], [size[1] - 1.0, size[0] - 1.0]]).double()
         if not align_corners:
             scale = torch.tensor([size[1] / 30, size[0] / 21]).double()
@@ -164,7 +164,7 @@ def test_an_elastic_transform_is_torchvision_s() -> None:
     out = augment(images, seed=SEEDS[:5])
     noise = augment._params["noise"].double()
     assert stats.kstest(noise.flatten().numpy(), stats.uniform(-1, 2).cdf).pvalue > 0.005
-    # a Gaussian that ends after 2 and 3 pixels
+    # a Gaussian that is cut off after 2 and 3 pixels
     smooth = ndimage.gaussian_filter(noise.numpy(), (0, 0, 1.5, 2.0), radius=(0, 0, 2, 3), mode="constant")
     moved = torch.from_numpy(smooth).permute(0, 2, 3, 1) * torch.tensor([0.2, 0.3])
     for i in range(5):
@@ -174,7 +174,7 @@ def test_an_elastic_transform_is_torchvision_s() -> None:
 
 
 def test_a_spline_moves_what_is_at_its_points() -> None:
-    """The planes are a pixel's coordinates, so that a result says where each of its pixels was read."""
+    """The planes are the pixels' coordinates, so the result shows where each of its pixels was read."""
     y, x = (torch.linspace(-1, 1, n).double() for n in (151, 201))
     image = torch.stack([x.expand(151, 201), y[:, None].expand(151, 201)])[None]
     augment = augmentation.RandomThinPlateSpline(0.3, True, "border", p=1.0)
@@ -187,7 +187,7 @@ def test_a_spline_moves_what_is_at_its_points() -> None:
         assert inside[4]
         at = (target[i][inside] + 1) * torch.tensor([100.0, 75.0])
         read = [ndimage.map_coordinates(plane, at.numpy().T[::-1], order=1) for plane in out[i].numpy()]
-        # half a pixel at most
+        # at most half a pixel
         np.testing.assert_allclose(np.stack(read, -1), source[i][inside].numpy(), atol=5e-3)
 
 

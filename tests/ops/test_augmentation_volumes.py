@@ -1,5 +1,5 @@
-"""Augmentations of volumes: SciPy's, NumPy's and Pillow's values given the drawn numbers, and their
-distributions."""
+"""Augmentations of volumes: SciPy's, NumPy's and Pillow's values for the drawn numbers, and the distribution
+of these numbers."""
 
 import inspect
 import math
@@ -113,7 +113,7 @@ def test_flips_are_numpy_s(name: str, dtype: torch.dtype) -> None:
 
 
 def by_scipy(volume: Tensor, matrix: Tensor) -> np.ndarray:
-    """Out(p) = volume(matrix^-1 p), zeros around it."""
+    """out(p) = volume(matrix^-1 p), with zeros outside."""
     z, y, x = np.meshgrid(*[np.arange(n) for n in volume.shape[1:]], indexing="ij")
     points = np.stack([x, y, z, np.ones_like(x)]).reshape(4, -1)
     back = np.linalg.inv(matrix.numpy()) @ points
@@ -134,7 +134,7 @@ def test_warps_are_scipy_s(name: str) -> None:
 
 
 def about(middle: np.ndarray, linear: np.ndarray) -> np.ndarray:
-    """The homography of a linear map that leaves the middle where it is."""
+    """The homography of a linear map that keeps the centre fixed."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = linear, middle - linear @ middle
     return matrix

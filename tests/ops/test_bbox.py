@@ -146,7 +146,7 @@ def test_nms(count: int, threshold: float) -> None:
 
 
 def test_nms_of_a_long_chain() -> None:
-    """Each box overlaps its neighbours only: every second one stays, which takes as many steps as there are
+    """Each box overlaps only its neighbours: every second one is kept, which takes as many steps as there are
     boxes."""
     left = np.arange(101.0)
     boxes = np.stack([left, 0 * left, left + 1.7, 0 * left + 1.0], 1)

@@ -1,5 +1,5 @@
-"""What an op costs is bounded, whatever its values: images of 100 or -1e6 neither keep a loop going nor make
-tensors grow."""
+"""The cost of an op is bounded for all values: images of 100 or -1e6 do not prolong a loop or enlarge a
+tensor."""
 
 import pytest
 import torch
@@ -10,14 +10,15 @@ from torch.utils._pytree import tree_leaves
 
 from chiasm.export.catalog import Entry, catalog
 
-#: Calls of PyTorch's operators and bytes of their results: so many times a normal call's, and what a small
-#: one may take more. A loop until nothing changes takes as many steps as an image has rows and columns.
+#: Limits on calls of PyTorch's operators and on the bytes of their results: the factor over a normal call,
+#: and an allowance for small calls. A loop until nothing changes may take as many steps as an image has rows
+#: and columns.
 TIMES, MORE_CALLS, MORE_BYTES = 4, 4000, 16 << 20
 
 
 class Budget(TorchDispatchMode):
-    """Counts calls of operators and the bytes of their results, and raises where they are more than given:
-    an endless loop fails, without a clock."""
+    """Counts calls of operators and the bytes of their results, and raises if they exceed the limits: so an
+    endless loop fails without a clock."""
 
     def __init__(self, calls: float = float("inf"), size: float = float("inf")) -> None:
         super().__init__()

@@ -80,8 +80,8 @@ def test_unsharp_in_native_form_and_every_border(border: str) -> None:
 
 
 def test_unsharp_equals_scikit_image_within_the_border() -> None:
-    # scikit-image repeats the edge pixel where this reflects, so what the kernel's radius reaches is left
-    # out.
+    # scikit-image repeats the edge pixel, chiasm reflects about it, so pixels within the kernel's radius of
+    # the border are not compared.
     x, sigma = photo(2, 1, 40, 37, torch.float64), 1.5
     radius = int(4 * sigma + 0.5)
     sigmas = torch.tensor([[sigma, sigma]], dtype=torch.float64)

@@ -1,4 +1,5 @@
-"""Bilateral means of bytes, in both layouts: the definition in float64, rounded, and OpenCV's."""
+"""Bilateral means of bytes, in both layouts: against the definition in float64, rounded, and against
+OpenCV."""
 
 from __future__ import annotations
 
@@ -60,7 +61,7 @@ def test_wide_windows_are_the_definition_rounded() -> None:
 
 @pytest.mark.parametrize("channels", [1, 3])
 def test_bilateral_is_a_level_from_opencvs(channels: int) -> None:
-    """OpenCV leaves the corners out, which a narrow Gaussian gives no weight."""
+    """OpenCV omits the corners, which have no weight with a narrow Gaussian."""
     image = frame(60, 70, channels)
     image[:30] = image[:30] // 4 + 90
     for size, color, space in ((3, 40.0, 0.3), (5, 60.0, 0.5)):
@@ -68,7 +69,7 @@ def test_bilateral_is_a_level_from_opencvs(channels: int) -> None:
         for x in both_layouts(image):
             result = as_frame(bilateral_blur(x, size, color, (space, space)))
             apart = np.abs(result - expected.reshape(result.shape).astype(int))
-            assert apart.max() <= 1 and (channels == 1 or (apart > 0).mean() < 0.01)  # it cuts off greys
+            assert apart.max() <= 1 and (channels == 1 or (apart > 0).mean() < 0.01)  # OpenCV truncates greys
 
 
 def test_each_sample_has_its_sigmas() -> None:

@@ -1,4 +1,4 @@
-"""Windows and geometry of bytes: OpenCV's results, to the bit where it is said so, in both layouts."""
+"""Windows and geometry of bytes against OpenCV, bit for bit if documented so, in both layouts."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_correlation_is_opencvs(channels: int, size: tuple[int, int], border: st
 
 
 def test_sums_of_bytes_are_exact_whatever_the_taps() -> None:
-    """The largest sums of the largest taps: the definition in whole numbers."""
+    """The largest sums with the largest taps, against the definition in integers."""
     image = np.full((9, 11, 3), 255, np.uint8)
     image[4, 5] = 254
     for factor in (1e-7, 1.0 / 3.0, 1.0, 77.0, 65000.0):
@@ -185,8 +185,8 @@ FLAGS = {"bilinear": cv2.INTER_LINEAR, "nearest": cv2.INTER_NEAREST, "bicubic": 
 
 
 def read_at(image: np.ndarray, x: np.ndarray, y: np.ndarray, padding: str) -> np.ndarray:
-    """The bilinear definition in whole numbers: OpenCV's 8-bit remap, version 4.6. Version 5 does not
-    round positions."""
+    """The bilinear definition in integers: OpenCV's 8-bit remap, version 4.6. Version 5 does not round
+    positions."""
     at = np.rint(np.stack([y, x]).astype(np.float64) * 32).astype(np.int64)
     first, (down, across) = at >> 5, at & 31
     padded = np.pad(
@@ -210,7 +210,7 @@ def test_remap_is_its_definition_and_opencvs(channels: int, padding: str, corner
     random = np.random.default_rng(1)
     at_x = random.uniform(-9, 62, (40, 50)).astype(np.float32)
     at_y = random.uniform(-9, 46, (40, 50)).astype(np.float32)
-    at_x[0], at_y[0] = np.arange(50) / 64, np.arange(50) / 2  # in the middle of two steps, and of two pixels
+    at_x[0], at_y[0] = np.arange(50) / 64, np.arange(50) / 2  # halfway between steps, and between pixels
     for image in (frame(37, 53, channels), smooth(37, 53, channels)):
         expected = {
             "bilinear": read_at(image, at_x, at_y, padding),
@@ -222,7 +222,7 @@ def test_remap_is_its_definition_and_opencvs(channels: int, padding: str, corner
                 for mode, wanted in expected.items():
                     result = as_frame(remap(x, m[0], m[1], mode, padding, align_corners=corners))
                     np.testing.assert_array_equal(result, wanted.reshape(result.shape))
-    # of the smooth image
+    # for the smooth image
     theirs = cv2.remap(image, at_x, at_y, cv2.INTER_LINEAR, borderMode=border).reshape(40, 50, channels)
     apart = np.abs(expected["bilinear"] - theirs)
     assert (apart > 1).mean() < (0.02 if padding == "zeros" else 1e-3)
@@ -237,7 +237,7 @@ def keys(distance: np.ndarray) -> np.ndarray:
 
 
 def read_cubic(image: np.ndarray, x: np.ndarray, y: np.ndarray, padding: str) -> np.ndarray:
-    """The bicubic definition in whole numbers."""
+    """The bicubic definition in integers."""
     at = np.rint(np.stack([y, x]).astype(np.float64) * 32).astype(np.int64)
     first = at >> 5
     how = {"zeros": "constant", "border": "edge", "reflection": "reflect"}[padding]
@@ -343,7 +343,7 @@ def test_warps_are_nearly_opencvs(channels: int, padding: str, corners: bool, bo
 
 @pytest.mark.parametrize("mode", WAYS)
 def test_warps_are_remaps_of_their_positions(mode: str) -> None:
-    """In 1/1024 pixel, of which no engine has another sum."""
+    """Positions are multiples of 1/1024 pixel, whose sums are exact on every engine."""
     image = frame(40, 60)
     inverse = np.array([[717.0, -300.0, 3.0 * 1024], [90.0, 1280.0, -5.0 * 1024]]) / 1024
     v, u = np.mgrid[:50, :70]
@@ -352,7 +352,7 @@ def test_warps_are_remaps_of_their_positions(mode: str) -> None:
     expected = nearest if mode == "nearest" else read_at(image, at[0], at[1], "zeros")
     whole = torch.eye(3, dtype=torch.float64)
     whole[:2] = torch.from_numpy(inverse)
-    # The inverse of the inverse has rounding errors: half a step is made exact by no matrix but this one.
+    # The inverse of the inverse has rounding errors, so other matrices would not give exact half steps.
     for x in both_layouts(image):
         result = as_frame(
             remap(x, torch.from_numpy(at[:1]), torch.from_numpy(at[1:]), mode, align_corners=True)

@@ -1,4 +1,4 @@
-"""Ops on images of bytes: OpenCV's and Pillow's results, to the bit where it is said so, in both layouts."""
+"""Ops on images of bytes against OpenCV and Pillow, bit for bit if documented so, in both layouts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def frame(height: int, width: int, channels: int = 3, seed: int = 0) -> np.ndarr
 
 
 def both_layouts(image: np.ndarray) -> list[Tensor]:
-    """(1, C, H, W) pixel by pixel, and plane after plane."""
+    """(1, C, H, W), stored pixel by pixel, and plane after plane."""
     interleaved = torch.from_numpy(image)[None].permute(0, 3, 1, 2)
     return [interleaved, interleaved.contiguous()]
 
@@ -89,7 +89,7 @@ def test_box_blur_of_odd_windows_is_opencvs(channels: int, size, border: str, fl
 
 @pytest.mark.parametrize("size", [(2, 2), (4, 1), (6, 3), (16, 16)])
 def test_box_blur_rounds_halves_to_even(size) -> None:
-    image = frame(64, 80) // 64 * 17  # few levels, so that there are many halves
+    image = frame(64, 80) // 64 * 17  # few levels, so that many results are halves
     (top, bottom), (left, right) = (((k - 1) // 2, k // 2) for k in size)
     padded = np.pad(image.astype(np.float64), ((top, bottom), (left, right), (0, 0)), "reflect")
     windows = np.lib.stride_tricks.sliding_window_view(padded, size, (0, 1))
@@ -166,7 +166,7 @@ def test_grey_is_opencvs(height: int, width: int) -> None:
 
 
 def every_colour() -> np.ndarray:
-    """Each 5th level of every channel, and all greys."""
+    """Every fifth level of each channel, and all greys."""
     steps = np.arange(0, 256, 5, dtype=np.uint8)
     colours = np.stack(np.meshgrid(steps, steps, steps), -1).reshape(-1, 1, 3)
     return np.concatenate([colours, np.repeat(np.arange(256, dtype=np.uint8), 3).reshape(-1, 1, 3)])
@@ -197,7 +197,7 @@ def test_resizing_is_opencvs(channels: int, height: int, width: int, size: tuple
 
 
 def cubic_matrix(in_size: int, out_size: int, corners: bool) -> np.ndarray:
-    """Keys' weights, a = -3/4, of all pixels of a line for each of another, in 1/2^11."""
+    """Keys' weights, a = -3/4, of all source pixels for each output pixel of a line, in 1/2^11."""
     matrix = np.zeros((out_size, in_size), np.int64)
     for i in range(out_size):
         at = i * (in_size - 1) / max(out_size - 1, 1) if corners else (i + 0.5) * in_size / out_size - 0.5

@@ -1,4 +1,4 @@
-"""Colour conversions of bytes: OpenCV's results, to the bit where it is said so, in both layouts."""
+"""Colour conversions of bytes against OpenCV, bit for bit if documented so, in both layouts."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_alpha_is_appended(op: Callable[..., Tensor], code: int) -> None:
 
 
 def second_last(image: np.ndarray) -> np.ndarray:
-    """OpenCV has the red difference first."""
+    """Swap the chroma: OpenCV has the red difference first."""
     return np.ascontiguousarray(image[..., [0, 2, 1]])
 
 
@@ -125,7 +125,7 @@ def test_hls_is_within_a_level_of_opencvs() -> None:
 
 
 def from_hue(hue: np.ndarray, value: np.ndarray, chroma: np.ndarray) -> np.ndarray:
-    """A. R. Smith's hexagon, hue in sixths of a turn."""
+    """A. R. Smith's hexagon; hue in sixths of a turn."""
     places = [(n + hue) % 6 for n in (5, 3, 1)]
     return np.stack([value - chroma * np.clip(np.minimum(p, 4 - p), 0, 1) for p in places], -1)
 
@@ -143,7 +143,8 @@ def test_colours_of_hues_are_their_definition_rounded() -> None:
 
 
 def assert_near(image: np.ndarray, op: Callable[[Tensor], Tensor], exact: np.ndarray, most: float) -> None:
-    """At most so many levels from the exact numbers (H, W, 3), and nearly always the nearest."""
+    """The results differ by at most ``most`` levels from the exact numbers (H, W, 3), and are nearly always
+    the nearest."""
     for x in both_layouts(image):
         result = as_frame(op(x))
         assert np.abs(result - exact).max() <= most

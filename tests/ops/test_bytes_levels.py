@@ -1,4 +1,4 @@
-"""What counts, compares and weighs levels of bytes: OpenCV's and Pillow's results, in both layouts."""
+"""Ops that count, compare and weight levels of bytes, against OpenCV and Pillow, in both layouts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from chiasm.filters import in_range, otsu_threshold
 
 
 def images() -> list[np.ndarray]:
-    """All levels, few of them, bright ones alone, and a single one."""
+    """Images with all levels, with few, with only bright ones, and with a single one."""
     image = frame(61, 83)
     dark = (image.astype(int) ** 2 // 300).astype(np.uint8)
     return [image, dark, image // 64 * 50, 200 + image // 16, np.full((4, 5, 3), 77, np.uint8), image[:1, :1]]
@@ -46,7 +46,7 @@ def test_equalized_levels_are_pillows(image: np.ndarray) -> None:
 def test_stretched_levels_are_the_quotients_rounded_down(image: np.ndarray, cutoff) -> None:
     pillow = np.asarray(ImageOps.autocontrast(Image.fromarray(image), cutoff)).astype(int)
     for x in both_layouts(image):
-        # Pillow's own floats give one level less at some whole numbers.
+        # Rounding in Pillow gives one level less at some integers.
         difference = as_frame(autocontrast(x, cutoff)) - pillow
         assert difference.min() >= 0 and difference.max() <= 1
     low, high = image.min((0, 1)).astype(int), image.max((0, 1)).astype(int)

@@ -82,7 +82,7 @@ def test_undistort_image_equals_opencv(size: int) -> None:
 
 
 def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Zero outside, in float64."""
+    """Bilinear sampling in float64, with zeros outside."""
     padded = np.pad(image.astype(np.float64), ((2, 2), (2, 2), (0, 0)))
     x = np.clip(x.astype(np.float64) + 2, 0, padded.shape[1] - 1.001)
     y = np.clip(y.astype(np.float64) + 2, 0, padded.shape[0] - 1.001)

@@ -54,7 +54,7 @@ def test_kannala_brandt_equals_opencv(k: np.ndarray) -> None:
     p, K = params(k)
     expected = cv2.fisheye.distortPoints(xy[:, None], K, k)[:, 0]
     pixels = camera.distort_points_kannala_brandt(torch.from_numpy(xy), p)
-    # OpenCV leaves out the distortion within 1e-8
+    # OpenCV omits the distortion within 1e-8
     np.testing.assert_allclose(pixels, expected, rtol=0, atol=1e-7)
     np.testing.assert_allclose(camera.undistort_points_kannala_brandt(pixels, p), xy, rtol=1e-9, atol=1e-11)
     near = np.linalg.norm(xy, axis=1) < 1.1

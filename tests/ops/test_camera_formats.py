@@ -1,4 +1,4 @@
-"""Formats of cameras: OpenCV's results to the bit, and the standards' definitions in float64."""
+"""Camera formats against OpenCV, bit for bit, and against the standards' definitions in float64."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_packed_pixels_are_opencvs(op: Callable[..., Tensor], code: int, height:
 
 
 def by_definition(y: np.ndarray, u: np.ndarray, v: np.ndarray, standard: str) -> np.ndarray:
-    """RGB of the standards' equations, E' = Y + ..., in [0, 255], not rounded."""
+    """RGB by the standards' equations, E' = Y + ..., in [0, 255], not rounded."""
     red, blue = {"bt601": (0.299, 0.114), "bt709": (0.2126, 0.0722), "jpeg": (0.299, 0.114)}[standard]
     y, u, v = (x.astype(np.float64) for x in (y, u, v))
     if standard == "jpeg":
@@ -87,7 +87,7 @@ def test_a_pixel_has_the_nearest_chroma(height: int, width: int, fraction: tuple
     full = chroma[rows][:, columns]
     for y, pairs, every in zip(both_layouts(luma), both_layouts(chroma), both_layouts(full), strict=True):
         assert torch.equal(nv12_to_rgb(y, pairs), nv12_to_rgb(y, every))
-    if fraction == (2, 2):  # pairs stand for 2 x 2 pixels, also where the last ones are cut
+    if fraction == (2, 2):  # a pair belongs to 2 x 2 pixels, even if the last ones are cut
         assert rows == [k // 2 for k in range(height)] and columns == [k // 2 for k in range(width)]
 
 
@@ -101,7 +101,7 @@ def test_luma_and_pairs_are_opencvs(height: int, width: int) -> None:
         for x in both_layouts(colours):
             y, uv = rgb_to_nv12(x)
             np.testing.assert_array_equal(as_frame(y)[..., 0], buffer[:height])
-            if colours is blocks:  # of which a mean is the upper left pixel
+            if colours is blocks:  # the mean of a block is its upper left pixel
                 np.testing.assert_array_equal(as_frame(uv), np.stack([u, v], -1))
 
 

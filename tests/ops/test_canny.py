@@ -1,4 +1,4 @@
-"""Canny's edges against OpenCV's, given the same gradients."""
+"""Canny's edges against OpenCV's, for the same gradients."""
 
 import cv2
 import numpy as np
@@ -41,7 +41,7 @@ def test_equals_opencv(shape: tuple[int, ...], thresholds: tuple[float, float]) 
 
 
 def test_hysteresis_decides_on_photographs() -> None:
-    # else the test above would say nothing about it
+    # otherwise the test above would not cover it
     x = whole_numbers((1, 1, 201, 217))
     _, both = canny(x, 800.5, 2500.5, 1, (1.0, 1.0), False, 0.0)
     _, kept = canny(x, 800.5, 2500.5, 1, (1.0, 1.0), True, 0.0)
@@ -61,7 +61,7 @@ def test_colour_is_blurred_grey() -> None:
 
 
 def test_edge_of_a_spiral_is_followed_to_its_end() -> None:
-    # A dim spiral wall that grows bright towards its outer end only: nearly all of its edge is weak.
+    # A dim spiral wall that is bright only towards its outer end: nearly all of its edge is weak.
     wall = np.kron(spiral(61, 77), np.ones((5, 5)))
     wall[:5] *= 1.0 + 3.0 * np.clip(1.0 - np.arange(wall.shape[1]) / 100.0, 0.0, 1.0)
     image = np.round(cv2.GaussianBlur(1000.0 * wall, (7, 7), 1.0))
@@ -70,7 +70,7 @@ def test_edge_of_a_spiral_is_followed_to_its_end() -> None:
     _, edges = canny(dense, low, high, 1, (1.0, 1.0), eps=0.0)
     _, parts = canny(dense, low, high, 1, (1.0, 1.0), False, eps=0.0)
     assert 0 < (parts == 1).sum() < 0.01 * edges.sum()
-    assert edges[0, 0, 140:160, 190:].sum() > 0  # the middle
+    assert edges[0, 0, 140:160, 190:].sum() > 0  # the centre
     np.testing.assert_array_equal(edges[0, 0], opencv_edges(image, low, high))
 
 

@@ -1,4 +1,4 @@
-"""What holds for every op of the catalog, from its spec alone: it scripts, its target forms agree, its
+"""Properties of every op in the catalog, from its spec alone: it scripts, its forms for targets agree, its
 gradient is right."""
 
 from dataclasses import replace
@@ -13,7 +13,7 @@ from chiasm.export.tracing.module import bind_spec
 from chiasm.primitives.core.target import exporting
 
 ENTRIES = catalog()
-#: The same with each of the other settings that a spec names.
+#: The entries, also with each of the variants that a spec defines.
 VARIANTS = ENTRIES | {
     f"{name} {settings}": replace(entry, spec=replace(entry.spec, config=entry.spec.config | settings))
     for name, entry in ENTRIES.items()
@@ -32,7 +32,7 @@ def module(entry: Entry) -> torch.nn.Module:
 
 
 def arguments(entry: Entry, sizes: dict[str, int], dtype: str) -> list[Tensor]:
-    """The spec's inputs, in `dtype` where the op is generic."""
+    """The spec's inputs, in `dtype` if the op is generic."""
     made = samples.make(entry.spec, samples.fit(entry.spec, sizes), dtype)
     return list(made.values())
 
@@ -88,7 +88,7 @@ def test_gradient(entry: Entry) -> None:
 
 
 def is_of_images(entry: Entry) -> bool:
-    """Whether an op takes and gives images of the type variable."""
+    """Whether an op takes and returns images of the type variable."""
     spec = entry.spec
     first, last = spec.inputs[0], spec.outputs[-1]
     return first.layout == "NCHW" and first.dtype == "T" and last.layout == "NCHW"

@@ -18,7 +18,7 @@ from chiasm import color
 from chiasm.primitives.core.target import exporting
 
 LEVELS = np.linspace(0.0, 1.0, 17)
-#: All combinations of 17 levels, greys, primaries, black and white among them, as one image (1, 3, 289, 17).
+#: All combinations of 17 levels, including greys, primaries, black and white, as one image (1, 3, 289, 17).
 GRID = (
     torch.from_numpy(np.array(list(itertools.product(LEVELS, LEVELS, LEVELS))))
     .reshape(1, 289, 17, 3)
@@ -59,7 +59,7 @@ def test_forward_equals_opencv(
     if name in ("hsv", "hls"):
         difference[..., 0] = np.minimum(difference[..., 0], 360.0 - difference[..., 0])
     if name == "lab" and scene is not GRID:
-        # OpenCV interpolates Lab from a table of 33^3 colours, of which the grid's are some
+        # OpenCV interpolates Lab from a table of 33^3 colours, which contains the grid's
         tolerance = (
             0.2,
             0.3,
@@ -68,7 +68,7 @@ def test_forward_equals_opencv(
     assert (difference.reshape(-1, 3).max(0) <= tolerance).all(), difference.reshape(-1, 3).max(0)
 
 
-# name, OpenCV's code, ours in OpenCV's bytes; as the docstrings say
+# name, OpenCV's code, ours in OpenCV's bytes; tolerances as documented
 BYTES = [
     ("hsv", cv2.COLOR_RGB2HSV, lambda p: p * np.array([90 / math.pi, 255.0, 255.0])),
     ("hls", cv2.COLOR_RGB2HLS, lambda p: p * np.array([90 / math.pi, 255.0, 255.0])),
@@ -93,7 +93,7 @@ def test_forward_equals_opencv_bytes(name: str, code: int, convert: Callable, sc
     difference = np.abs(ours - cv2.cvtColor(levels, code).astype(np.float64))
     if name in ("hsv", "hls"):
         difference[..., 0] = np.minimum(difference[..., 0], 180.0 - difference[..., 0])
-    # OpenCV interpolates Lab from a table of 33^3: some a are two levels off
+    # OpenCV interpolates Lab from a table of 33^3 colours: some a differ by two levels
     assert (difference > 1).mean() <= (5e-4 if name == "lab" else 0.0)
     assert difference.max() <= (2 if name == "lab" else 1)
 
@@ -122,7 +122,7 @@ def test_lab_inverse_equals_opencv() -> None:
 
 def test_luv_inverse_equals_opencv() -> None:
     luv = color.rgb_to_luv(GRID.float())
-    light = pixels(GRID).max(-1) > 0.2  # OpenCV's splines are poor in the dark
+    light = pixels(GRID).max(-1) > 0.2  # OpenCV's splines are inaccurate for dark colours
     expected = cv2.cvtColor(pixels(luv), cv2.COLOR_Luv2RGB)
     np.testing.assert_allclose(pixels(color.luv_to_rgb(luv))[light], expected[light], atol=1e-2)
 
@@ -136,7 +136,7 @@ def test_lab_outside_srgb_is_clipped_on_request() -> None:
     free = color.lab_to_rgb(lab, clip=False)
     assert free.max() > 1.1 and free.min() < -0.1
     torch.testing.assert_close(color.lab_to_rgb(lab), free.clamp(0, 1))
-    expected = skimage.color.lab2rgb(pixels(lab))  # which sets negative Z to 0
+    expected = skimage.color.lab2rgb(pixels(lab))  # it sets negative Z to 0
     z = (pixels(lab)[..., 0] + 16) / 116 - pixels(lab)[..., 2] / 200
     np.testing.assert_allclose(pixels(color.lab_to_rgb(lab))[z > 0.14], expected[z > 0.14], atol=2e-3)
 
@@ -239,7 +239,7 @@ def test_lab_and_luv_of_greys_have_no_chroma() -> None:
     "name", [*(f"rgb_to_{s}" for s in SPACES), "xyz_to_rgb", "yuv_to_rgb", "rgb_to_y", "bgr_to_grayscale"]
 )
 def test_form_for_onnx_equals_eager_in_float32(name: str) -> None:
-    """Its convolution is for float32 only, which the tests of every op, in float64, do not see."""
+    """The convolution is for float32 only, which the tests of every op, in float64, do not cover."""
     function, x = getattr(color, name), photo(2, 3, 19, 22)
     with exporting("onnx"):
         torch.testing.assert_close(function(x), function(x.double()).float(), atol=1e-4, rtol=1e-5)

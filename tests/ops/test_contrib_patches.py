@@ -1,4 +1,4 @@
-"""Windows of images against NumPy, and images put together from them against a loop."""
+"""Windows of images against NumPy, and images joined from windows against a loop."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def pair(value: object) -> tuple[int, int]:
 
 
 def margins(padding: object) -> tuple[tuple[int, int], tuple[int, int]]:
-    """NumPy's form: before and after, of rows and of columns."""
+    """The padding in NumPy's form: before and after, for rows and for columns."""
     if isinstance(padding, int):
         return (padding, padding), (padding, padding)
     return ((padding[0],) * 2, (padding[1],) * 2) if len(padding) == 2 else (padding[:2], padding[2:])

@@ -48,7 +48,7 @@ def test_no_iteration_assigns_only() -> None:
 def test_a_centre_without_points_stays() -> None:
     x = torch.tensor([[0.0], [1.0], [4.0]])
     centers, labels = kmeans(x, torch.tensor([[0.0], [100.0], [5.0], [5.0]]), 3)
-    assert centers.flatten().tolist() == [0.5, 100.0, 4.0, 5.0]  # of the two at 5 the first has the point
+    assert centers.flatten().tolist() == [0.5, 100.0, 4.0, 5.0]  # the first of the two at 5 has the point
     assert labels.tolist() == [0, 0, 2]
 
 
@@ -67,7 +67,7 @@ def test_gradient_is_of_the_means() -> None:
 
 
 def refined(noise: np.ndarray, roughness: float, scale: float) -> np.ndarray:
-    """The recursion, a point at a time, of those that are known."""
+    """The recursion, one point at a time, from the known points."""
     height, width = noise.shape
     cell = 1
     while cell < max(height, width) - 1:

@@ -31,7 +31,7 @@ def test_degrees_and_radians() -> None:
 
 
 def test_angle_to_rotation_matrix() -> None:
-    """It turns the other way than the usual one, whose y points up."""
+    """It rotates in the opposite direction of the usual matrix, for which y points up."""
     angle = 100.0 * tensor(2, 3)
     usual = (
         Rotation.from_rotvec(np.deg2rad(angle.numpy().reshape(-1, 1)) * [0.0, 0.0, 1.0])
@@ -94,7 +94,8 @@ def test_affine_matrices() -> None:
 
 
 def pixel_matrix(sizes: tuple[int, ...], align_corners: bool = True) -> np.ndarray:
-    """From the definition: where the first and the last pixel of each axis (width first) are to lie."""
+    """The matrix by the definition: the positions of the first and the last pixel of each axis (width
+    first)."""
     made = np.eye(len(sizes) + 1)
     for axis, size in enumerate(sizes):
         edge = 1.0 if align_corners else 1.0 - 1.0 / size
@@ -115,7 +116,7 @@ def test_normal_transform_pixel3d() -> None:
 
 
 def test_an_axis_of_one_pixel() -> None:
-    """Its pixel is at 0, whichever convention."""
+    """Its pixel is at 0 in both conventions."""
     for align_corners in (True, False):
         m = c.normal_transform_pixel(1, 1, align_corners=align_corners)[0]
         assert (m @ torch.tensor([0.0, 0.0, 1.0])).tolist() == [0.0, 0.0, 1.0]
@@ -225,7 +226,7 @@ def test_matrix4x4() -> None:
 
 
 def test_camera_axes() -> None:
-    """The same point in the world, whichever camera's axes it is given in."""
+    """The same world point results from either camera's axes."""
     R, t, matrix = poses()
     turn = np.diag([1.0, -1.0, -1.0, 1.0])
     for function, of_pose in (

@@ -1,4 +1,4 @@
-"""filter2d and its kin against OpenCV and SciPy, in every border mode."""
+"""filter2d and related filters against OpenCV and SciPy, in every border mode."""
 
 import cv2
 import numpy as np

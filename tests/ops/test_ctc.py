@@ -118,7 +118,7 @@ def test_ties_go_to_what_comes_first() -> None:
 @pytest.mark.parametrize("classes", [4, 20])
 def test_greedy(classes: int, blank: int) -> None:
     random = np.random.default_rng(classes)
-    # Few levels, so that there are ties and repetitions
+    # Few levels, which give ties and repetitions
     log_probs = -random.integers(0, 4, (8, 30, classes)).astype(np.float64)
     lengths = np.array([30, 29, 1, 0, 17, -2, 99, 2])
     labels, counts, scores = ops.ctc_greedy_decode(

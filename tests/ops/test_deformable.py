@@ -14,7 +14,7 @@ from torch.nn import functional as F
 
 from chiasm import ops
 
-#: Of channels in and out, groups of weights and of offsets, size of the kernel; stride, padding, dilation.
+#: Channels in and out, groups of weights and of offsets, kernel size; stride, padding, dilation.
 CASES: list[tuple[Any, ...]] = [
     (1, 1, 1, 1, (1, 1), (1, 1), (0, 0), (1, 1)),
     (4, 6, 2, 2, (3, 3), (1, 1), (1, 1), (1, 1)),
@@ -33,7 +33,7 @@ def inputs(case: tuple[Any, ...], batch: int, height: int, width: int) -> dict[s
     columns = (width + 2 * padding[1] - dilation[1] * (kw - 1) - 1) // stride[1] + 1
     return {
         "input": numbers(batch, c, height, width),
-        # Some lead outside.
+        # Some offsets lead outside.
         "offset": 3 * numbers(batch, 2 * parts * kh * kw, rows, columns, seed=1),
         "weight": numbers(o, c // groups, kh, kw, seed=2),
         "bias": numbers(o, seed=3),

@@ -1,4 +1,4 @@
-"""Depth maps against NumPy and OpenCV, on a plane seen from two places."""
+"""Depth maps against NumPy and OpenCV, on a plane seen from two positions."""
 
 import cv2
 import numpy as np
@@ -65,7 +65,7 @@ def test_parallel_rays_are_far_and_finite() -> None:
 
 
 def test_normals() -> None:
-    """Those of a bumpy surface by OpenCV's Sobel; those of a plane nearly its own (Sobel's smoothing is exact
+    """A bumpy surface against OpenCV's Sobel; a plane nearly has its own normal (Sobel's smoothing is exact
     for planes in space only at unit slope)."""
     z = 3.0 + 0.3 * np.sin(0.4 * GRID[..., 0]) + 0.2 * np.cos(0.3 * GRID[..., 1])
     points = RAYS * z[..., None]
@@ -144,8 +144,8 @@ def test_warp_frame_depth_reads_where_opencv_projects(unit: bool) -> None:
 
 
 def test_warp_by_a_plane_is_a_homography() -> None:
-    """One pixel of the same plane from both sides: depth of the destination, warped there and compared with
-    cv2.warpPerspective."""
+    """With the destination's depth of a plane, the warp equals cv2.warpPerspective by the plane's
+    homography."""
     motion, _, _, picture = views()
     normal, offset = np.array([0.1, 0.2, 0.97]), 3.0
     H = K @ (motion[:3, :3] + motion[:3, 3:] @ normal[None] / offset) @ np.linalg.inv(K)

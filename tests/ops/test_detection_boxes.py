@@ -15,7 +15,7 @@ from chiasm import ops
 
 
 def boxes(*shape: int, seed: int = 0, dtype: torch.dtype = torch.float64) -> Tensor:
-    """Of positive size; many overlap."""
+    """Boxes of positive size; many overlap."""
     generator = torch.Generator().manual_seed(seed)
     corner = torch.rand((*shape, 2), generator=generator, dtype=torch.float64) * 40
     size = 3 + 20 * torch.rand((*shape, 2), generator=generator, dtype=torch.float64)
@@ -71,15 +71,14 @@ def test_areas_clips_and_sizes_are_torchvisions() -> None:
 
 @pytest.mark.parametrize("seed", range(40))
 def test_suppression_is_torchvisions(seed: int) -> None:
-    """With ties of scores; the boxes' coordinates are such that no overlap is close to the threshold by
-    rounding alone."""
+    """With ties of scores; no overlap is so close to the threshold that rounding would decide."""
     generator = torch.Generator().manual_seed(seed)
     n = int(torch.randint(1, 300, (), generator=generator))
     x = boxes(n, seed=seed)
     scores = (torch.rand(n, generator=generator, dtype=torch.float64) * 20).round() / 20
     labels = torch.randint(0, 4, (n,), generator=generator)
     expected = torchvision.ops.batched_nms(x, scores, labels, 0.4)
-    # Of equal scores torchvision's order is that of its sort, which is stable
+    # torchvision sorts stably, so boxes of equal score keep their order
     assert torch.equal(ops.batched_nms(x, scores, labels, 0.4), expected)
     assert torch.equal(ops.nms(x, scores, 0.4), torchvision.ops.nms(x, scores, 0.4))
     slots, found = ops.batched_nms_fixed(x[None], scores[None], labels[None], 0.4, 20, 0.3)
@@ -107,7 +106,7 @@ def test_images_of_a_batch_are_apart() -> None:
 def expected_detections(
     centred: np.ndarray, scores: np.ndarray, threshold: float, overlap: float, most: int
 ) -> list[tuple[list[float], float, int]]:
-    """By torchvision, of one image."""
+    """The detections in one image, by torchvision."""
     labels, best = scores.argmax(1), scores.max(1)
     chosen = np.flatnonzero(best > threshold)
     corners = np.concatenate(

@@ -52,8 +52,8 @@ def test_components_of_photographs_equal_scipy(op: object, shape: tuple[int, ...
 @pytest.mark.parametrize("limit", [10, 100])
 def test_components_of_hard_shapes_equal_scipy(shape: tuple[int, int], limit: int) -> None:
     masks = torch.from_numpy(np.stack(hard_masks(*shape))).float()[:, None]
-    assert ndi.label(masks[0, 0], EIGHT)[1] == 1  # the spiral is one
-    # also within the 10 steps that exported gradients have
+    assert ndi.label(masks[0, 0], EIGHT)[1] == 1  # the spiral is one component
+    # the 10 steps of exported gradients are enough
     np.testing.assert_array_equal(connected_components(masks, limit), per_plane(masks, labels_by_first_pixel))
 
 
@@ -67,8 +67,8 @@ def test_iterations_are_bounded() -> None:
 
 
 def binaries() -> Tensor:
-    """Photographs cut at a level, dots, and a spiral: (5, 2, 61, 74), some pixels clear and some set in every
-    plane."""
+    """Photographs thresholded at a level, dots, and a spiral: (5, 2, 61, 74); every plane has clear and set
+    pixels."""
     x = photo(2, 2, 61, 74)
     generator = torch.Generator().manual_seed(0)
     dots = (
@@ -132,7 +132,8 @@ def test_convolutional_distance_is_near_the_euclidean() -> None:
     x[0, 0, 15, 9] = 1.0
     exact = distance_transform_edt(1.0 - x)
     ring = exact[0, 0] <= 7
-    # a 15 x 15 kernel holds the pixels within 7, whose distances it knows; a sharp one hardly blends them
+    # a 15 x 15 kernel contains the pixels within 7, so it has their distances; a sharp kernel hardly blends
+    # them
     assert (distance_transform(x, 15, 0.05) - exact)[0, 0][ring].abs().max() < 1e-9
     assert (distance_transform(x, 3, 0.35) - exact)[0, 0].abs().max() < 0.3 * exact.max()
 

@@ -1,4 +1,4 @@
-"""The examples in the docstrings run and say the truth."""
+"""The examples in the docstrings run and give the documented results."""
 
 import doctest
 import importlib
@@ -57,7 +57,7 @@ def test_public_functions_have_examples() -> None:
         module = importlib.import_module(f"chiasm.{package}")
         for name in module.__all__:
             about = getattr(module, name).__doc__ or ""
-            # The class of a function has the function's example.
+            # A module class has its function's example.
             assert ">>>" in about or "` as a module" in about.partition("\n")[0], f"{package}.{name}"
 
 

@@ -58,8 +58,7 @@ def test_scharr_equals_opencv(normalized: bool) -> None:
 
 
 def test_unnormalized_kernels() -> None:
-    # On a ramp the kernels' sums: 2 * 3 for Prewitt's, and a diagonal difference of 1 in both directions for
-    # Roberts'.
+    # On a ramp, Prewitt's kernels give 2 * 3, and Roberts' a diagonal difference of 1 in both directions.
     ramp = torch.arange(6.0).expand(1, 1, 5, 6)
     assert prewitt(ramp, False, 0.0)[0, 0, 2, 2] == 6
     assert roberts(ramp, False, 0.0)[0, 0, 2, 2] == torch.tensor(2.0).sqrt()

@@ -18,12 +18,12 @@ FACTORS = [0.0, 0.4, 1.0, 1.7]
 
 
 def pil(x: Tensor, sample: int = 0) -> Image.Image:
-    """One sample as a Pillow image; its levels are exact, since photographs have 256 of them."""
+    """One sample as a Pillow image; its levels are exact, because photographs have 256 levels."""
     return Image.fromarray(np.round(hwc(x, sample) * 255).astype(np.uint8))
 
 
 def levels(image: Image.Image) -> np.ndarray:
-    """Back, in [0, 1]."""
+    """The inverse of ``pil``, in [0, 1]."""
     return chw(np.asarray(image).astype(np.float64) / 255)
 
 
@@ -46,7 +46,8 @@ def test_equals_pillow_but_for_its_rounding(
     function = getattr(enhance, name)
     actual = function(x, factor)
     for b in range(2):
-        # Pillow rounds the degenerate image (amplified by the factor) and cuts the result off to a level
+        # Pillow rounds the degenerate image (an error that the factor amplifies) and truncates the result to
+        # a level
         expected = levels(enhancer(pil(x, b)).enhance(factor))
         np.testing.assert_allclose(actual[b], expected, atol=(1.01 + 1.01 * abs(1 - factor)) / 255)
     both = function(x, torch.tensor([factor, 0.8], dtype=torch.float64))

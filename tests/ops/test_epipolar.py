@@ -47,7 +47,7 @@ def batch(*arrays: np.ndarray) -> list[torch.Tensor]:
 
 
 def unit(m: np.ndarray) -> np.ndarray:
-    """Scaled to length 1 and a positive largest entry."""
+    """The matrix, scaled to length 1 with a positive largest entry."""
     m = np.asarray(m)
     return m / np.linalg.norm(m) * np.sign(m.flat[np.abs(m).argmax()])
 
@@ -210,7 +210,7 @@ def test_eight_points_equal_the_svd(count: int) -> None:
         F = epipolar.find_fundamental(*batch(v.x1, v.x2, w))[0]
         np.testing.assert_allclose(F, expected / expected[2, 2], rtol=1e-5, atol=1e-9)
         assert abs(np.linalg.det(unit(F))) < 1e-14
-    if count > 8:  # OpenCV's is the SVD of the normal matrix
+    if count > 8:  # OpenCV uses the SVD of the normal matrix
         F, _ = cv2.findFundamentalMat(v.x1, v.x2, cv2.FM_8POINT)
         np.testing.assert_allclose(epipolar.find_fundamental(*batch(v.x1, v.x2))[0], F, rtol=1e-4, atol=1e-8)
 
@@ -255,7 +255,7 @@ def test_seven_exact_points_find_the_truth() -> None:
 
 def test_gradients_of_fundamental_matrices() -> None:
     v = Views(3, 9, 0.3)
-    scale = 1e-2  # pixels in hundreds: finite differences of entries that differ by 1e6 say little
+    scale = 1e-2  # in units of 100 pixels: finite differences are inaccurate for entries that differ by 1e6
     x1, x2 = (t[None].clone().requires_grad_(True) for t in tensors(v.x1 * scale, v.x2 * scale))
     weights = torch.linspace(0.5, 1.5, 9, dtype=torch.float64)[None].requires_grad_(True)
     assert torch.autograd.gradcheck(

@@ -65,8 +65,7 @@ def test_equalize3d_equals_pillow_on_the_unfolded_volume() -> None:
 
 
 def stretched(plane: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Pillow's definition in whole numbers: the pixels that are left when the darkest and the brightest are
-    taken away."""
+    """Pillow's definition in integers: the range of the pixels without the darkest and the brightest ones."""
     pixels = np.sort(plane, None)
     left = pixels[int(pixels.size * low // 100) : pixels.size - int(pixels.size * high // 100)].astype(int)
     return np.clip((plane.astype(int) - left[0]) * 255 // (left[-1] - left[0]), 0, 255)
@@ -83,7 +82,7 @@ def test_autocontrast_equals_pillow(size: tuple[int, int], cutoff: float | tuple
         np.testing.assert_array_equal(
             actual, stretched(plane, *(cutoff if isinstance(cutoff, tuple) else (cutoff, cutoff)))
         )
-        # where the exact result is whole, Pillow's may be a level lower
+        # if the exact result is an integer, Pillow's may be a level lower
         assert set(np.unique(actual - expected)) <= {0, 1}
         assert (actual != expected).mean() < 0.15
 
@@ -107,12 +106,12 @@ def test_clahe_equals_opencv(size: tuple[int, int], grid: tuple[int, int]) -> No
 
 
 def test_soft_clahe_is_the_hard_one_without_rounding() -> None:
-    # With no limit the tiles' curves differ by rounding to levels only: half a level for the curve, half for
-    # the result.
+    # Without a limit, the tiles' curves differ only by rounding to levels: half a level for the curve, half
+    # for the result.
     x = photo(2, 3, 96, 64, torch.float64)
     soft = enhance.equalize_clahe(x, 0.0, (2, 2), True)
     np.testing.assert_allclose(soft, enhance.equalize_clahe(x, 0.0, (2, 2)), atol=1.01 / 255)
-    # With one, OpenCV hands what is left over, less than 256 pixels, to whole levels from the dark end.
+    # With a limit, OpenCV distributes the remainder, less than 256 pixels, to whole levels from the dark end.
     pixels = 48 * 32
     soft = enhance.equalize_clahe(x, 10.0, (2, 2), True)
     assert (soft - enhance.equalize_clahe(x, 10.0, (2, 2))).abs().max() < 255 / pixels + 1 / 255
@@ -122,7 +121,7 @@ def test_soft_clahe_follows_the_levels() -> None:
     x = photo(1, 1, 32, 32, torch.float64)
     step = 1e-3 * torch.ones_like(x)
     up = enhance.equalize_clahe(x.clamp(0.1, 0.9) + step, 0.0, (2, 2), True)
-    # a shift of all levels shifts the curves with them
+    # a shift of all levels also shifts the curves
     torch.testing.assert_close(
         up, enhance.equalize_clahe(x.clamp(0.1, 0.9), 0.0, (2, 2), True), atol=2e-2, rtol=0
     )
@@ -135,7 +134,7 @@ def test_counts_equal_opencv(limits: tuple[float, float], bins: int) -> None:
     actual = enhance.count_histogram(x, bins, *limits).flatten(0, 1)
     for counts, plane in zip(actual, planes(x), strict=True):
         expected = cv2.calcHist([np.ascontiguousarray(plane)], [0], None, [bins], limits).reshape(-1)
-        # OpenCV takes the limits as float32, which moves values on a bin's edge
+        # OpenCV has float32 limits, which moves values on a bin's edge
         edges = abs(counts.numpy() - expected).sum()
         assert edges <= 0.01 * plane.size if limits != (0.0, 1.0) else edges == 0
         assert counts.sum() == expected.sum()
@@ -158,7 +157,7 @@ def test_matching_equals_skimage(size: tuple[int, int]) -> None:
         expected = exposure.match_histograms(
             to_bytes(source)[b].numpy(), to_bytes(template)[b].numpy(), channel_axis=0
         )
-        # scikit-image cuts the result off to bytes
+        # scikit-image truncates the result to bytes
         np.testing.assert_array_equal(np.floor(actual[b].double().numpy() * 255 + 1e-4), expected)
     expected = exposure.match_histograms(to_bytes(source).numpy(), to_bytes(template).numpy())
     np.testing.assert_allclose(contrib.histogram_matching(source, template) * 255, expected, atol=1e-4)
@@ -210,7 +209,7 @@ def test_running_sum_in_every_form(dtype: torch.dtype) -> None:
 def test_dtype_is_kept(name: str, dtype: torch.dtype) -> None:
     result = getattr(enhance, name)(photo(1, 3, 20, 30, dtype))
     assert result.dtype == dtype
-    if dtype != torch.bfloat16:  # which cannot tell 256 levels apart
+    if dtype != torch.bfloat16:  # bfloat16 cannot distinguish 256 levels
         torch.testing.assert_close(
             result.float(), getattr(enhance, name)(photo(1, 3, 20, 30)), atol=1e-3, rtol=0
         )

@@ -1,4 +1,4 @@
-"""A wrong argument is named, with what was expected and what came."""
+"""An error names the wrong argument, the expected and the actual value."""
 
 from typing import Callable
 

@@ -1,5 +1,5 @@
-"""Matching by local affine maps: on scenes whose true matches are known, beside ratio tests, and against
-loops in NumPy."""
+"""Matching by local affine maps: on scenes with known matches, compared with ratio tests, and against loops
+in NumPy."""
 
 import math
 
@@ -15,8 +15,8 @@ SIZE = (HEIGHT, WIDTH)
 
 
 class Scene:
-    """Frames in one image, and in a second one, in another order, where ``moved`` takes all but some: those
-    have descriptors and frames of nothing."""
+    """Frames in one image, and the same frames mapped by ``moved`` into a second image, in another order.
+    Some frames of the second image are random instead."""
 
     def __init__(
         self, count: int, wrong: int, seed: int, moved: object, noise: float = 0.5, difference: float = 1.2
@@ -54,7 +54,7 @@ class Scene:
         )
 
     def judged(self, found: tuple[Tensor, Tensor, Tensor]) -> tuple[float, float]:
-        """Precision, and recall of all that are there."""
+        """Precision, and recall of all true matches."""
         valid = found[2][0].numpy()
         right = valid & (self.partner == found[1][0, :, 1].numpy()) & (self.partner >= 0)
         return right.sum() / max(valid.sum(), 1), right.sum() / (self.partner >= 0).sum()
@@ -77,7 +77,7 @@ def by_homography(angle: float, scale: float, tilt: float) -> object:
 
 
 def by_quarters(frame: np.ndarray) -> np.ndarray:
-    """Each quarter of the image has an affine map of its own."""
+    """Each quarter of the image has its own affine map."""
     out = frame.copy()
     for k, (angle, stretch) in enumerate([(0.0, 1.0), (0.5, 1.3), (-0.4, 0.8), (0.9, 1.1)]):
         middle = np.array([WIDTH * (1 + 2 * (k % 2)) / 4, HEIGHT * (1 + 2 * (k // 2)) / 4])
@@ -123,7 +123,7 @@ def test_images_sizes_are_estimated_and_may_be_tensors() -> None:
 
 
 def test_frames_must_turn_and_grow_alike() -> None:
-    """Matches in the right places, of which some are turned or grown, each by another amount."""
+    """Matches at the right positions; some have a rotation or a scale that differs from match to match."""
     scene = Scene(300, 0, 0, by_homography(0.5, 1.2, 0.0), difference=0.5)
     turned, grown = scene.partner[:30], scene.partner[30:60]
     scene.lafs2[:, turned] = feature.rotate_laf(
@@ -159,7 +159,7 @@ def test_whole_images_may_be_turned_and_scaled() -> None:
 
 
 def test_matches_to_one_place_are_none() -> None:
-    """A descriptor that half of all are nearest to: a map to a point would explain them all."""
+    """Half of all descriptors are nearest to one: a map to a single point would explain them all."""
     scene = Scene(300, 0, 0, by_homography(0.5, 1.0, 0.0), difference=0.3)
     scene.desc1[:, :150] = scene.desc2[:, :1] + 0.01 * scene.desc1[:, :150]
     scene.lafs1[:, :150, :, :2], scene.lafs2[:, 0, :, :2] = torch.eye(2), torch.eye(2)
@@ -168,7 +168,7 @@ def test_matches_to_one_place_are_none() -> None:
 
 
 def loop(scene: Scene, settings: dict) -> set[tuple[int, int]]:
-    """The same by loops, with NumPy's sorting and least squares."""
+    """The same algorithm in loops, with NumPy's sorting and least squares."""
     desc1, desc2, lafs1, lafs2 = (
         x[0].double().numpy() for x in (scene.desc1, scene.desc2, scene.lafs1, scene.lafs2)
     )

@@ -1,5 +1,5 @@
-"""SIFT, orientation and shape of patches against loops in NumPy, OpenCV's SIFT and scenes whose answer is
-known."""
+"""SIFT, orientation and shape of patches against loops in NumPy, OpenCV's SIFT and scenes with known
+results."""
 
 import cv2
 import numpy as np
@@ -24,7 +24,7 @@ def window(size: int, sigma: float) -> np.ndarray:
 
 
 def sift_by_votes(patch: np.ndarray, angles: int, places: int, root: bool, clip: float) -> np.ndarray:
-    """Every pixel votes for the two directions and up to four places around its own."""
+    """SIFT in which every pixel votes for its two nearest directions and up to four nearest cells."""
     size = len(patch)
     length, direction = gradients(patch)
     length = length * window(size, size / 2)
@@ -70,7 +70,7 @@ def test_sift_is_as_opencv_describes() -> None:
         k for k in sift.detect(grey, None) if 4 < k.size < 40 and 60 < k.pt[0] < 450 and 60 < k.pt[1] < 450
     ][:40]
     found, theirs = sift.compute(grey, found)
-    # The window is 4 places of 3 sigma, and size is 2 sigma; OpenCV's angles turn clockwise on the screen.
+    # The window has 4 cells of 3 sigma, and the size is 2 sigma; OpenCV's angles are clockwise on the screen.
     xy = torch.tensor([[k.pt for k in found]])
     scale, angle = (
         torch.tensor([[f(k) for k in found]]) for f in (lambda k: 3.0 * k.size, lambda k: -k.angle)
@@ -166,7 +166,7 @@ def test_orientation(size: int) -> None:
 
 
 def wedge() -> Tensor:
-    """A smooth image whose gradient at the middle points along x."""
+    """A smooth image whose gradient at the centre points along x."""
     grid = torch.arange(101, dtype=torch.float64) - 50
     return torch.sigmoid((grid + 0.004 * grid[:, None] ** 2) / 6.0)[None, None]
 
@@ -193,7 +193,7 @@ def test_shape() -> None:
 
 @pytest.mark.parametrize("batch", [1, 3])
 def test_adaptation_finds_the_shape_of_a_blob(batch: int) -> None:
-    """A stretched and turned Gaussian: the adapted ellipse has its axes."""
+    """A stretched and rotated Gaussian: the adapted ellipse has its axes."""
     grid = torch.arange(129, dtype=torch.float64) - 64
     turn = torch.tensor([[0.8, -0.6], [0.6, 0.8]], dtype=torch.float64)
     covariance = turn @ torch.diag(torch.tensor([400.0, 150.0], dtype=torch.float64)) @ turn.mT

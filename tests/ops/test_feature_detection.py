@@ -1,4 +1,4 @@
-"""Key points in scale space: scenes whose answer is known, a loop in NumPy, OpenCV's SIFT."""
+"""Key points in scale space: scenes with known results, a loop in NumPy, OpenCV's SIFT."""
 
 import cv2
 import numpy as np
@@ -25,15 +25,15 @@ def blob(height: int, width: int, x: float, y: float, sigma: float) -> Tensor:
     ("response", "sigma"), [("hessian", 4.2), ("hessian", 9.0), ("dog", 3.0), ("dog", 7.7)]
 )
 def test_blob_has_its_place_and_scale(response: str, sigma: float, sign: float) -> None:
-    """det H is largest at the blob's scale; a difference of Gaussians, at that scale between both, of which
-    the finer one counts."""
+    """det H is largest at the blob's scale. A difference of Gaussians is largest if this scale lies between
+    its two scales; the finer one counts."""
     lafs, scores, valid = feature.detect_keypoints(
         sign * blob(121, 143, 70.3, 58.6, sigma), 5, response, mr_size=1.0
     )
     assert valid[0, 0] and scores[0, 0] > 5 * scores[0, 1]
     found = float(lafs[0, 0, 0, 0]) * (2 ** (1 / 6) if response == "dog" else 1.0)
-    # An image is taken to be blurred by half a pixel that this one is not blurred by; the Hessian's kernels
-    # blur, too.
+    # The detector assumes that an image is blurred by half a pixel, which this one is not; the Hessian's
+    # kernels blur too.
     assert abs(found / np.sqrt(sigma**2 + 0.25) - 1) < 0.07
     assert (lafs[0, 0, :, 2] - torch.tensor([70.3, 58.6])).abs().max() < 0.12
     assert (lafs[0, 0, 0, 1] == 0) and lafs[0, 0, 0, 0] == lafs[0, 0, 1, 1]
@@ -152,7 +152,7 @@ def test_detection_is_the_loop(batch: int, response: str) -> None:
 
 
 def test_dog_finds_what_opencv_finds() -> None:
-    """OpenCV doubles the image first, and drops edges and weak extrema: its larger key points are all among
+    """OpenCV doubles the image first, and drops edges and weak extrema: all its larger key points are among
     ours."""
     grey = cv2.cvtColor(load("coffee.png"), cv2.COLOR_RGB2GRAY)[:340, :400]
     theirs = [k for k in cv2.SIFT_create().detect(np.ascontiguousarray(grey), None) if 2.2 < k.size / 2 < 10]
@@ -192,7 +192,7 @@ def test_slots(response: str) -> None:
 
 
 def test_equal_scores_keep_their_order() -> None:
-    """Blobs at the same places of a grid that halving keeps."""
+    """Blobs on a grid whose positions stay equivalent after halving."""
     one = blob(48, 48, 24, 24, 4.0)[0, 0].float()
     lafs, scores, valid = feature.detect_keypoints(one.repeat(3, 4)[None, None], 12, "dog", mr_size=3.0)
     equal = scores[0] == scores[0, 0]

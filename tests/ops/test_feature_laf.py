@@ -31,7 +31,7 @@ def test_parts(batch: int) -> None:
 
 
 def test_scale_of_thin_frames_in_float32() -> None:
-    """The two products of the determinant agree in six digits."""
+    """The two products in the determinant agree in six digits."""
     laf = torch.tensor([[[[1000.0, 1001.0, 0.0], [1001.0, 1002.003, 0.0]]]])
     close(
         feature.get_laf_scale(laf).double().flatten(),
@@ -41,8 +41,7 @@ def test_scale_of_thin_frames_in_float32() -> None:
 
 
 def test_angles_are_those_of_opencv_key_points() -> None:
-    """cv2 turns key points clockwise on the screen: its rotation matrices, about the origin, go the other
-    way."""
+    """cv2 rotates key points clockwise on the screen, but its rotation matrices counter-clockwise."""
     angle = torch.tensor([[[30.0], [-75.0], [160.0]]], dtype=torch.float64)
     laf = feature.laf_from_center_scale_ori(
         torch.zeros(1, 3, 2, dtype=torch.float64), torch.full([1, 3, 1, 1], 4.0), angle

@@ -1,5 +1,5 @@
-"""Detectors, descriptors and matchers as modules: each is the functions that it stands for, and any may be
-another's."""
+"""Detectors, descriptors and matchers as modules: each equals its functions, and each can be replaced with
+another."""
 
 from typing import Tuple
 
@@ -112,7 +112,7 @@ def test_two_views_of_a_photo(mode: str) -> None:
 
 
 class Grid(nn.Module):
-    """A detector that finds the same places in all images."""
+    """A detector that returns the same positions for all images."""
 
     def forward(self, img: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
         place = torch.arange(12, device=img.device).to(img.dtype)

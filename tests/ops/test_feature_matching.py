@@ -11,7 +11,7 @@ from chiasm.export.catalog.feature_frames import frames
 
 
 def descriptors(batch: int, count: int, others: int, size: int = 32) -> tuple[Tensor, Tensor]:
-    """Unit vectors; most of the second set are noisy ones of the first."""
+    """Unit vectors; most of the second set are noisy copies of the first."""
     generator = torch.Generator().manual_seed(count)
     first = torch.randn(batch, count, size, generator=generator)
     second = torch.randn(batch, others, size, generator=generator)
@@ -90,7 +90,7 @@ def test_masks_leave_descriptors_out(function: object) -> None:
 
 
 def test_equal_descriptors_go_to_the_first() -> None:
-    """Hundreds of copies, which the product's library adds up in several orders."""
+    """Hundreds of copies, whose products the library sums in different orders."""
     one = torch.randn(1, 1, 128, generator=torch.Generator().manual_seed(0))
     first, second = one.expand(1, 203, 128) + 0.0, one.expand(1, 317, 128) + 0.25
     _, indices, valid = feature.match_nn(first, second)
@@ -121,7 +121,7 @@ def test_one_descriptor_has_no_ratio() -> None:
 @pytest.mark.parametrize("batch", [1, 3])
 def test_fginn(batch: int, mutual: bool) -> None:
     first, second = descriptors(batch, 31, 43)
-    second[:, 30:36] = second[:, 0:6] + 0.01  # doubles, some of them in the same place
+    second[:, 30:36] = second[:, 0:6] + 0.01  # duplicates, some of them at the same position
     laf1, laf2 = (
         frames(torch.Generator().manual_seed(n), {"B": batch, "N": n, "H": 60, "W": 80}).float()
         for n in (31, 43)

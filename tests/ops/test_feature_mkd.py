@@ -12,7 +12,7 @@ from chiasm.feature.mkd import von_mises_coefficients
 
 
 def von_mises(difference: np.ndarray, kappa: float, frequencies: int) -> np.ndarray:
-    """The kernel without its higher frequencies, which a Fourier transform of samples finds."""
+    """The kernel without its higher frequencies, by a Fourier transform of samples."""
     turn = 2 * np.pi * np.arange(512) / 512
     kernel = (np.exp(kappa * np.cos(turn)) - np.exp(-kappa)) / (2 * np.sinh(kappa))
     a = np.fft.rfft(kernel).real / 512
@@ -20,7 +20,7 @@ def von_mises(difference: np.ndarray, kappa: float, frequencies: int) -> np.ndar
 
 
 def pixels(patch: np.ndarray) -> dict[str, np.ndarray]:
-    """Weight, direction, and place of every pixel."""
+    """The weight, the direction and the position of every pixel."""
     size = len(patch)
     p = np.pad(patch, 1, "edge")
     dx, dy = (p[1:-1, 2:] - p[1:-1, :-2]) / 2, (p[2:, 1:-1] - p[:-2, 1:-1]) / 2
@@ -72,7 +72,7 @@ def test_products_are_the_kernel(kernel_type: str, dimensions: int, size: int) -
 
 
 def test_order_of_the_entries() -> None:
-    """Each entry is a sum over the pixels of three features."""
+    """Each entry is a sum over the pixels of products of three features."""
     patch = photo(1, 1, 12, 12, torch.float64)
     p = pixels(patch[0, 0].numpy())
 
@@ -115,7 +115,7 @@ def test_a_turned_patch_turns_the_pixels_directions_only() -> None:
     )
     torch.testing.assert_close(other[:, 0], one[:, 0])
     for k in (1, 2):
-        # the picture turned clockwise, that is from x towards y: every pixel's direction grows by a quarter
+        # the picture rotated clockwise, that is from x towards y: every pixel's direction grows by a quarter
         # turn
         a, b = (
             torch.complex(one[:, 2 * k - 1], one[:, 2 * k]),
@@ -162,8 +162,8 @@ def test_gradient(kernel_type: str, size: int) -> None:
 
 
 def test_frames_of_a_turned_image_match() -> None:
-    """Descriptors of the same places in an image and in the image turned by ten degrees, whose frames are
-    left upright."""
+    """Descriptors of the same positions in an image and in the image rotated by ten degrees, with frames that
+    are upright in both."""
     grey = torch.from_numpy(load("astronaut.png")).double().mean(-1)[None, None] / 255
     generator = torch.Generator().manual_seed(0)
     xy = 130 + 250 * torch.rand((1, 60, 2), generator=generator, dtype=torch.float64)

@@ -74,7 +74,7 @@ def test_small_images_have_a_pyramid(size: tuple[int, int]) -> None:
 
 
 def test_pyramid_removes_what_would_alias() -> None:
-    """Of fine stripes a large frame sees their mean; without the pyramid, beats."""
+    """A large frame on fine stripes has their mean; without the pyramid, it has aliases."""
     stripes = (torch.arange(400) % 3 == 0).float().expand(1, 1, 400, 400)
     laf = torch.tensor([[[[150.0, 20.0, 200.0], [-20.0, 150.0, 200.0]]]])
     simple, smooth = (

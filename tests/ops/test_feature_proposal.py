@@ -71,7 +71,8 @@ def test_sizes_in_a_row() -> None:
 
 
 def test_large_responses_and_pixels_without_one() -> None:
-    """Exponents of thousands; a window of which one pixel counts, and one without any, whose centre it is."""
+    """Exponents in the thousands; a window with one valid pixel, and a window without any, which gives its
+    centre."""
     response = torch.full([1, 1, 8, 6], -math.inf)
     response[0, 0, 3, 1] = 5000.0
     response[0, 0, 2, 5] = -5000.0
@@ -108,7 +109,7 @@ def test_gradient(height: int, width: int, window: int) -> None:
 
 
 def test_proposals_move_to_where_they_are_pulled() -> None:
-    """What the layer is for: the response is learned from where its maxima should be."""
+    """The layer's purpose: a response can be trained with the wanted positions of its maxima."""
     response = (0.1 * made(1, 16, 16)).requires_grad_(True)
     target = torch.tensor([[[[2.0, 5.0], [13.0, 1.0]], [[4.0, 12.0], [9.0, 14.0]]]], dtype=torch.float64)
     optimiser = torch.optim.Adam([response], lr=0.4)

@@ -37,7 +37,7 @@ def test_gftt_is_the_smaller_eigenvalue(batch: int, mode: str) -> None:
 
 
 def test_gftt_ranks_corners_as_opencv_does() -> None:
-    """cornerMinEigenVal weighs by a box, not by a Gaussian, and its Sobel sums are not divided."""
+    """cornerMinEigenVal weights by a box, not by a Gaussian, and does not divide its Sobel sums."""
     x = photo(1, 1, 61, 75)
     ours, theirs = feature.gftt_response(x)[0, 0].numpy(), cv2.cornerMinEigenVal(hwc(x), 5, ksize=3)
     inner = (slice(4, -4), slice(4, -4))
@@ -102,7 +102,7 @@ def test_dog_single(sigma1: float, sigma2: float, radii: tuple[int, int]) -> Non
 
 
 def test_fast_is_opencv() -> None:
-    """cv2 keeps no more than the key points at which the response exceeds the threshold."""
+    """cv2 keeps only the key points whose response exceeds the threshold."""
     x = (photo(3, 1, 61, 75) * 255).round()
     response = feature.fast_response(x)[:, 0].numpy()
     detector = cv2.FastFeatureDetector_create(12, nonmaxSuppression=False)

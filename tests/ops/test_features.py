@@ -76,14 +76,14 @@ def test_stable_topk_equals_numpy(seed: int) -> None:
     values, indices = stable_topk(x, 50)
     np.testing.assert_array_equal(indices, order)
     np.testing.assert_array_equal(values, np.take_along_axis(x.numpy(), order, 1))
-    for target in ("onnx", "native"):  # there, order among equals is the runtime's promise
+    for target in ("onnx", "native"):  # for these, the runtime guarantees the order of equals
         with exporting(target):
             torch.testing.assert_close(stable_topk(x, 50)[0], values)
 
 
 @pytest.mark.parametrize("size", range(1, 9))
 def test_sorting_network_sorts(size: int) -> None:
-    """By the 0-1 principle a network that sorts every 0-1 sequence sorts everything."""
+    """By the 0-1 principle, a network that sorts every 0-1 sequence sorts all sequences."""
     for bits in range(2**size):
         values = [bits >> i & 1 for i in range(size)]
         for low, high in sorting_network(size):
@@ -102,7 +102,7 @@ def test_select_ranks(size: int) -> None:
 def test_rank_candidates_hold_the_rank() -> None:
     generator = np.random.default_rng(0)
     for rows, columns in ((1, 1), (3, 3), (3, 5), (5, 5), (7, 4)):
-        # rows sorted, then columns, which keeps the rows sorted; few distinct values, so that there are ties
+        # rows sorted, then columns, which keeps the rows sorted; few distinct values, which give ties
         matrix = np.sort(np.sort(generator.integers(0, 9, (200, rows, columns)), axis=2), axis=1)
         flat = np.sort(matrix.reshape(200, -1), axis=1)
         for rank in range(rows * columns):

@@ -1,5 +1,5 @@
-"""Linear filters, their kernels and thresholds keep their input's dtype and device, and in half precision
-stay near float32."""
+"""Linear filters, their kernels and thresholds keep their input's dtype and device, and are close to float32
+in half precision."""
 
 import pytest
 import torch
@@ -10,7 +10,7 @@ from chiasm.export import samples
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.tracing.module import bind_spec
 
-#: Comparisons, whose outputs jump: only the dtype is compared.
+#: Comparisons, whose outputs are discontinuous: only the dtype is compared.
 JUMPS = ("adaptive", "otsu", "edge_aware", "in_range", "get_motion_kernel3d")
 MODULES = (
     "box",
@@ -77,5 +77,5 @@ ANGLES = torch.zeros(2, device="meta")
     lambda: filters.blur_pool2d(X, 3),
 ])  # fmt: skip
 def test_device_is_kept_beside_numbers(call: object) -> None:
-    # The meta device computes nothing, but refuses tensors of the CPU.
+    # The meta device computes nothing, but rejects tensors on the CPU.
     assert call().device.type == "meta"

@@ -136,7 +136,7 @@ def test_sobel_kernels_equal_opencv() -> None:
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_difference_kernels_differentiate_polynomials(order: int) -> None:
-    # On a quadric the central differences are exact, but for the factors that the kernels leave out.
+    # On a quadric, central differences are exact, except for the factors that the kernels omit.
     y, x = np.mgrid[-1:2, -1:2].astype(float)
     image = 3 * x + 5 * y + 7 * x * x + 11 * y * y + 13 * x * y
     expected = [2 * 3, 2 * 5] if order == 1 else [2 * 7, -4 * 13, 2 * 11]
@@ -183,7 +183,8 @@ def test_gabor_equals_opencv(border: str) -> None:
 
 
 def rotated_line(size: int, rotation: np.ndarray, direction: float, order: int) -> np.ndarray:
-    """The line along the last axis, resampled at rotation.T @ position (both from the middle), by SciPy."""
+    """The line along the last axis, resampled at rotation.T @ position (both relative to the centre), by
+    SciPy."""
     axes = rotation.shape[0]
     line = np.zeros([size] * axes)
     start = (direction + 1) / 2
@@ -195,7 +196,7 @@ def rotated_line(size: int, rotation: np.ndarray, direction: float, order: int) 
     )
 
 
-# Away from the angles at which two pixels are equally near.
+# Angles at which no two pixels are equally near.
 ANGLES = [0.0, 17.0, 45.0, 90.0, 118.0, -73.0, 200.0]
 
 
@@ -220,7 +221,7 @@ def test_motion_kernel_is_a_rotated_line(size: int, mode: str, order: int) -> No
 
 @pytest.mark.parametrize("angle", [30.0, 60.0, 150.0])
 def test_ties_are_the_same_in_every_precision(angle: float) -> None:
-    # Half-way between pixels: a hair's breadth to either side of the angle gives the same line.
+    # Halfway between pixels: slightly smaller and larger angles give the same line.
     around = [angle - 1e-5, angle, angle + 1e-5]
     kernels = get_motion_kernel2d(7, torch.tensor(around, dtype=torch.float64))
     single = get_motion_kernel2d(7, torch.tensor(around, dtype=torch.float32))

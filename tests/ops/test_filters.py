@@ -96,7 +96,7 @@ def test_sobel_eps_keeps_the_gradient_finite() -> None:
     assert torch.isfinite(x.grad).all()
 
 
-# Kornia's documented kernels; its second-order Sobel ones have the opposite sign of OpenCV's.
+# Kornia's documented kernels; its second-order Sobel kernels have the opposite sign of OpenCV's.
 SECOND_DIFF = (
     np.array([[0, 0, 0], [1, -2, 1], [0, 0, 0]]) / 4,
     np.array([[-1, 0, 1], [0, 0, 0], [1, 0, -1]]) / 4,
@@ -173,8 +173,8 @@ def test_bilateral_by_definition(border: str, distance: str, channels: int) -> N
 
 @pytest.mark.parametrize("channels", [1, 3])
 def test_bilateral_equals_opencv_on_the_disc(channels: int) -> None:
-    # OpenCV's 3x3 window is the disc of radius 1; the corners, which it leaves out, get no weight from a
-    # narrow sigma.
+    # OpenCV's 3x3 window is the disc of radius 1; with a narrow sigma, the corners that it omits have no
+    # weight.
     x = photo(1, channels, 25, 31)
     expected = cv2.bilateralFilter(hwc(x), 3, 0.2, 0.2, borderType=cv2.BORDER_REFLECT_101)
     np.testing.assert_allclose(BilateralBlur(3, 0.2, (0.2, 0.2))(x)[0], chw(expected), atol=1e-4)

@@ -1,5 +1,5 @@
-"""The classes of geometry: modules that hold a transform or cameras, against OpenCV and the functions they
-stand on."""
+"""The classes of geometry: modules that hold a transform or cameras, against OpenCV and the functions that
+they use."""
 
 import cv2
 import numpy as np
@@ -46,7 +46,7 @@ def test_a_chain_of_kornias_names_scripts() -> None:
         ("rot180",),
         *((f, ONE[k].expand(3, *ONE[k].shape[1:])) for f, k in HELD),
     ):
-        corners = {"align_corners": True} if function == "shear" else {}  # Kornia's class has it so
+        corners = {"align_corners": True} if function == "shear" else {}  # like Kornia's class
         expected = getattr(transform, function)(expected, *setting, **corners)
     expected = transform.pyrup(transform.pyrdown(expected))
     expected = transform.center_crop(
@@ -272,7 +272,7 @@ def test_stereo_camera_equals_opencv() -> None:
 
 
 def by_opencv(picture: np.ndarray, points: np.ndarray, E: np.ndarray, border: int) -> np.ndarray:
-    """picture (C, H, W) where a camera at E sees points of the world (H, W, 3)."""
+    """The picture (C, H, W), sampled where a camera at E sees the world points (H, W, 3)."""
     uv = (
         cv2.projectPoints(points.reshape(-1, 3), cv2.Rodrigues(E[:3, :3])[0], E[:3, 3], K, None)[0]
         .reshape(*points.shape[:2], 2)
@@ -325,7 +325,7 @@ def test_what_is_behind_is_black(mode: str, padding: str) -> None:
     source = PinholeCamera.from_parameters(40, 38.0, 14.5, 12.2, 25, 31)
     behind = PinholeCamera.from_parameters(40, 38.0, 14.5, 12.2, 25, 31, tz=-100.0)
     z = torch.ones(1, 1, 25, 31, requires_grad=True)
-    image = X[:1].float().requires_grad_()  # "nearest" has no derivative by depth
+    image = X[:1].float().requires_grad_()  # "nearest" has no derivative with respect to depth
     out = DepthWarper(behind, 25, 31, mode, padding).compute_projection_matrix(source)(z, image)
     out.sum().backward()
     assert (

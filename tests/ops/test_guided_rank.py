@@ -202,7 +202,7 @@ def test_nonlocal_means_equals_opencv(channels: int, h: float) -> None:
     actual = non_local_means(levels, 5, 6, h)
     for b in range(2):
         expected = chw(cv2.fastNlMeansDenoising(hwc(levels.to(torch.uint8), b), None, h, 5, 13))
-        # It rounds to whole levels, and its weights too
+        # OpenCV rounds its results to whole levels, and its weights too
         np.testing.assert_allclose(actual[b], expected, atol=1.0)
 
 

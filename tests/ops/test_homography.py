@@ -1,4 +1,4 @@
-"""Homographies against OpenCV, exact on the minimal set."""
+"""Homographies against OpenCV, and exact on four points."""
 
 import cv2
 import numpy as np
@@ -30,7 +30,7 @@ def points(batch: int, count: int, seed: int = 0) -> Tensor:
 @pytest.mark.parametrize("seed", range(8))
 def test_four_points_are_exact(seed: int) -> None:
     p = points(3, 4, seed)
-    # Four points with three nearly on a line determine nothing.
+    # Four points do not determine a homography if three are nearly collinear.
     corners = torch.tensor([[0.0, 0.0], [1000.0, 0.0], [1000.0, 1000.0], [0.0, 1000.0]], dtype=torch.float64)
     p = corners + 0.3 * (p - 500.0)
     q = apply(truth(3, torch.float64), p)

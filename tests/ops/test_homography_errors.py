@@ -57,8 +57,8 @@ def test_no_inverse_is_infinitely_far() -> None:
 
 
 def test_sampson_distance() -> None:
-    """e^T (J J^T)^-1 e with J by autograd; near to the distance itself, found by Newton's method, where
-    errors are small."""
+    """e^T (J J^T)^-1 e with J by autograd; for small errors it is near the true distance, found by Newton's
+    method."""
     p, q, H = pairs(0.5)
     found = homography.sampson_homography_distance(p, q, H)
     np.testing.assert_allclose(homography.sampson_homography_distance(p, q, H, False), found.sqrt())
@@ -91,7 +91,7 @@ def test_exact_points_have_no_error_and_a_gradient() -> None:
 
 
 def segments(count: int, seed: int = 0) -> tuple[Tensor, Tensor, Tensor]:
-    """Segments, and segments of the lines where a homography takes them, with other end points."""
+    """Segments, and segments on the same lines mapped by a homography, with other end points."""
     H = truth(2, DOUBLE)
     ends = points(2, 2 * count, seed)
     moved = apply(H, ends).reshape(2, count, 2, 2)

@@ -130,7 +130,7 @@ def test_many_lines_at_once_equal_opencv() -> None:
 
 
 def test_lines_that_leave_the_image_are_cut() -> None:
-    """As if the image were a part of a larger one."""
+    """The result is that of a larger image, cropped."""
     ends = np.random.default_rng(3).integers(-60, 120, (30, 4))
     for x0, y0, x1, y1 in ends.tolist():
         larger = lines(np.array([[x0, y0, x1, y1]]) + 70, (200, 200))
@@ -157,7 +157,7 @@ def test_rectangles_equal_opencv(channels: int, fill: bool, width: int) -> None:
         for n, (x1, y1, x2, y2) in enumerate(batch[b].tolist()):
             canvas = np.zeros((141, 157), np.uint8)
             cv2.rectangle(canvas, (x1 + 50, y1 + 50), (x2 + 50, y2 + 50), 255, -1 if fill else 1)
-            if width > 1:  # OpenCV rounds the corners of wide lines: widen its thin ones
+            if width > 1:  # OpenCV rounds the corners of wide lines: so widen its thin lines
                 canvas = cv2.dilate(canvas, np.ones((width, width), np.uint8))
             mask = canvas[50 : 50 + SIZE[0], 50 : 50 + SIZE[1]] > 0
             expected = np.where(mask, colors[b, n][:, None, None], expected)
@@ -240,8 +240,8 @@ def test_degenerate_polygons(points: list[list[float]], pixels: int) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_polygons_are_filled_by_the_side_of_every_edge(seed: int) -> None:
-    """Against the definition, pixel by pixel: whole and fractional vertices, convex or not, either way round,
-    beyond the image."""
+    """Against the definition, pixel by pixel: integer and fractional vertices, convex or not, in both
+    orientations, also outside the image."""
     torch.manual_seed(seed)
     vertices = torch.rand(4, 3 + seed, 2, dtype=torch.float64) * 24.0 - 6.0
     if seed % 2 == 0:

@@ -1,4 +1,4 @@
-"""Each package of ops can be the first that is imported: no two need each other."""
+"""Each package of ops can be imported first: there are no circular imports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PACKAGES = sorted(
     for m in pkgutil.walk_packages(chiasm.__path__, "chiasm.")
     if m.ispkg and m.name.split(".")[1] not in ("data", "export", "onnx", "runtime", "triton")
 )
-#: One process that has torch, and forks for each package.
+#: One process that imports torch, and forks for each package.
 FORKS = """
 import importlib, os, sys, torch
 for name in sys.argv[1:]:

@@ -80,7 +80,7 @@ def test_pasting_is_grid_sampling() -> None:
 
 
 def test_pasting_is_near_torchvisions() -> None:
-    """Of a smooth mask in large boxes, whose rounding then changes little."""
+    """For a smooth mask in large boxes, for which the rounding of boxes changes little."""
     y, x = torch.meshgrid(torch.linspace(-1, 1, 28), torch.linspace(-1, 1, 28), indexing="ij")
     masks = torch.exp(-2 * (x * x + y * y)).expand(3, 1, 28, 28).contiguous()
     boxes = torch.tensor([[10.0, 20.0, 150.0, 180.0], [-30.0, 60.0, 120.0, 260.0], [5.5, 5.2, 199.7, 190.1]])

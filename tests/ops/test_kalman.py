@@ -1,4 +1,5 @@
-"""Kalman filters: against the equations in their form by inverse covariances, and against least squares."""
+"""Kalman filters: against the equations in information form (inverse covariances), and against least
+squares."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ def tensors(*arrays: np.ndarray) -> list[torch.Tensor]:
 @pytest.mark.parametrize("own", [(), (2, 3)])
 @pytest.mark.parametrize(("size", "measured"), [(7, 4), (2, 1), (5, 5), (1, 1), (3, 6)])
 def test_the_equations(size: int, measured: int, own: tuple[int, ...]) -> None:
-    """With matrices for all, and with each its own."""
+    """With shared matrices, and with one per sample."""
     x, p = RANDOM.normal(size=(2, 3, size)), covariance(2, 3, size)
     f, q = RANDOM.normal(size=(*own, size, size)), covariance(*own, size)
     mean, spread = kalman_predict(*tensors(x, p, f, q))
@@ -47,7 +48,8 @@ def test_the_equations(size: int, measured: int, own: tuple[int, ...]) -> None:
 
 
 def test_a_line_through_measurements() -> None:
-    """A position of constant speed, known from positions alone: the straight line of least squares."""
+    """A motion with constant speed, of which only positions are measured: the filter gives the least-squares
+    line."""
     z = 3.0 + 0.5 * np.arange(40) + RANDOM.normal(size=40)
     mean, spread = torch.zeros(1, 2, dtype=torch.float64), 1e9 * torch.eye(2, dtype=torch.float64)[None]
     moves, none = torch.tensor([[1.0, 1.0], [0.0, 1.0]]).double(), torch.zeros(2, 2).double()

@@ -1,4 +1,4 @@
-"""What is declared of the kernels: mistakes are one sentence, and the page of kernels is that of today's
+"""The kernels' declarations: an error is one sentence, and docs/kernels.md matches the current
 declarations."""
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def test_a_wrong_declaration_is_one_sentence(schema: str, where: list[str], mess
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    """The declarations, their generator and the sources, to be changed."""
+    """A copy of the declarations, their generator and the sources, for changes."""
     for folder in ("runtime/artifact", "python/chiasm/primitives/kernels"):
         shutil.copytree(
             ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "aoti")
@@ -137,7 +137,7 @@ def test_operators_have_the_declared_shapes() -> None:
 
 
 def test_every_kernel_is_a_lowering() -> None:
-    """A primitive calls each kernel, or the exporter of networks does."""
+    """A primitive or the exporter of networks calls each kernel."""
     sources = "".join(file.read_text() for file in (ROOT / "python/chiasm/primitives").rglob("*.py"))
     called = {name for name in KERNELS if f"kernels.{name}" in sources}
     networks = (ROOT / "python/chiasm/export/formats/networks.py").read_text()
@@ -146,7 +146,7 @@ def test_every_kernel_is_a_lowering() -> None:
 
 
 def test_every_kernel_has_its_tests_and_its_benchmark() -> None:
-    """Against a reference, in guarded memory, refused calls, and how long it takes."""
+    """The tests: against a reference, in guarded memory, of refused calls; and the benchmark."""
     folder = ROOT / "tests" / "kernels"
     sources = {file.name: file.read_text() for file in folder.glob("*_test.cpp")}
     against_references = "".join(
@@ -159,7 +159,7 @@ def test_every_kernel_has_its_tests_and_its_benchmark() -> None:
 
 
 def test_no_kernel_has_the_name_of_an_operator_of_pytorchs() -> None:
-    """The calls of both are C functions of one namespace."""
+    """The calls of both are C functions in one namespace."""
     folder = Path(torch.__file__).parent / "include/torch/csrc/inductor/aoti_torch"
     declared = set(
         re.findall(r"\baoti_torch_cpu_(\w+)", "".join(file.read_text() for file in folder.rglob("*.h")))

@@ -14,14 +14,14 @@ from chiasm import ops
 
 
 def gaussians(centres: np.ndarray, sigma: float, height: int, width: int) -> Tensor:
-    """(1, K, H, W), of centres (K, 2)."""
+    """Heat maps (1, K, H, W) with centres (K, 2)."""
     x, y = np.arange(width) - centres[:, :1], np.arange(height) - centres[:, 1:]
     along_x, along_y = np.exp(-(x**2) / (2 * sigma**2)), np.exp(-(y**2) / (2 * sigma**2))
     return torch.from_numpy(along_y[:, :, None] * along_x[:, None, :])[None]
 
 
 def argmax(heatmap: np.ndarray) -> tuple[int, int]:
-    """Column and row of the largest value, the first of equals."""
+    """The column and the row of the largest value, the first of equals."""
     row, column = np.unravel_index(int(heatmap.argmax()), heatmap.shape)
     return int(column), int(row)
 
@@ -69,7 +69,7 @@ def test_dark_finds_the_centre_of_a_gaussian(sigma: float, kernel_size: int, dty
     maps = gaussians(centres, sigma, 56, 64).to(dtype)
     points, _ = ops.decode_heatmaps(maps, "dark", kernel_size)
     np.testing.assert_allclose(points[0], centres, rtol=0, atol=1e-3)
-    # What is finer than a pixel comes from the refinement
+    # The sub-pixel accuracy comes from the refinement
     assert np.abs(ops.decode_heatmaps(maps)[0][0] - centres).max() > 0.4
 
 
@@ -109,7 +109,7 @@ def test_what_is_flat_is_not_refined() -> None:
     for maps in (torch.full((1, 1, 9, 9), 0.5), torch.zeros(1, 1, 9, 9), ridge * 0 - 3.0):
         points, _ = ops.decode_heatmaps(maps, "dark")
         assert points.tolist() == [[[0.0, 0.0]]]
-    # With the same values in all rows but the borders, a step along the rows would be noise
+    # All rows except the borders have the same values, so a step across the rows would be noise
     maps = ridge.clone()
     maps[0, 0, 10] *= 1 + 1e-12
     points, _ = ops.decode_heatmaps(maps, "dark", 3)
@@ -142,7 +142,7 @@ def test_an_empty_batch() -> None:
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 3.0])
 def test_simcc(ratio: float) -> None:
     random = np.random.default_rng(0)
-    # Few levels, so that there are ties
+    # Few levels, which give ties
     x, y = random.integers(0, 9, (2, 17, 60)) / 8, random.integers(0, 9, (2, 17, 80)) / 8
     points, scores = ops.decode_simcc(torch.from_numpy(x), torch.from_numpy(y), ratio)
     np.testing.assert_allclose(points, np.stack([x.argmax(2), y.argmax(2)], 2) / ratio, rtol=1e-15)

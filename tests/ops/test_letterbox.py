@@ -1,4 +1,4 @@
-"""Frames as the input of a network: against OpenCV's resize and border, and slices."""
+"""Frames as a network's input: against OpenCV's resize and border, and slices."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MEAN, STD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 
 
 def photo(height: int, width: int, seed: int = 0) -> np.ndarray:
-    """Smooth, as photographs are."""
+    """A smooth image, like a photograph."""
     noise = np.random.default_rng(seed).integers(0, 256, (height // 8 + 1, width // 8 + 1, 3), np.uint8)
     return cv2.resize(noise, (width, height), interpolation=cv2.INTER_CUBIC)
 
@@ -29,7 +29,7 @@ def resized(image: np.ndarray, width: int, height: int) -> np.ndarray:
 
 
 def normalised(image: np.ndarray, mean=(0.0, 0.0, 0.0), std=(1.0, 1.0, 1.0)) -> np.ndarray:
-    """B, G, R as planes R, G, B."""
+    """A BGR image as normalised planes R, G, B."""
     rgb = image[..., ::-1].astype(np.float64) / 255
     return ((rgb - np.array(mean)) / np.array(std)).transpose(2, 0, 1)
 
@@ -66,7 +66,7 @@ def test_letterbox_is_resize_and_border(height: int, width: int, size: tuple[int
 
 @pytest.mark.parametrize(("height", "width"), [(720, 1280), (1080, 1920), (427, 640), (333, 500)])
 def test_letterbox_is_within_a_level_of_inter_linear(height: int, width: int) -> None:
-    """YOLO's authors resize by INTER_LINEAR, whose weights have other roundings."""
+    """YOLO's authors resize by INTER_LINEAR, whose weights are rounded differently."""
     frame = photo(height, width)
     new_width, new_height, left, top = fitted(height, width, (640, 640))
     inner = cv2.resize(frame, (new_width, new_height), interpolation=cv2.INTER_LINEAR)
@@ -78,7 +78,7 @@ def test_letterbox_is_within_a_level_of_inter_linear(height: int, width: int) ->
 
 @pytest.mark.parametrize("form", ["nv12", "nv21", "i420", "yuyv"])
 def test_formats_of_cameras(form: str) -> None:
-    """OpenCV converts, and is a letterbox of its own."""
+    """The result equals OpenCV's conversion, followed by a letterbox."""
     buffer = np.random.default_rng(3).integers(0, 256, (90, 80), np.uint8)  # 60 rows of luma, then chroma
     y, chroma = torch.from_numpy(buffer[:60]).reshape(1, 60, 80, 1), torch.from_numpy(buffer[60:])
     if form in ("nv12", "nv21"):

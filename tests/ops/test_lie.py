@@ -21,7 +21,7 @@ def op(group: str, name: str) -> Callable[[Tensor], Tensor]:
 
 
 def tangents(group: str, angle: float, count: int = 4) -> Tensor:
-    """Tangents that turn by `angle`, some the other way."""
+    """Tangents that rotate by `angle`, some in the opposite direction."""
     random = np.random.default_rng(0)
     sign = np.array([1.0, -1.0] * (count // 2))[:, None]
     axis = random.normal(size=(count, 3 if group[-1] == "3" else 1))
@@ -92,7 +92,7 @@ def test_log(group: str, angle: float, dtype: torch.dtype) -> None:
     v = tangents(group, angle)
     elements = torch.from_numpy(np.stack([expm(h) for h in hats(group, v)]))
     if dtype == torch.float32 and angle > 3.1416:
-        return  # rounding puts it on the other side of half a turn
+        return  # rounding moves it to the other side of half a turn
     close(op(group, "log")(elements.to(dtype)), v, dtype)
     if angle in (0.5, 2.001):
         close(op(group, "hat")(op(group, "log")(elements)), [logm(e).real for e in elements.numpy()])
@@ -149,7 +149,7 @@ def test_gradients(group: str, angle: float) -> None:
     v = tangents(group, angle, 2)
     for name in ("exp", "left_jacobian", "right_jacobian"):
         active = v.clone().requires_grad_(True)
-        if op(group, name)(active).requires_grad:  # that of so2's is constant
+        if op(group, name)(active).requires_grad:  # so2's is constant
             assert torch.autograd.gradcheck(op(group, name), (active,), atol=1e-6), name
     there = torch.autograd.functional.jacobian(lambda u: op(group, "log")(op(group, "exp")(u)), v)
     np.testing.assert_allclose(there.reshape(v.numel(), v.numel()), np.eye(v.numel()), atol=1e-6)

@@ -1,4 +1,4 @@
-"""The primitives' linear algebra against NumPy in float64; docs/linalg.md has the errors in full."""
+"""The primitives' linear algebra against NumPy in float64; docs/linalg.md lists all errors."""
 
 from fractions import Fraction
 from typing import Callable
@@ -121,7 +121,7 @@ def test_gradients_are_finite_at_repeated_values(function: Callable, name: str) 
 @pytest.mark.parametrize("n", [2, 3, 4, 6])
 @pytest.mark.parametrize("dtype", [torch.float64, torch.float32])
 def test_determinants_of_nearly_singular_matrices(n: int, dtype: torch.dtype) -> None:
-    """Exact determinants, by fractions, of matrices all but one of whose singular values are 1e-6."""
+    """Exact determinants, by fractions, for matrices with one singular value of 1 and the others 1e-6."""
     m = general(n, 1e6, "one large")[:20].to(dtype) * 1e3
     for one, found in zip(m, det(m).tolist()):
         expected = float(exact_determinant([[Fraction(v) for v in row] for row in one.tolist()]))
@@ -189,8 +189,8 @@ def test_second_derivatives(n: int) -> None:
 
 @pytest.mark.parametrize("values", [[1.0, 1.0, 0.0], [2.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 0.0, 0.0]])
 def test_vectors_do_not_depend_on_rounding(values: list[float]) -> None:
-    """Noise of a unit in the last place turns no vector, not even where the values are repeated as those of
-    essential matrices."""
+    """Noise of one unit in the last place rotates no vector, even if values are repeated, as in essential
+    matrices."""
     q1, q2 = torch.linalg.qr(rand(200, 3, 3))[0], torch.linalg.qr(rand(200, 3, 3, seed=1))[0]
     s = torch.tensor(values, dtype=torch.float64)
     for function, m in ((svd, (q1 * s) @ q2), (symmetric_eigen, (q1 * s) @ q1.mT)):
@@ -221,7 +221,7 @@ def test_scripts_and_target_forms(function: Callable) -> None:
 
 
 def test_null_vector_of_ill_conditioned_points() -> None:
-    """Pixel coordinates that nobody normalised: m^T m has no digit left of the second least singular
+    """Pixel coordinates without normalisation: m^T m has no correct digit of the second smallest singular
     value."""
     m = general(9, 1e7, "even")
     rows = m[:, :8]

@@ -103,7 +103,7 @@ def test_ssim3d_equals_the_formula(batch: int, channels: int, depth: int, window
 def ms_ssim_formula(
     x: np.ndarray, y: np.ndarray, sigmas: list[float], data_range: float, alpha: float, compensation: float
 ) -> np.ndarray:
-    """Zhao et al. 2017 for a plane, in NumPy."""
+    """The formula of Zhao et al. 2017 for a plane, in NumPy."""
     c1, c2 = (0.01 * data_range) ** 2, (0.03 * data_range) ** 2
     product = np.ones_like(x)
     for sigma in sigmas:
@@ -199,7 +199,7 @@ def test_robust_losses_keep_small_differences(loss: Callable) -> None:
 def heatmaps(shape: tuple[int, ...]) -> list[Tensor]:
     generator = torch.Generator().manual_seed(shape[0])
     made = [torch.rand(shape, generator=generator, dtype=torch.float64) for _ in range(2)]
-    made[1][..., :2] = 0.0  # nothing there is no divergence
+    made[1][..., :2] = 0.0  # zeros contribute no divergence
     return [x / x.sum([-2, -1], keepdim=True) for x in made]
 
 

@@ -1,5 +1,5 @@
-"""Mutual information against scikit-learn where values lie on the bins' centres, and against the definition
-in NumPy float64."""
+"""Mutual information against scikit-learn, for values on the bins' centres, and against the definition in
+NumPy float64."""
 
 from collections.abc import Callable
 
@@ -22,7 +22,7 @@ sizes = pytest.mark.parametrize("shape", SHAPES, ids=str)
 
 
 def levels(shape: tuple[int, ...]) -> tuple[Tensor, Tensor]:
-    """Pairs of whole numbers from 0 to BINS - 1, all of which occur, that say something of each other."""
+    """Pairs of dependent integers from 0 to BINS - 1, all of which occur."""
     generator = torch.Generator().manual_seed(shape[0])
     x = torch.randint(0, BINS, shape, generator=generator)
     y = (x + torch.randint(0, 3, shape, generator=generator)) // 2
@@ -40,7 +40,7 @@ def test_of_levels_equals_scikit_learn(shape: tuple[int, ...]) -> None:
         information[at] = mutual_info_score(a, b)
         single = [entropy(np.bincount(v)) for v in (a, b)]
         normalised[at] = sum(single) / (sum(single) - information[at])
-    # any range does
+    # any range works
     p, q = x.double() * 0.3 - 7.0, y.double() * 25.0
     np.testing.assert_allclose(
         -losses.mutual_information_loss_2d(p, q, num_bins=BINS), information, rtol=1e-9
@@ -72,7 +72,7 @@ KERNELS = {
 
 
 def by_definition(x: np.ndarray, y: np.ndarray, kernel: str, bins: int, radius: float) -> tuple[float, float]:
-    """Mutual information and its normalised form of pairs of values, by a weight for every value and every
+    """The mutual information of pairs of values, and its normalised form, with a weight for every value and
     bin."""
     weights = []
     for v in (x, y):
@@ -138,7 +138,7 @@ def test_of_constants_and_of_nothing() -> None:
 
 
 def test_descent_aligns_images() -> None:
-    """The more an image is moved, the less it says of another that shows the same in other colours."""
+    """The mutual information of an image and the same image in other colours decreases as one is moved."""
     x = photo(1, 1, 60, 70, torch.float64)
     values = [
         losses.mutual_information_loss_2d(x, (1.0 - x).pow(2).roll(k, 3), num_bins=32).item()

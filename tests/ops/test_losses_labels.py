@@ -36,7 +36,7 @@ def segmentation(shape: tuple[int, ...], ignored: float = 0.2) -> tuple[Tensor, 
 
 
 def class_rows(logits: Tensor, labels: Tensor) -> list[tuple[np.ndarray, np.ndarray]]:
-    """For each sample the softmax (C, pixels) and the classes' masks, of the pixels that count."""
+    """For each sample, the softmax (C, pixels) and the classes' masks at the pixels that count."""
     rows = []
     for z, t in zip(logits.flatten(2).numpy(), labels.flatten(1).numpy(), strict=True):
         kept = t != IGNORED
@@ -96,7 +96,7 @@ def test_ignore_index_may_be_a_label_or_none() -> None:
         torch.testing.assert_close(
             loss(pred, target, ignore_index=None), loss(pred, target.to(torch.uint8), ignore_index=-100)
         )
-    # 156 is what -100 would be as a byte
+    # as a byte, -100 would be 156
     assert (
         losses.binary_focal_loss_with_logits(torch.zeros(1), torch.tensor([156], dtype=torch.uint8)).item()
         != 0.0
@@ -306,7 +306,7 @@ def test_lovasz_of_right_and_wrong() -> None:
     target = torch.tensor([[[0, 1, 2, 1]]])
     sure = 1e4 * losses.one_hot(target, 3)
     assert losses.lovasz_softmax_loss(sure, target).item() == 0.0
-    # a wrong class instead of another: by the Jaccard indices 1, 1/2 and 1/2 of the classes
+    # one wrong class: the Jaccard indices of the classes are 1, 1/2 and 1/2
     found = torch.tensor([[[0, 1, 2, 2]]])
     assert losses.lovasz_softmax_loss(1e4 * losses.one_hot(found, 3), target).item() == pytest.approx(
         1.0 / 3.0
@@ -336,7 +336,7 @@ def test_hausdorff_equals_the_formula(shape: tuple[int, ...]) -> None:
     pred = torch.rand(shape, generator=generator, dtype=torch.float64) ** 0.3
     target = torch.randint(0, max(shape[1], 2), (shape[0], 1, *shape[2:]), generator=generator)
     target[:, :, 1:7] = 0
-    pred[:, :, 1:7] = 1.0 - 0.1 * pred[:, :, 1:7]  # of what is wrong here, erosions leave something
+    pred[:, :, 1:7] = 1.0 - 0.1 * pred[:, :, 1:7]  # erosions do not remove all of these errors
     loss = losses.hausdorff_er_loss if len(shape) == 4 else losses.hausdorff_er_loss3d
     expected = np.empty(shape)
     for b in range(shape[0]):

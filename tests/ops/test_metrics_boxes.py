@@ -23,7 +23,7 @@ def boxes(*shape: int, seed: int, size: float = 8.0) -> Tensor:
 
 
 def overlap(a: np.ndarray, b: np.ndarray) -> float:
-    """By areas of polygons that OpenCV intersects."""
+    """The overlap by the areas of polygons that OpenCV intersects."""
     corners = [np.array([(x1, y1), (x2, y1), (x2, y2), (x1, y2)], np.float32) for x1, y1, x2, y2 in (a, b)]
     common = cv2.intersectConvexConvex(*corners)[0]
     return common / (cv2.contourArea(corners[0]) + cv2.contourArea(corners[1]) - common)
@@ -57,7 +57,8 @@ def test_empty_boxes_overlap_nothing() -> None:
 
 
 def voc(images: list[dict[str, np.ndarray]], n_classes: int, threshold: float) -> list[float]:
-    """Average precision of each class, as the challenge says: image by image, detection by detection."""
+    """The average precision of each class by the challenge's rules: image by image, detection by
+    detection."""
     result = []
     for c in range(1, n_classes):
         ranked = sorted(
@@ -97,7 +98,7 @@ def voc(images: list[dict[str, np.ndarray]], n_classes: int, threshold: float) -
 def scene(
     batch: int, found: int, there: int, classes: int, seed: int
 ) -> tuple[list[dict[str, np.ndarray]], dict[str, Tensor]]:
-    """Images with fewer boxes than there is room for, as lists and as padded tensors."""
+    """Images with fewer boxes than slots, as lists and as padded tensors."""
     random = np.random.default_rng(seed)
     images = []
     padded = {
@@ -112,7 +113,7 @@ def scene(
     for b in range(batch):
         gt = random.integers(0, there + 1)
         gt_boxes, gt_labels = boxes(gt, seed=100 * seed + b).numpy(), random.integers(1, classes, gt)
-        # detections are true boxes that were moved, some twice, and some whose class is another's
+        # detections are moved true boxes, some twice, and some with a wrong class
         count = random.integers(0, found + 1) if gt else 0
         which = random.integers(0, max(gt, 1), count)
         found_boxes = gt_boxes[which] + random.uniform(-0.8, 0.8, (count, 4)) if gt else np.zeros((0, 4))
@@ -162,8 +163,7 @@ def test_average_precision_by_the_rules(
 
 
 def test_precisions_are_sklearns() -> None:
-    """Detections apart from each other, of which some are far from the true box: a classification of
-    scores."""
+    """Separate detections, some of them far from the true box: a classification of scores."""
     generator = torch.Generator().manual_seed(5)
     count = 37
     truth = torch.rand(count, generator=generator) < 0.6
@@ -190,7 +190,7 @@ def test_of_equal_scores_the_first_has_the_box() -> None:
 
 
 def test_recall_of_tenths_is_exact() -> None:
-    """3 of 10 found: 0.3 is reached, which it would not be as a sum of tenths."""
+    """3 of 10 are found: a recall of 0.3 is reached, although a sum of tenths would not give exactly 0.3."""
     gt = torch.cat([10.0 * torch.arange(10)[:, None], torch.zeros(10, 1)], 1)
     gt = torch.cat([gt, gt + 4.0], 1)[None]
     label = torch.ones(1, 10, dtype=torch.int64)

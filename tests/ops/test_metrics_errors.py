@@ -1,4 +1,4 @@
-"""Errors of flow, disparity and poses against scikit-learn, SciPy and plain definitions, and where they have
+"""Errors of flow, disparity and poses against scikit-learn, SciPy and plain definitions, also where they have
 no derivative."""
 
 import math
@@ -64,8 +64,8 @@ def test_no_error_has_no_gradient() -> None:
 
 
 def disparities(batch: int, channels: int, dtype: torch.dtype) -> tuple[Tensor, Tensor, Tensor]:
-    """Found and true disparities of up to 80 pixels, of which some differ by a little and some by much, and
-    what is known."""
+    """Estimated and true disparities of up to 80 pixels, with small and large differences, and a mask of the
+    known ones."""
     truth = 80.0 * photo(batch, channels, 37, 29, torch.float64)
     found = truth + randn(*truth.shape) * torch.where(randn(*truth.shape, seed=1) > 0.5, 6.0, 0.5)
     return found.to(dtype), truth.to(dtype), randn(*truth.shape, seed=2) > -0.4
@@ -219,7 +219,7 @@ def test_ate_is_the_distance() -> None:
 
 
 def area(errors: np.ndarray, threshold: float) -> float:
-    """Of the curve drawn point by point."""
+    """The area under the curve, computed point by point."""
     rising = np.sort(errors[errors < threshold])
     recall = np.arange(len(rising) + 1) / len(errors)
     x, y = np.concatenate([[0.0], rising, [threshold]]), np.concatenate([recall, recall[-1:]])

@@ -15,7 +15,7 @@ SIZES = {"B": 2, "C": 3, "H": 19, "W": 22, "N": 9, "OH": 8, "OW": 11}
 
 
 def family(entry: Entry) -> str:
-    """The package whose public name the op is, or "" for what is not public as a function."""
+    """The package in which the op is a public function, or ""."""
     function = entry.function()
     package = function.__module__.rpartition(".")[0]
     public = getattr(importlib.import_module(package), "__all__", ())
@@ -26,16 +26,16 @@ def family(entry: Entry) -> str:
     )
 
 
-# Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py; its KMeans is fitted:
-# test_switching.py
+# Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py; its KMeans has a fit
+# method: test_switching.py
 OWN_CLASS = {"contrib.kmeans", "geometry.transform.affine"}
-# A form for frames is of the same class.
+# A form for frames belongs to the same class.
 OPS = {name: entry for name, entry in catalog().items() if not entry.spec.interleaved}
 WITH_TWIN = {name: entry for name, entry in OPS.items() if family(entry) and name not in OWN_CLASS}
 
 
 def given_to(entry: Entry) -> dict[str, object]:
-    """What the function gets of the spec's inputs."""
+    """The function's arguments from the spec's inputs."""
     given: dict[str, object] = {}
     for tensor, value in zip(entry.spec.inputs, arguments(entry, SIZES, "float32"), strict=True):
         if len(tensor.sizes) == 1:

@@ -1,4 +1,4 @@
-"""Erosion and what is made of it, reconstruction, patterns and skeletons, against SciPy, OpenCV and
+"""Erosion and ops composed of it, reconstruction, patterns and skeletons, against SciPy, OpenCV and
 scikit-image."""
 
 import cv2
@@ -51,7 +51,7 @@ def per_plane(x: Tensor, function: object) -> np.ndarray:
     return np.stack([function(p) for p in planes]).reshape(x.shape)
 
 
-# Kornia's dilation, unlike SciPy's, takes the same window as the erosion where the size is even.
+# For even sizes, Kornia's dilation, unlike SciPy's, uses the same window as its erosion.
 @pytest.mark.parametrize(
     ("name", "kernel"), [(n, k) for n in COMPOUND for k in KERNELS if (n, k) != ("gradient", "even")]
 )
@@ -242,7 +242,7 @@ def test_skeleton_lies_near_that_of_skimage() -> None:
 
 
 def signed(hit: np.ndarray, miss: np.ndarray) -> np.ndarray:
-    """The pattern as OpenCV takes it."""
+    """The pattern in OpenCV's form."""
     return hit.astype(np.int32) - miss.astype(np.int32)
 
 
@@ -251,7 +251,7 @@ def test_hit_or_miss(index: int) -> None:
     hit = np.array([[0, 1, 0], [0, 1, 1], [0, 0, 0]])
     miss = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0]])
     x = as_batch(shapes()[index])
-    framed = torch.nn.functional.pad(x, (2, 2, 2, 2))  # so that outside nothing is set for the others too
+    framed = torch.nn.functional.pad(x, (2, 2, 2, 2))  # 0 outside for the other libraries too
     inside = np.s_[..., 2:-2, 2:-2]
     expected = per_plane(framed, lambda p: ndi.binary_hit_or_miss(p > 0, hit, miss))[inside]
     actual = hit_or_miss(x, torch.from_numpy(hit), torch.from_numpy(miss))

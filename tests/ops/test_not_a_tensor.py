@@ -1,4 +1,4 @@
-"""An argument that must be a tensor and is none is a TypeError that names it, of every op."""
+"""For every op, an argument that must be a tensor and is not raises a TypeError that names it."""
 
 import inspect
 from typing import Any

@@ -1,4 +1,4 @@
-"""The values of every op that another library has, too: the spec's peer."""
+"""The values of every op that another library has too: the spec's peer."""
 
 from __future__ import annotations
 

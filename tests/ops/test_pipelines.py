@@ -33,7 +33,7 @@ def test_edges_equal_opencv(size: tuple[int, int]) -> None:
     expected = np.clip(np.rint(np.hypot(gx, gy)), 0, 255)
     actual = edges(x).numpy()
     assert actual.dtype == np.uint8 and expected.max() > 10
-    # The last bit may differ where the magnitude lies within rounding of a half.
+    # The last bit may differ if the magnitude is within rounding of a half.
     difference = np.abs(actual.astype(np.float64) - expected)
     assert difference.max() <= 1 and difference.mean() < 1e-3
 

@@ -1,4 +1,4 @@
-"""Morphology, medians and ranks of whole numbers, to the bit as OpenCV and SciPy have them."""
+"""Morphology, medians and ranks of integers equal OpenCV's and SciPy's bit for bit."""
 
 from collections.abc import Callable
 
@@ -49,7 +49,7 @@ DTYPES = (torch.uint8, torch.int16, torch.uint16)
 
 
 def pixels(dtype: torch.dtype, height: int, width: int, interleaved: bool) -> Tensor:
-    """(1, 3, H, W), over all that the type has."""
+    """(1, 3, H, W), over the whole range of the type."""
     x = frame(height, width).permute(2, 0, 1)[None]
     if dtype != torch.uint8:
         x = (x.to(torch.int32) * 257 - (32768 if dtype == torch.int16 else 0)).to(dtype)

@@ -13,7 +13,7 @@ from chiasm.geometry.pnp import refine_pnp
 
 
 def scene(seed: int, noise: float = 1.0, count: int = 30, flat: bool = False) -> tuple[np.ndarray, ...]:
-    """Points, the pixels where a camera sees them, its matrix, R and t."""
+    """Points, the pixels at which a camera sees them, its matrix, R and t."""
     K, (R, t), X = camera_matrix(seed), pose(seed), points_in_front(count, seed)
     if flat:
         X[:, 2] = 6.0

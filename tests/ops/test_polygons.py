@@ -14,7 +14,7 @@ Polygon = tuple[bool, tuple[tuple[int, int], ...]]
 
 
 def from_its_least_point(points: np.ndarray) -> tuple[tuple[int, int], ...]:
-    """A polygon may begin at any of its points."""
+    """The polygon, rotated to begin at its smallest point."""
     path = [(int(x), int(y)) for x, y in points]
     return min((tuple(path[i:] + path[:i]) for i in range(len(path))), default=())
 
@@ -25,7 +25,7 @@ def of_opencv(mask: np.ndarray) -> list[Polygon]:
 
 
 def in_slots(points: Tensor, counts: Tensor, holes: Tensor) -> list[Polygon]:
-    """Of one mask."""
+    """The polygons of one mask."""
     return sorted(
         (bool(h), from_its_least_point(p[:n].numpy())) for p, n, h in zip(points, counts, holes) if n > 0
     )

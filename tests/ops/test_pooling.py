@@ -69,7 +69,7 @@ def test_edge_aware(channels: int, size: tuple[int, int], dilation: int) -> None
         blurred = np.stack([ndi.correlate(p, kernel, mode="mirror") for p in sample])
         np.testing.assert_allclose(result, np.where(edges, sample, blurred), atol=1e-12)
         shares.append(edges.mean())
-    assert min(shares) > 0.005 and max(shares) < 0.95  # both cases were seen
+    assert min(shares) > 0.005 and max(shares) < 0.95  # both cases occurred
 
 
 WRONG = [

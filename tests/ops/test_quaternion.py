@@ -27,7 +27,7 @@ def wxyz(rotation: Rotation) -> Tensor:
 
 
 def same(q: Tensor, rotation: Rotation, tolerance: float = 1e-12) -> None:
-    """The same rotation: up to the sign."""
+    """Assert that the rotations are equal; the quaternion's sign may differ."""
     expected = wxyz(rotation)
     sign = torch.sign((q * expected).sum(-1, keepdim=True))
     np.testing.assert_allclose(sign * q, expected, atol=tolerance)
@@ -126,7 +126,7 @@ def test_average(spread: float, dtype: torch.dtype) -> None:
 
 
 def test_average_without_a_mean_is_finite() -> None:
-    """A rotation and its opposite: two eigenvalues are the largest."""
+    """A rotation and its opposite: the two largest eigenvalues are equal."""
     for q in (torch.eye(4)[:2], torch.eye(4), torch.zeros(3, 4)):
         q = q.clone().requires_grad_(True)
         mean = average_quaternions(q)

@@ -1,4 +1,4 @@
-"""Random draws: the published vectors of Philox, a reference of whole numbers, and distributions."""
+"""Random draws: the published vectors of Philox, a reference in integers, and distributions."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ KNOWN = [
 
 
 def reference(counter: list[int], key: list[int]) -> list[int]:
-    """The definition, in whole numbers of any size."""
+    """The definition, in integers of any size."""
     mask = 2**32 - 1
     c, k = list(counter), list(key)
     for _ in range(10):
@@ -65,7 +65,7 @@ def test_distributions() -> None:
     assert u.min() >= 0.0
     assert u.max() < 1.0
     assert stats.kstest(u.flatten(), "uniform").pvalue > 0.01
-    assert stats.kstest(u[:, 0], "uniform").pvalue > 0.01  # of seeds that follow each other
+    assert stats.kstest(u[:, 0], "uniform").pvalue > 0.01  # for consecutive seeds
     assert stats.kstest(normal(seed, 101).flatten(), "norm").pvalue > 0.01
     counts = torch.bincount(integers(seed, 6, 100, 1).flatten(), minlength=6)
     assert stats.chisquare(counts).pvalue > 0.01

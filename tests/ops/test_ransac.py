@@ -21,8 +21,8 @@ from chiasm.geometry.ransac import ransac_essential, ransac_fundamental, ransac_
 from chiasm.primitives.geometry.consensus import best_model, draw_samples, score_planes
 
 WRONG = (0.3, 0.45, 0.6)
-# Of the two-view scenes' seeds none was looked at before the bounds below were set: a sample of so few noisy
-# points fails now and then, so the bounds are of medians and means.
+# The bounds below were set before any result for the two-view scenes' seeds was known. A sample of so few
+# noisy points sometimes fails, so the bounds apply to medians and means.
 IMAGE = np.array([640.0, 480.0])
 H = np.array([[1.1, 0.13, -20.0], [-0.08, 0.93, 30.0], [1e-4, -7e-5, 1.0]])
 
@@ -41,14 +41,14 @@ def mapped(H: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def made_wrong(p: np.ndarray, share: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """A share of the points anywhere in the image, and which."""
+    """The points, with a share of them moved to random positions, and a mask of these."""
     generator = np.random.default_rng(seed + 1000)
     wrong = generator.random(len(p)) < share
     return np.where(wrong[:, None], generator.uniform(0, IMAGE, p.shape), p), wrong
 
 
 class Views:
-    """Two cameras, pixels with noise, some of the second image's anywhere."""
+    """Two cameras, and noisy pixels, some of which are random in the second image."""
 
     def __init__(self, share: float, seed: int = 0, count: int = 400, noise: float = 0.5) -> None:
         generator = np.random.default_rng(seed)
@@ -63,7 +63,7 @@ class Views:
         self.x2, self.wrong = made_wrong(self.clean2 + noise * generator.normal(size=(count, 2)), share, seed)
 
     def error(self, F: np.ndarray) -> float:
-        """Mean distance of the true points from obeying F."""
+        """The mean distance of the true points from their epipolar lines by F."""
         return (
             sampson_epipolar_distance(
                 *tensors(self.clean1, self.clean2, np.asarray(F, np.float64), dtype=torch.float64), False, 0.0
@@ -80,7 +80,7 @@ class Views:
 
 
 def floyd(u: np.ndarray, count: int) -> list[int]:
-    """As J. Bentley's column has it, with numbers given."""
+    """The algorithm in J. Bentley's column, with given numbers."""
     drawn: list[int] = []
     for k, last in enumerate(range(count - len(u), count)):
         pick = int(np.floor(float(u[k]) * (last + 1)))
@@ -174,7 +174,7 @@ def test_without_refinements_it_is_one_sample() -> None:
 
 
 def test_of_those_that_are_there() -> None:
-    """The same as without the others, whatever stands in their place."""
+    """With a mask, the result is the same as without the masked points, whatever their values."""
     points = [plane(0.4, seed)[:2] for seed in (2, 3)]
     p, q = (torch.from_numpy(np.stack(both)) for both in zip(*points, strict=True))
     present = torch.rand(2, 400, generator=torch.Generator().manual_seed(4)) < torch.tensor([[0.3], [0.8]])
@@ -227,7 +227,7 @@ def test_gradient_is_that_of_the_fit_to_the_inliers() -> None:
     theirs = torch.autograd.grad(
         (find_homography_dlt(points[0][:, mask[0]], points[1][:, mask[0]]) * weights).sum(), points
     )
-    # not quite: the other points take part in the normalisation of coordinates
+    # nearly: the other points affect the normalisation of coordinates
     for a, b in zip(ours, theirs, strict=True):
         assert a[:, ~mask[0]].norm() < 0.01 * a.norm()
         assert torch.nn.functional.cosine_similarity(a.flatten(), b.flatten(), 0) > 0.99
@@ -266,7 +266,7 @@ def test_fundamental_is_nearer_than_opencv(share: float) -> None:
 
 
 def shares_kept(mask: torch.Tensor, wrong: np.ndarray) -> tuple[float, float]:
-    """Which shares of the right and of the wrong correspondences a mask has."""
+    """The shares of the right and of the wrong correspondences in a mask."""
     return mask[0].numpy()[~wrong].mean(), mask[0].numpy()[wrong].mean()
 
 
@@ -316,8 +316,8 @@ def between(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def test_essential_of_a_plane() -> None:
-    """Where the eight-point algorithm fails. Two essential matrices are of a plane's points: it is one of
-    them."""
+    """The eight-point algorithm fails for a plane. Two essential matrices fit a plane's points: the result is
+    one of them."""
     v = Views(0.0, 3)
     generator = np.random.default_rng(0)
     X = np.c_[generator.uniform(-2, 2, (200, 2)), np.full(200, 6.0)]
@@ -340,7 +340,7 @@ def test_no_essential_matrix_is_zeros() -> None:
 
 @pytest.mark.parametrize("share", WRONG)
 def test_motorcycle(share: float) -> None:
-    """Matches by the measured disparities, seen by cameras that are turned; the truth is the rig's."""
+    """Matches by the measured disparities, seen by rotated cameras; the truth is the rig's calibration."""
     left, right = motorcycle.matches(500, 5)
     R1, R2 = pose(1, 0.05)[0], pose(2, 0.08)[0]
     generator = np.random.default_rng(0)

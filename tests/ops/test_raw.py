@@ -24,7 +24,7 @@ every_cfa = pytest.mark.parametrize("cfa", CFA)
 
 
 def mosaic(x: torch.Tensor, cfa: str) -> np.ndarray:
-    """(B, H, W) of (B, 3, H, W), by NumPy."""
+    """The Bayer image (B, H, W) of (B, 3, H, W), by NumPy."""
     raw = np.zeros((x.size(0), *x.shape[2:]), x.numpy().dtype)
     for row in range(2):
         for column in range(2):
@@ -46,7 +46,7 @@ def test_interior_equals_opencv(cfa: str) -> None:
     actual = color.raw_to_rgb(torch.from_numpy(raw)[:, None], cfa)
     for b in range(3):
         expected = cv2.cvtColor(raw[b].astype(np.uint16), CFA[cfa][0]).astype(np.float64)
-        assert np.abs(hwc(actual, b) - expected)[1:-1, 1:-1].max() <= 0.5  # which rounds means to integers
+        assert np.abs(hwc(actual, b) - expected)[1:-1, 1:-1].max() <= 0.5  # OpenCV rounds means to integers
 
 
 @every_cfa

@@ -1,5 +1,5 @@
-"""An op refuses a wrong tensor in words: the argument, what was expected and what came. The wrong tensors of
-every op follow from its spec."""
+"""An op rejects a wrong tensor with a message that names the argument, the expected and the actual value. The
+wrong tensors of every op are derived from its spec."""
 
 import inspect
 import re
@@ -19,7 +19,7 @@ SIZES = {"B": 2, "C": 3, "H": 12, "W": 9, "N": 5, "OH": 6, "OW": 7}
 
 
 def wrong(tensor: TensorSpec, right: Tensor) -> Iterator[tuple[str, Tensor]]:
-    """What differs from `right` in one way that the spec rules out, each with its name."""
+    """Tensors that differ from `right` in one way that the spec forbids, each with a name."""
     fixed = [i for i, size in enumerate(tensor.shape) if isinstance(size, int) and size > 1]
     if fixed:
         yield "size", torch.cat([right, right], fixed[-1])
@@ -30,7 +30,7 @@ def wrong(tensor: TensorSpec, right: Tensor) -> Iterator[tuple[str, Tensor]]:
 
 
 def argument_names(entry: Entry) -> list[str]:
-    """What a message may be about: the op's arguments, and the inputs that stand for one."""
+    """The names that a message may have: the op's arguments, and the inputs that form an argument."""
     function = entry.function()
     called = function.forward if isinstance(function, torch.nn.Module) else function
     return [*inspect.signature(called).parameters, *(t.name for t in entry.spec.inputs)]

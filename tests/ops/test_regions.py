@@ -13,7 +13,7 @@ from torch.autograd import gradcheck
 
 from chiasm import ops
 
-# torchvision takes pairs here, and its annotations say one number.
+# torchvision accepts pairs, although its annotations allow only one number.
 SIZES: list[Any] = [(3, 3), (2, 3), (1, 1)]
 SHAPES = [(2, 18, 11, 13, 40), (1, 18, 1, 1, 9), (3, 18, 40, 7, 60), (2, 18, 6, 5, 0)]
 
@@ -24,7 +24,7 @@ def images(*shape: int, seed: int = 0) -> Tensor:
 
 
 def regions(count: int, batch: int, seed: int = 0) -> Tensor:
-    """Many reach out of an image of 40 pixels, some lie outside."""
+    """Regions in an image of 40 pixels; many extend beyond it, some lie outside."""
     generator = torch.Generator().manual_seed(seed)
     corner = (torch.rand((count, 2), generator=generator, dtype=torch.float64) - 0.3) * 60
     size = torch.rand((count, 2), generator=generator, dtype=torch.float64) ** 2 * 60
@@ -94,7 +94,7 @@ def test_gradients_are_torchvisions(case: str) -> None:
         (output * slope).sum().backward()
     assert theirs.grad is not None and theirs.grad.abs().sum() > 1
     # The backward pass of torchvision's ps_roi_pool also reads the last row and column, which its forward
-    # pass leaves out.
+    # pass omits.
     if name != "ps_roi_pool":
         torch.testing.assert_close(ours.grad, theirs.grad, rtol=1e-9, atol=1e-11)
     small = images(1, 9, 5, 4).requires_grad_()
@@ -103,7 +103,7 @@ def test_gradients_are_torchvisions(case: str) -> None:
 
 @pytest.mark.parametrize("case", FUNCTIONS)
 def test_any_box_is_read_inside(case: str) -> None:
-    """Numbers of no image are moved to the nearest, and what is no number breaks nothing."""
+    """Invalid image numbers are clamped, and NaN is harmless."""
     call, settings = getattr(ops, case.split()[0]), FUNCTIONS[case]
     x = images(2, 9, 12, 10)
     box = torch.tensor([1.0, 1.0, 8.0, 7.0], dtype=torch.float64)

@@ -33,15 +33,15 @@ def warped(src: Tensor, to_dst: Tensor) -> Tensor:
 
 
 def corner_errors(src_homo_dst: Tensor, to_dst: Tensor) -> Tensor:
-    """Pixels (B, 4) by which the corners miss when they are brought back."""
+    """The errors (B, 4), in pixels, of the corners after mapping them there and back."""
     back = denormalize_homography(src_homo_dst.double(), (HEIGHT, WIDTH), (HEIGHT, WIDTH), False)
     corners = CORNERS.double().expand(len(to_dst), 4, 2)
     return (transform_points(back, transform_points(to_dst.double(), corners)) - corners).norm(dim=-1)
 
 
 def test_homographies_of_photographs() -> None:
-    """Corners that moved by up to 10 pixels, each photograph's in its own way, come back to less than a
-    tenth."""
+    """Corners that moved by up to 10 pixels, differently for each photograph, are registered to less than a
+    tenth of a pixel."""
     src = photo(2, 3, HEIGHT, WIDTH)
     to_dst = get_perspective_transform(CORNERS.expand(2, 4, 2), CORNERS + SHIFTS)
     dst = warped(src, to_dst)
@@ -62,7 +62,8 @@ ANGLE, FACTOR, MOVE = 7.0, 1.1, (4.0, -3.0)  # degrees clockwise, and pixels
 
 @pytest.mark.parametrize("name", ["similarity", "translation", "scale", "rotation"])
 def test_similarities(name: str) -> None:
-    """On an image that is not square, where a rotation of normalised coordinates is none of pixels."""
+    """On an image that is not square, for which a rotation of normalised coordinates is not a rotation of
+    pixels."""
     every = name == "similarity"
     angle, factor = ANGLE * (every or name == "rotation"), FACTOR if every or name == "scale" else 1.0
     move = torch.tensor([MOVE]) * float(every or name == "translation")
@@ -71,7 +72,7 @@ def test_similarities(name: str) -> None:
     src = photo(1, 1, HEIGHT, WIDTH)
     registrator = ImageRegistrator(name, pyramid_levels=3, num_iterations=60, lr=2e-3)
     assert corner_errors(registrator.register(src, warped(src, to_dst)), to_dst).max() < 0.1
-    # The way back: what is learned leads from the destination to the source.
+    # The inverse: the learned transform maps the destination to the source.
     assert math.isclose(registrator.model.rot.item(), -math.radians(angle), abs_tol=1e-3)
     assert math.isclose(registrator.model.scale.item(), 1.0 / factor, abs_tol=1e-3)
 

@@ -79,7 +79,8 @@ def test_area_equals_opencv_where_it_reduces(size: tuple[int, int], channels: in
 
 @pytest.mark.parametrize("size", [(74, 106), (40, 60), (37, 100)])
 def test_area_is_a_mean_where_it_enlarges(size: tuple[int, int]) -> None:
-    """Every pixel repeated as often as to make both sizes whole numbers, and blocks' means of that."""
+    """The reference repeats every pixel so that the size becomes a multiple of the output's, and averages
+    blocks."""
     x = photo(1, 2, 37, 53, torch.float64)
     whole = x.repeat_interleave(size[0], 2).repeat_interleave(size[1], 3)
     expected = F.avg_pool2d(whole, (37, 53))

@@ -33,7 +33,7 @@ def half_planes(box: np.ndarray) -> np.ndarray:
 
 
 def overlap_by_scipy(a: np.ndarray, b: np.ndarray) -> float:
-    """From a point inside both, which is looked for on a grid of the first; 0 where there is none."""
+    """The overlap from a point inside both boxes, searched on a grid in the first; 0 if none is found."""
     planes = np.concatenate([half_planes(a), half_planes(b)])
     steps = np.linspace(-0.499, 0.499, 60)
     s, t = (g.ravel() for g in np.meshgrid(steps, steps))
@@ -52,7 +52,7 @@ def test_intersections_are_scipys() -> None:
     actual = ops.rotated_iou(torch.from_numpy(first), torch.from_numpy(second)).numpy()
     expected = np.array([[overlap_by_scipy(a, b) for b in second] for a in first])
     assert (expected > 0.05).sum() > 100 and (expected == 0).sum() > 50
-    # What the grid of points does not find is small.
+    # Overlaps that the grid misses are small.
     np.testing.assert_allclose(actual[expected > 0], expected[expected > 0], atol=1e-10)
     assert actual[expected == 0].max() < 1e-3
 
@@ -79,7 +79,7 @@ def test_coincident_sides(dtype: torch.dtype) -> None:
     x = torch.from_numpy(boxes(200, seed=4)).to(dtype)
     same = ops.rotated_iou(x, x).diagonal()
     torch.testing.assert_close(same, torch.ones_like(same), **tight)
-    # A whole turn, and a quarter with the sides exchanged.
+    # A full turn, and a quarter turn with the sides exchanged.
     turns = torch.tensor([[0.0, 0.0, 0.0, 0.0, 360.0], [0.0, 0.0, 0.0, 0.0, 90.0]], dtype=dtype)
     for other in (x + turns[0], x[:, [0, 1, 3, 2, 4]] + turns[1]):
         near = ops.rotated_iou(x, other).diagonal()
@@ -134,7 +134,7 @@ def test_gradient() -> None:
 
 
 def kept_by_opencv(x: np.ndarray, scores: np.ndarray, inside_is_all: bool) -> list[int]:
-    """A loop with OpenCV's areas. ``inside_is_all``: a box inside another overlaps it wholly."""
+    """A loop with OpenCV's areas. ``inside_is_all``: a box inside another counts as a full overlap."""
     kept: list[int] = []
     for i in np.argsort(-scores, kind="stable"):
         if scores[i] <= 0.21:
@@ -153,7 +153,7 @@ def kept_by_opencv(x: np.ndarray, scores: np.ndarray, inside_is_all: bool) -> li
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("scripted", [False, True])
 def test_suppression_is_opencvs(seed: int, scripted: bool) -> None:
-    """Whose NMSBoxesRotated takes a box inside another for one that overlaps it wholly."""
+    """OpenCV's NMSBoxesRotated counts a box inside another as a full overlap."""
     call = torch.jit.script(ops.rotated_nms_fixed) if scripted else ops.rotated_nms_fixed
     x, scores = boxes(60, seed), np.random.default_rng(seed).permutation(60).astype(np.float32) / 60
     rectangles = [(tuple(b[:2]), tuple(b[2:4]), b[4]) for b in x]

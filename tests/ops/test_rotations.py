@@ -1,4 +1,4 @@
-"""Rotations against SciPy, with the singular points."""
+"""Rotations against SciPy, including the singular points."""
 
 import math
 
@@ -117,7 +117,7 @@ def test_normalize_quaternion() -> None:
 
 
 def test_exp_and_log_of_quaternions() -> None:
-    """exp of half a rotation vector is the rotation's quaternion; the log takes q and -q apart."""
+    """exp of half a rotation vector is the rotation's quaternion; the log distinguishes q and -q."""
     for angle in ANGLES:
         half = axes() * 0.5 * angle
         q = quaternion_log_to_exp(half)

@@ -35,7 +35,7 @@ def by_the_paper(
     least: float,
     threshold: float,
 ) -> tuple[list[int], list[float]]:
-    """Figure 2, with the factors of section 3: everything is kept in the end that is above the threshold."""
+    """Figure 2, with the factors of section 3: finally all boxes above the threshold are kept."""
     left = {i: float(s) for i, s in enumerate(scores)}
     picked: list[int] = []
     final: list[float] = []
@@ -73,7 +73,7 @@ def test_the_papers_algorithm(method: str, seed: int, scripted: bool) -> None:
 @pytest.mark.parametrize("method", ["gaussian", "linear"])
 @pytest.mark.parametrize("seed", range(10))
 def test_opencv(method: str, seed: int) -> None:
-    """Whose boxes are of whole pixels, and whose scores are float32; no overlap is the threshold."""
+    """OpenCV has integer boxes and float32 scores; no overlap equals the threshold."""
     boxes, scores = detections(30, seed)
     boxes, scores = boxes.round(), scores.astype(np.float32)
     sides = np.concatenate([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]], 1).astype(int)
@@ -100,7 +100,7 @@ def test_what_is_no_detection() -> None:
     index, left, kept = ops.soft_nms(boxes, scores, 5)
     assert index.tolist() == [[3, 2, 1, 0, 0]] and kept.tolist() == [[True, True, True, False, False]]
     torch.testing.assert_close(left, torch.tensor([[0.7, 0.6, 0.5, 0.0, 0.0]]))
-    # An identical box is left with nothing
+    # An identical box gets a score of 0
     scores = torch.tensor([[0.9, 0.8, -1.0, 0.0]])
     index, left, kept = ops.soft_nms(boxes, scores, 3, "linear", score_threshold=-5.0)
     assert index.tolist() == [[0, 1, 3]] and left[0, :2].tolist() == [scores[0, 0].item(), 0.0]

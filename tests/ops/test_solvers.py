@@ -27,7 +27,7 @@ def rand(*shape: int, seed: int = 0) -> Tensor:
 
 
 def with_roots(degree: int, real: int, count: int, scale: float) -> tuple[Tensor, np.ndarray]:
-    """Polynomials with so many real roots, and these, in descending order with zeros after them."""
+    """Polynomials with ``real`` real roots, and these roots in descending order, padded with zeros."""
     roots = rand(count, real, seed=degree).numpy() * scale
     pairs = rand(count, degree - real, seed=real).numpy() * scale
     coeffs = []
@@ -112,8 +112,8 @@ def of_all_sizes(degree: int, spread: float, count: int) -> np.ndarray:
 @pytest.mark.parametrize("spread", [2, 6, 12])
 @pytest.mark.parametrize("degree", [3, 4])
 def test_roots_of_very_different_sizes(degree: int, spread: float) -> None:
-    """Each is as exact as half a unit in the last place of the coefficients leaves it; the truth has 60
-    digits."""
+    """Each root is as accurate as an error of half a unit in the last place of the coefficients allows; the
+    truth has 60 digits."""
     coeffs = of_all_sizes(degree, spread, 60)
     found = SOLVERS[degree](torch.from_numpy(coeffs)).numpy()
     with mpmath.workdps(60):
@@ -146,7 +146,7 @@ def test_null_vector_3x4() -> None:
 
 
 def powers(x: np.ndarray, y: np.ndarray, z: np.ndarray, degree: int) -> np.ndarray:
-    """The monomials at points, in the order that the functions document."""
+    """The monomials at points, in the documented order of the functions."""
     one = np.ones_like(x)
     if degree == 1:
         return np.stack([x, y, z, one], -1)

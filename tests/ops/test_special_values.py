@@ -1,4 +1,4 @@
-"""NaN, infinity and what lies outside: positions, indices and loops that are made of data."""
+"""NaN, infinity and values out of range in positions, indices and loops that depend on data."""
 
 import math
 import sys
@@ -120,8 +120,8 @@ def test_the_distance_transform_ends_whatever_the_values():
 
 @pytest.mark.parametrize("kernel_size, h", [(3, 0.35), (3, 0.01), (7, 0.2)])
 def test_the_distance_transforms_bound_changes_nothing_of_a_shape(kernel_size, h, monkeypatch):
-    """A shape in one corner, and greys: with the bound as without, also by a kernel whose diagonal
-    underflows."""
+    """For a shape in one corner, and for greys, the result with the bound equals that without, even for a
+    kernel whose diagonal underflows."""
     torch.manual_seed(0)
     corner = torch.zeros(1, 1, 23, 31)
     corner[0, 0, 0, 0] = 1.0

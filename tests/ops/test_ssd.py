@@ -42,7 +42,7 @@ def network(seed: int, classes: int, n: int = 120) -> tuple[Tensor, Tensor, Tens
     corner = random.uniform(-10, 90, (n, 2))
     anchors = np.concatenate([corner, corner + random.uniform(10, 60, (n, 2))], 1)
     logits, deltas = random.normal(0, 2, (2, n, classes)), random.normal(0, 4, (2, n, 4))
-    deltas[:, :3, 2:] = 40.0  # beyond the limit
+    deltas[:, :3, 2:] = 40.0  # above the limit
     return torch.from_numpy(logits), torch.from_numpy(deltas), torch.from_numpy(anchors)
 
 

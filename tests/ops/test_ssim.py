@@ -27,7 +27,7 @@ def test_equals_skimage(channels: int, max_val: float) -> None:
                 use_sample_covariance=False,
                 full=True,
             )
-            # scikit-image repeats the edge pixel where this reflects about it; inside, windows are the same.
+            # scikit-image repeats the edge pixel, chiasm reflects about it; inside, the windows are the same.
             np.testing.assert_allclose(actual[b, c, 5:-5, 5:-5], expected[5:-5, 5:-5], atol=1e-9)
     assert torch.equal(ssim(x, y, 11, max_val, padding="valid"), actual[:, :, 5:-5, 5:-5])
 

@@ -1,4 +1,4 @@
-"""Means, deviations, extremes and their places."""
+"""Means, standard deviations, extrema and their positions."""
 
 import cv2
 import numpy as np
@@ -29,7 +29,7 @@ def test_means_and_deviations_are_opencv_s(dtype: str, stored) -> None:
     mean, std = mean_std_dev(stored(torch.from_numpy(x)))
     for b in range(len(x)):
         wanted = cv2.meanStdDev(x[b].transpose(1, 2, 0).copy())
-        # of bytes and doubles nothing is lost
+        # bytes and doubles are exact
         close = {"rtol": 2e-6 if dtype == "float32" else 1e-12}
         np.testing.assert_allclose(mean[b], wanted[0][:, 0], **close)
         np.testing.assert_allclose(std[b], wanted[1][:, 0], **close)
@@ -46,7 +46,7 @@ def test_a_deviation_far_below_the_mean() -> None:
 @pytest.mark.parametrize("stored", [torch.Tensor.contiguous, frames])
 @pytest.mark.parametrize("dtype", ["uint8", "float32", "float64"])
 def test_extremes_and_places_are_opencv_s(dtype: str, stored) -> None:
-    x = noise(dtype)  # of bytes the extremes occur several times
+    x = noise(dtype)  # in bytes, the extrema occur several times
     least, greatest, least_at, greatest_at = min_max_loc(stored(torch.from_numpy(x)))
     for b, c in np.ndindex(x.shape[:2]):
         wanted = cv2.minMaxLoc(x[b, c])

@@ -48,8 +48,8 @@ def test_equals_opencv(shift: str, zero_disparity: bool, lens: bool) -> None:
         dist = tensors(d1, d2) if lens else [None, None]
         result = stereo_rectify(*tensors(K1, K2, R, t), 480, 640, *dist, zero_disparity)
         for name, a, b in zip(NAMES, result, expected, strict=True):
-            # OpenCV moves the corners, of which principal points are made, in float32, and undistorts them in
-            # five steps
+            # OpenCV computes principal points from corners, which it moves in float32 and undistorts in five
+            # steps
             exact = name in ("R1", "R2")
             np.testing.assert_allclose(
                 a[0],
@@ -70,7 +70,7 @@ def test_points_are_in_one_row_and_come_back(shift: str, zero_disparity: bool) -
     X = points_in_front(50)
     rectified = X @ R1.T
     x1, x2 = (project(P[:, :3], np.eye(3), np.linalg.inv(P[:, :3]) @ P[:, 3:], rectified) for P in (P1, P2))
-    # each is what the camera sees, turned
+    # each is the rotated view of its camera
     np.testing.assert_allclose(
         motorcycle.turned(project(K1, np.eye(3), np.zeros((3, 1)), X), K1, R1, P1[:, :3]), x1, atol=1e-9
     )
@@ -124,7 +124,7 @@ def test_depths_of_the_motorcycle() -> None:
     d = np.nan_to_num(motorcycle.disparity(), nan=0.0, posinf=0.0)
     K1, K2, t = motorcycle.LEFT, motorcycle.RIGHT, np.array([[-motorcycle.BASELINE], [0.0], [0.0]])
     _, _, P1, P2, Q = stereo_rectify(*tensors(K1, K2, np.eye(3), t), *d.shape, zero_disparity=False)
-    # rectified already: only the principal points move, by as much as the images' middles are off
+    # already rectified: only the principal points move, by their offset from the images' centres
     moved = (K1 - P1[0, :, :3].numpy())[0, 2], (K2 - P2[0, :, :3].numpy())[0, 2]
     disparity = torch.from_numpy(d)[None, None]
     valid = d > 0
@@ -135,8 +135,8 @@ def test_depths_of_the_motorcycle() -> None:
 
 
 def test_the_motorcycle_by_turned_cameras_from_matches_to_points() -> None:
-    """Matches of which a third is wrong, to an essential matrix, to a rectified pair, to points: all of it up
-    to the unknown scale."""
+    """From matches, a third of them wrong, to an essential matrix, a rectified pair and points, up to the
+    unknown scale."""
     left, right = motorcycle.matches(500, 3)
     turn1, turn2 = pose(1, 0.05)[0], pose(2, 0.06)[0]
     x1, x2 = (

@@ -41,7 +41,7 @@ def blobs(*shape: int, seed: int = 0) -> Tensor:
 
 
 def strict_maxima(x: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
-    """Over the last axes: what exceeds all others of the window; beyond the border all is infinite."""
+    """Values that exceed all others in a window over the last axes; values beyond the border are infinite."""
     others = np.ones(size, bool)
     others[tuple((k - 1) // 2 for k in size)] = False
     lead = x.ndim - len(size)
@@ -118,7 +118,7 @@ def test_large_values_do_not_overflow() -> None:
 
 
 def test_expectation_is_linear() -> None:
-    """What adds up to 3 gives three times the mean."""
+    """A heat map with sum 3 gives three times the mean."""
     p = noise(2, 3, 9, 11).abs()
     p = p / p.sum((2, 3), keepdim=True)
     torch.testing.assert_close(spatial_expectation2d(3.0 * p), 3.0 * spatial_expectation2d(p))
@@ -213,7 +213,7 @@ def test_windows_equal_numpy(size, stride, padding) -> None:
 
 
 def test_windows_do_not_see_the_rest() -> None:
-    """A peak elsewhere, beyond what exp can hold, leaves a window what it was."""
+    """A peak elsewhere, for which exp overflows, does not change a window."""
     x = noise(1, 1, 8, 9).float()
     other = x.clone()
     other[..., 7, 8] = 1e6
@@ -267,7 +267,7 @@ def test_a_quadratic_is_refined_exactly(refine) -> None:
     assert nms3d(x, 3, True).sum() == 1 and nms3d(x, 3, True)[0, 0, 2, 4, 4]
     np.testing.assert_allclose(position[0, 0, :, 2, 4, 4], peak, atol=1e-12)
     np.testing.assert_allclose(value[0, 0, 2, 4, 4], 9.0, atol=1e-12)
-    # all else is what it was
+    # all others are unchanged
     grid = torch.from_numpy(np.mgrid[:6, :8, :9][[0, 2, 1]]).double()
     others = torch.ones(6, 8, 9, dtype=torch.bool)
     others[2, 4, 4] = False
@@ -289,7 +289,7 @@ def test_steps_lead_to_the_peak() -> None:
         np.testing.assert_allclose(
             position[0, 0, :, 2, 4, 3], [4.1, 6.2, 2.9] if found else [2, 3, 4], atol=1e-12
         )
-    # the neighbourhood of another maximum will do as well
+    # the neighbourhood of another maximum works too
     both = start | only(x, 4, 3, 5)
     position, _ = conv_quad_interp3d(x, precomputed_nms_mask=both, dilation_radius=1)
     np.testing.assert_allclose(position[0, 0, :, 2, 4, 3], [4.1, 6.2, 2.9], atol=1e-12)
@@ -309,13 +309,13 @@ def test_without_scale_steps(refine, scale: float, found: bool) -> None:
 @REFINERS
 def test_what_cannot_be_refined_stays(refine) -> None:
     cases = [
-        (quadratic([2.0, 0.2, 4.0], (6, 8, 10), np.eye(3)), (2, 4, 1), {}),  # the way leads to the border
-        (quadratic([2.0, 0.2, 4.0], (6, 8, 10), np.eye(3)), (2, 4, 0), {}),  # starts there
+        (quadratic([2.0, 0.2, 4.0], (6, 8, 10), np.eye(3)), (2, 4, 1), {}),  # moves to the border
+        (quadratic([2.0, 0.2, 4.0], (6, 8, 10), np.eye(3)), (2, 4, 0), {}),  # starts at the border
         (
             quadratic([2.0, 5.7, 4.0], (6, 8, 10), np.eye(3)),
             (2, 4, 4),
             {"max_subpixel_shift": 3.0},
-        ),  # too far at last
+        ),  # finally too far
         (quadratic([2.2, 4.3, 3.8], (6, 8, 9), np.diag([1.0, 1.0, 1e-8])), (2, 4, 4), {}),  # flat along y
         (torch.ones(1, 1, 5, 6, 7, dtype=D), (2, 3, 3), {}),
     ]
@@ -363,7 +363,7 @@ def by_loop(v: np.ndarray, at: tuple[int, ...], tries: int, limit: float) -> tup
 @pytest.mark.parametrize(("tries", "limit"), [(5, 0.6), (2, 0.3), (1, 0.6), (4, 2.0)])
 def test_refinement_equals_a_loop(tries: int, limit: float) -> None:
     x = blobs(2, 2, 7, 20, 23)
-    # voxels next to maxima, too, from which there is a way to go
+    # also voxels next to maxima, from which the refinement moves
     start = torch.roll(nms3d(x, 3, True), 1, -1) | nms3d(x, 3, True)
     position, value = iterative_quad_interp3d(x, tries, max_subpixel_shift=limit, precomputed_nms_mask=start)
     refined = 0

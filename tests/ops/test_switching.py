@@ -1,4 +1,4 @@
-"""What one who comes from Kornia relies on: layouts, dtypes and ranges."""
+"""Conventions on which Kornia's users rely: layouts, dtypes and ranges."""
 
 import math
 from collections.abc import Callable

@@ -1,9 +1,9 @@
-"""Primitives: every lowering is its definition, TorchScript sees the definition, and nobody else asks for a
-target.
+"""Primitives: every lowering equals its definition, TorchScript compiles the definition, and no other module
+asks for the target.
 
-Lowerings to kernels of our own have no computation in Python: here their shapes and dtypes are compared, by
-fake tensors; their values are compared by the parity matrix (tests/parity), and the kernels themselves with
-definitions in double by kernels_test (tests/runtime).
+Lowerings to chiasm's kernels have no computation in Python: here their shapes and dtypes are compared, with
+fake tensors. The parity matrix (tests/parity) compares their values, and kernels_test (tests/kernels)
+compares the kernels with definitions in double.
 """
 
 import ast
@@ -28,7 +28,7 @@ from chiasm.primitives.filters.padding import join_columns
 from chiasm.primitives.filters.stencil import join_channels
 from chiasm.primitives.linalg.qr import frobenius_norm, qr
 
-#: What is no op: it reads bundles, runs them or makes them.
+#: Packages without ops: they read, run or make bundles.
 NO_OPS = ("__main__", "data", "doctor", "export", "extras", "onnx", "packs", "runtime", "triton")
 for module in pkgutil.walk_packages(chiasm.__path__, "chiasm."):
     if module.name.split(".")[1] not in NO_OPS:
@@ -40,7 +40,7 @@ DTYPES = (torch.float32, torch.float64)
 
 
 def numbers(dtype: torch.dtype, *shape: int) -> Tensor:
-    """In [0, 1), other ones for every shape."""
+    """Numbers in [0, 1), different for every shape."""
     generator = torch.Generator().manual_seed(sum(shape))
     return torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype)
 
@@ -50,17 +50,17 @@ def integers(high: int, *shape: int) -> Tensor:
 
 
 def signed_taps(count: int) -> Tensor:
-    """Three taps of 1/2^22 for each of so many pixels, some negative."""
+    """Three taps in units of 1/2^22 for each of ``count`` pixels, some negative."""
     return (integers(3000000, count, 3) - 500000).to(torch.float64)
 
 
 def quarters(count: int) -> Tensor:
-    """Four weights of 1/2^11 for each of so many pixels, some negative."""
+    """Four weights in units of 1/2^11 for each of ``count`` pixels, some negative."""
     return (integers(1000, count, 4) - 300).to(torch.float64)
 
 
 def turned(x: Tensor) -> Tensor:
-    """The image with its rows from the right to the left, in its own layout."""
+    """The image with reversed rows, in the same layout."""
     layout = torch.contiguous_format if x.is_contiguous() else torch.channels_last
     columns = torch.arange(x.size(-1) - 1, -1, -1)
     return x.index_select(-1, columns).contiguous(memory_format=layout)
@@ -85,15 +85,15 @@ MIXED = [269484, 528482, 102760, -155188, -305135, 460324, 460324, -385875, -744
 
 
 def bytes_and_words() -> tuple[Tensor, ...]:
-    """Whole numbers of 8 and 16 bits: planes, and a frame of interleaved pixels."""
+    """Integers of 8 and 16 bits: planes, and a frame of interleaved pixels."""
     frame = integers(256, 2, 12, 17, 3).to(torch.uint8).permute(0, 3, 1, 2)
     words = integers(65536, 1, 2, 9, 8)
     return frame, frame.contiguous(), (words - 32768).to(torch.int16), words.to(torch.uint16)
 
 
 def in_borders(dtype: torch.dtype, *settings: Any, whole: bool = False) -> list[Example]:
-    """Both images with the settings in every border, or those of whole numbers; what is a function is called
-    with the border."""
+    """Examples of both images, or of the integer ones (``whole``), with the settings and every border. A
+    setting that is a function is called with the border."""
     return [
         (x, *(s(border) if callable(s) else s for s in settings))
         for x in (bytes_and_words() if whole else images(dtype))
@@ -124,7 +124,7 @@ def null(dtype: torch.dtype) -> Example:
 
 
 def scores(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
-    """Models (2, 5, 3, 3) of length 1 and what they cost at (2, 7, 40)."""
+    """Models (2, 5, 3, 3) of length 1, and points (2, 7, 40) for their costs."""
     models = numbers(dtype, 2, 5, 3, 3) + torch.eye(3, dtype=dtype)
     x, y, u, v = (numbers(dtype, 2, 40) + 0.1 * k for k in range(4))
     one = torch.ones_like(x)
@@ -145,7 +145,7 @@ def pose(dtype: torch.dtype) -> Example:
 
 
 def offers() -> Example:
-    """Equal offers for each place, as the callers' that do not repeat."""
+    """Offers that are equal for each place, as from callers that do not repeat."""
     index = integers(10, 2, 10).to(torch.int32)
     return torch.arange(10, dtype=torch.int32).repeat(2, 1), index, index - 3, integers(2, 2, 10) > 0
 
@@ -160,7 +160,7 @@ def curves(dtype: torch.dtype) -> Example:
 
 
 def frames(dtype: torch.dtype) -> Example:
-    """Pixels of two images behind each other, and three frames in them."""
+    """Pixels of two images, concatenated, and three frames in them."""
     count = torch.tensor([[0, 0, 204]])
     height, width = torch.tensor([[12, 12, 6]]), torch.tensor([[17, 17, 8]])
     frame = 3.0 * numbers(dtype, 1, 3, 2, 3) + torch.tensor([[0.0, 0.0, 3.0], [0.0, 0.0, 2.0]], dtype=dtype)
@@ -168,7 +168,7 @@ def frames(dtype: torch.dtype) -> Example:
 
 
 def sampled(dtype: torch.dtype, *of: Any) -> list[Example]:
-    """Every interpolation and what is beyond the border, for a sampler's own arguments."""
+    """A sampler's arguments with every interpolation and padding."""
     x = numbers(dtype, 2, 3, 9, 11)
     fill = torch.tensor([0.5, 0.25, 0.0], dtype=dtype)
     modes = [
@@ -195,7 +195,7 @@ TAPS = [0.25, 0.5, 0.25]
 FIVE = [0.1, 0.2, 0.4, 0.2, 0.1]
 HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 
-#: Arguments of every primitive, for a dtype.
+#: Example arguments of every primitive, by dtype.
 EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "angles.angle_of": lambda t: [(numbers(t, 40) - 0.5, numbers(t, 41)[:40] - 0.5)],
     "borders.outlines": lambda t: [
@@ -633,10 +633,10 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     ],
 }
 
-#: In native code an integer that is known to be small may be of fewer bits; whoever reads it takes either.
+#: Native code may store integers that are known to be small with fewer bits; their readers accept both.
 FEWER_BITS = {"histograms.quantize_u8", "histograms.clahe_interpolate", "materialise.stored_index"}
 
-#: Results that are parts of one, which depend on the target.
+#: Joins results in parts, because the parts depend on the target.
 WHOLE: dict[str, Callable[[Any], Tensor]] = {
     "padding.padded_parts": lambda parts: join_columns(
         [p[..., 2:] - 3.0 * p[..., 1:-1] + p[..., :-2] for p in parts]
@@ -667,7 +667,7 @@ def assert_equal(name: str, actual: Any, expected: Any, dtype: torch.dtype) -> N
 
 
 def assert_same_kind(name: str, form: Callable[..., Any], example: Example, expected: Any) -> None:
-    """The fake computation's shapes and dtypes are the definition's."""
+    """Assert that the fake computation has the definition's shapes and dtypes."""
     with FakeTensorMode(allow_non_fake_inputs=True) as mode:
         actual = form(*tree_map_only(Tensor, mode.from_tensor, example))
     for a, e in zip(tree_leaves(actual), tree_leaves(expected), strict=True):
@@ -694,7 +694,7 @@ CHOICES = [(name, rule) for name, made in PRIMITIVES.items() for rule in made.lo
 )
 def test_a_lowering_is_its_definition(name: str, rule: Lowering, dtype: torch.dtype) -> None:
     for example in examples(name, dtype):
-        with patch.object(torch.compiler, "is_exporting", lambda: True):  # else no kernel could be taken
+        with patch.object(torch.compiler, "is_exporting", lambda: True):  # otherwise no kernel would be used
             taken = rule.when is None or rule.when(*example)
         if not taken:
             continue
@@ -702,7 +702,7 @@ def test_a_lowering_is_its_definition(name: str, rule: Lowering, dtype: torch.dt
         if is_kernel(rule.form, example):
             assert_same_kind(name, rule.form, example, expected)
         else:
-            for target in rule.targets:  # which what the lowering calls may ask
+            for target in rule.targets:  # functions that the lowering calls may ask for the target
                 with exporting(target):
                     assert_equal(name, rule.form(*example), expected, dtype)
 
@@ -737,7 +737,7 @@ def test_what_is_scripted_is_the_definition(name: str, made: Primitive[..., Any]
         assert_equal(name, actual, made.definition(*example), torch.float64)
 
 
-#: Names by which code asks what it is compiled for, or does what is done for a compiler's sake.
+#: Names with which code asks for its target, or serves a compiler.
 ASKING = {
     "as_rows",
     "available",

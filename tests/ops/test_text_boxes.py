@@ -15,7 +15,7 @@ from chiasm.primitives.geometry.rectangles import smallest_rectangle_direction
 
 
 def edges(points: np.ndarray) -> list[float]:
-    """The areas of the rectangles along each edge of the hull of (P, 2)."""
+    """The areas of the bounding rectangles along each edge of the hull of (P, 2)."""
     hull = cv2.convexHull(points.astype(np.int32))[:, 0].astype(np.float64)
     areas = []
     for edge in np.roll(hull, -1, 0) - hull:
@@ -42,7 +42,7 @@ def test_the_rectangle_of_least_area(count: int, span: int) -> None:
 
 
 def blobs(seed: int, height: int, width: int, count: int = 7) -> np.ndarray:
-    """Turned rectangles and ellipses of text's proportions on noise."""
+    """Rotated rectangles and ellipses with the proportions of text, on noise."""
     random = np.random.default_rng(seed)
     image = np.zeros((height, width), np.float32)
     for k in range(count):
@@ -58,7 +58,7 @@ def blobs(seed: int, height: int, width: int, count: int = 7) -> np.ndarray:
 
 
 def ordered(corners: np.ndarray) -> np.ndarray:
-    """Of the two leftmost corners the upper one first, then clockwise."""
+    """Corners clockwise, from the upper one of the two leftmost."""
     by_x = corners[np.argsort(corners[:, 0], kind="stable")]
     left, right = by_x[:2], by_x[2:]
     left, right = left[np.argsort(left[:, 1])], right[np.argsort(right[:, 1])]
@@ -68,7 +68,7 @@ def ordered(corners: np.ndarray) -> np.ndarray:
 def boxes_by_opencv(
     image: np.ndarray, threshold: float, ratio: float
 ) -> list[tuple[np.ndarray, float, float]]:
-    """Of every shape the larger rectangle's corners, the score, and the shorter side."""
+    """For every shape, the enlarged rectangle's corners, the score, and the shorter side."""
     mask = (image > threshold).astype(np.uint8)
     contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     rows, columns = np.mgrid[: image.shape[0], : image.shape[1]]
@@ -116,7 +116,7 @@ def test_an_upright_rectangle_in_closed_form(ratio: float) -> None:
 
 
 def test_a_diamond() -> None:
-    """All of its pixels are in a rectangle turned by 45 degrees, none of the others."""
+    """A rectangle rotated by 45 degrees contains exactly its pixels."""
     y, x = torch.meshgrid(torch.arange(30.0), torch.arange(30.0), indexing="ij")
     probability = torch.where((x - 14).abs() + (y - 15).abs() <= 8, 0.7, 0.1)[None, None]
     corners, scores, _ = ops.decode_db(probability, unclip_ratio=0.0, max_candidates=1)

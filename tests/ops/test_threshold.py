@@ -15,7 +15,7 @@ X = torch.zeros(1, 3, 8, 9)
 
 
 def levels(*shape: int) -> Tensor:
-    """Bytes."""
+    """Random bytes."""
     return (photo(*shape, torch.float64) * 255).round().to(torch.uint8)
 
 
@@ -59,7 +59,7 @@ def test_adaptive_gaussian_equals_opencv(size: int, kind: str) -> None:
     expected = per_plane(
         bytes_, lambda p: cv2.adaptiveThreshold(p, 255, cv2.ADAPTIVE_THRESH_GAUSSIAN_C, flag, size, 2)
     )
-    # Means of the large blocks are not exact: within a rounding error of half a level they may go to either.
+    # Means of large blocks are not exact: within a rounding error of half a level, either result is allowed.
     mean = per_plane(
         bytes_.double(), lambda p: cv2.GaussianBlur(p, (size, size), 0, borderType=cv2.BORDER_REPLICATE)
     )
@@ -87,7 +87,7 @@ def test_otsu_equals_scikit_image(shape: tuple[int, ...], nbins: int) -> None:
     expected = per_plane(x, lambda p: np.float64(skimage.filters.threshold_otsu(p, nbins)))
     np.testing.assert_allclose(thresholds, expected, atol=1e-12)
     width = (x.amax((2, 3)) - x.amin((2, 3))).numpy() / nbins
-    # scikit-image's classes are whole bins, of which the threshold is the middle.
+    # scikit-image's classes are whole bins, and its threshold is a bin's centre.
     np.testing.assert_array_equal(mask, x.numpy() >= (expected + width / 2 - 1e-12)[..., None, None])
     np.testing.assert_array_equal(kept, np.where(mask, x, 0))
 
@@ -145,7 +145,7 @@ def test_differentiable_otsu_has_a_gradient() -> None:
     ).requires_grad_(True)
     assert torch.autograd.gradcheck(lambda v: otsu_threshold(v, 16, True)[1], x, eps=1e-7)
     (gradient,) = torch.autograd.grad(otsu_threshold(x, 16, True)[1].sum(), x)
-    # A shift of all values shifts the threshold by as much.
+    # A shift of all values shifts the threshold equally.
     torch.testing.assert_close(gradient.sum(), torch.tensor(1.0, dtype=torch.float64))
     assert (gradient != 0).sum() > 10
 

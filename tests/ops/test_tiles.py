@@ -31,7 +31,8 @@ def pair(value: int | tuple[int, int]) -> tuple[int, int]:
 
 
 def starts(length: int, size: int, overlap: int) -> list[int]:
-    """From the left, each as far from the one before as it may be, the last moved into the image."""
+    """The starts of tiles, from the left, each as far from the one before as allowed; the last is moved into
+    the image."""
     found = [0]
     while found[-1] + size < length:
         found.append(min(found[-1] + size - overlap, length - size))
@@ -60,7 +61,7 @@ def test_an_image_of_its_tiles(shape, size, overlap) -> None:
 
 @pytest.mark.parametrize(("shape", "size", "overlap"), CASES)
 def test_seams_are_blended(shape, size, overlap) -> None:
-    """Tiles that do not agree, against a loop that adds them up."""
+    """Tiles with different values, against a loop that sums them."""
     (rows, columns), (down, right) = pair(size), pair(overlap)
     corners = [(y, x) for y in starts(shape[0], rows, down) for x in starts(shape[1], columns, right)]
     tiles = np.random.default_rng(0).random((1, len(corners), 2, rows, columns))
@@ -76,7 +77,7 @@ def test_seams_are_blended(shape, size, overlap) -> None:
 
 
 def test_a_seam_is_a_ramp() -> None:
-    """Two tiles, 0 and 1: from one to the other in equal steps."""
+    """Two tiles, 0 and 1: the seam goes from one to the other in equal steps."""
     tiles = torch.stack([torch.zeros(1, 2, 8), torch.ones(1, 2, 8)])[None]
     merged = ops.merge(tiles, (2, 12), (0, 4))
     expected = torch.tensor([0.0, 0.0, 0.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0])

@@ -1,4 +1,4 @@
-"""Trackers: against the papers' definitions in NumPy and SciPy (tracked.py), and what a tracker promises."""
+"""Trackers against the papers' definitions in NumPy and SciPy (tracked.py), and their guarantees."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def start(slots: int = SLOTS, batch: int = 1, dtype: torch.dtype = torch.float64
 
 
 def in_slots(boxes: np.ndarray, scores: np.ndarray) -> tuple[Tensor, Tensor, Tensor]:
-    """(1, M, 4), (1, M) and (1, M), with what is no number in the empty slots."""
+    """(1, M, 4), (1, M) and (1, M), with NaN in the empty slots."""
     count = len(boxes)
     padded = np.full((DETECTIONS, 4), np.nan)
     padded[:count] = boxes
@@ -88,8 +88,8 @@ def one(x: float, y: float = 50.0) -> Tensor:
 
 
 def followed(pattern: str, **settings: int) -> list[tuple[int, bool]]:
-    """The identity and whether it is shown, frame by frame, of an object that is detected where the pattern
-    has an x; 0 where there is no track."""
+    """For each frame, the identity of an object, 0 without a track, and whether it is shown. The object is
+    detected in frames for which the pattern has an x."""
     state, seen = start(2), []
     for k, letter in enumerate(pattern):
         found = torch.tensor([[letter == "x"]])
@@ -100,7 +100,7 @@ def followed(pattern: str, **settings: int) -> list[tuple[int, bool]]:
 
 @pytest.mark.parametrize("max_age", [1, 2, 5])
 def test_a_gap(max_age: int) -> None:
-    """A track outlives a gap that is shorter than its greatest age, and no longer one."""
+    """A track survives a gap only if the gap is shorter than the maximum age."""
     begin = "xxxx"
     kept = followed(begin + "-" * (max_age - 1) + "x", max_age=max_age, min_hits=2)
     assert [identity for identity, _ in kept] == [1] * (4 + max_age)
@@ -146,7 +146,7 @@ def test_low_scores_keep_a_track_and_begin_none() -> None:
 
 
 def test_more_objects_than_slots() -> None:
-    """The first detections get the slots; a slot that is given back is the next one's."""
+    """The first detections get the slots; the next one gets a slot that becomes free."""
     four = torch.cat([one(100.0 * k) for k in range(4)], 1)
     state = start(2)
     *state, _, index, _ = sort_track(*state, four, torch.ones(1, 4, dtype=torch.bool))
@@ -178,7 +178,7 @@ def test_what_is_no_detection() -> None:
 
 
 def test_the_how_to_follows_objects() -> None:
-    """Section 4 of docs/howto/detector.md, with a detector that sees two boxes, which move apart."""
+    """Section 4 of docs/howto/detector.md, with a detector that finds two boxes, which move apart."""
     page = (Path(__file__).parents[2] / "docs" / "howto" / "detector.md").read_text()
     block = re.findall(r"```python\n(.*?)```", page.partition("## 4.")[2], re.DOTALL)[0]
     scope: dict[str, Any] = {"np": np}

@@ -51,7 +51,7 @@ def shearing(sx: float, sy: float) -> np.ndarray:
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 def test_rotation_equals_opencv(dtype: torch.dtype) -> None:
-    """Also in float32 every entry is as near as float32 can be."""
+    """In float32, too, every entry is as accurate as float32 allows."""
     scale = SCALE[:, :1].expand(-1, 2)
     center, angle = CENTER.to(dtype), ANGLE.to(dtype)
     actual = get_rotation_matrix2d(center, angle, scale.to(dtype))

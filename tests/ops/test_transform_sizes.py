@@ -98,7 +98,7 @@ def test_pyramid_steps_are_blur_and_interpolation(border: str, align: bool) -> N
 
 
 def test_pyrdown_is_opencvs_but_for_half_a_pixel() -> None:
-    """On a plane both blurs change nothing, so that the values say where pixels are."""
+    """The blurs do not change a linear ramp, so the values show the positions of pixels."""
     plane = torch.arange(40.0).expand(1, 1, 32, 40)
     np.testing.assert_allclose(
         pyrdown(plane)[0, 0, 5, 2:-2], cv2.pyrDown(hwc(plane))[5, 2:-2] + 0.5, atol=1e-5

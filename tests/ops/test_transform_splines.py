@@ -34,7 +34,7 @@ def test_goes_through_its_points() -> None:
 
 
 def test_evaluation_equals_scipy() -> None:
-    """SciPy centres kernels where the map starts; its spline is one of ours with such centres."""
+    """SciPy's kernels are centred at the source points; its spline equals ours with these centres."""
     for b in range(3):
         spline = RBFInterpolator(SOURCE[b].numpy(), TARGET[b].numpy(), kernel="thin_plate_spline", degree=1)
         one, p = np.ones((9, 1)), SOURCE[b].numpy()

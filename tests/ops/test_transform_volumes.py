@@ -78,8 +78,8 @@ def test_warps_equal_scipy(padding: str) -> None:
 
 
 def by_grid_sample(source: np.ndarray, mode: str, padding: str) -> Tensor:
-    """Positions (B, d, h, w, 3) in voxels, normalised by size - 1, and read from face to face: Kornia's
-    definition."""
+    """Positions (B, d, h, w, 3) in voxels, normalised by size - 1, and read as if -1 and 1 were the outer
+    faces: Kornia's definition."""
     grid = torch.from_numpy(source * 2 / (EXTENT - 1) - 1)
     return F.grid_sample(X, grid, mode, padding, False)
 
@@ -96,7 +96,7 @@ def test_without_corners_equals_grid_sample(mode: str, padding: str) -> None:
         warp_affine3d(X, MATRICES, size, mode, padding, False), expected, rtol=0, atol=1e-9
     )
     perspective = np.stack([mapped(np.linalg.inv(full(m)), voxels(size)) for m in HOMOGRAPHIES])
-    grid = torch.from_numpy((perspective * 2 + 1) / EXTENT - 1)  # the same voxels, from face to face
+    grid = torch.from_numpy((perspective * 2 + 1) / EXTENT - 1)  # the same voxels; +-1 are the outer faces
     expected = F.grid_sample(X, grid, mode, padding, False)
     torch.testing.assert_close(
         warp_perspective3d(X, HOMOGRAPHIES, size, mode, padding, False), expected, rtol=0, atol=1e-9

@@ -92,7 +92,7 @@ def test_bicubic_perspective_equals_the_definition(padding: str) -> None:
 
 
 def positions(height: int, width: int) -> tuple[Tensor, Tensor]:
-    """Columns and rows, a sixth of them outside, away from the borders between pixels."""
+    """Columns and rows, a sixth of them outside, not near the borders between pixels."""
     generator = torch.Generator().manual_seed(3)
     x = torch.floor(torch.rand((2, 31, 29), generator=generator, dtype=D) * (width + 10) - 5)
     y = torch.floor(torch.rand((2, 31, 29), generator=generator, dtype=D) * (height + 10) - 5)
@@ -135,7 +135,7 @@ def test_remap_equals_scipy_and_opencv(padding: str) -> None:
 
 def test_nearest_affine_takes_the_nearest() -> None:
     x = photo(2, 3, 37, 53, D)
-    matrices = MATRICES + 0.00123  # no position is half way between two pixels
+    matrices = MATRICES + 0.00123  # no position is halfway between two pixels
     actual = warp_affine(x, matrices, (41, 39), "nearest", "border")
     for b in range(2):
         rows, columns = pulled(full(matrices[b]), 41, 39)
@@ -232,7 +232,7 @@ def test_polar_equals_opencv(mapping: str) -> None:
     center, radius = torch.tensor([[40.5, 31.25], [33.0, 28.0]]), torch.tensor([25.0, 38.0])
     actual = warp_polar(x, (72, 48), center, radius, mapping)
     for b in range(2):
-        # What lies outside is left as the memory was, unless it is to be filled.
+        # OpenCV does not write pixels outside unless it fills them.
         flags = cv2.INTER_LINEAR + cv2.WARP_FILL_OUTLIERS
         flags += cv2.WARP_POLAR_LOG if mapping == "log" else cv2.WARP_POLAR_LINEAR
         expected = chw(cv2.warpPolar(hwc(x, b), (48, 72), center[b].tolist(), float(radius[b]), flags))

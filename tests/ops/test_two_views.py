@@ -1,5 +1,5 @@
-"""From two images to a homography, on photographs moved by known ones, beside OpenCV's SIFT, matcher and
-findHomography."""
+"""From two images to a homography, on photographs warped by known homographies, compared with OpenCV's SIFT,
+matcher and findHomography."""
 
 import cv2
 import numpy as np
@@ -14,7 +14,8 @@ SIZE = (320, 240)
 
 
 def views(name: str, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A photograph, the same turned, scaled, tilted, darker and noisier, and the homography between them."""
+    """A photograph, the same photograph rotated, scaled, tilted, darker and noisier, and the homography
+    between them."""
     random = np.random.default_rng(seed)
     photo = cv2.resize(
         cv2.imread(str(FOLDER / name), cv2.IMREAD_GRAYSCALE), SIZE, interpolation=cv2.INTER_AREA

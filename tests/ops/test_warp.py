@@ -52,7 +52,7 @@ def test_a_plane_is_warped_exactly() -> None:
 
 
 def by_grid_sample(x: Tensor, dsize: tuple[int, int], mode: str, padding: str, align: bool) -> Tensor:
-    """Positions normalised by either convention, then grid_sample."""
+    """grid_sample at positions that are normalised in either convention."""
     height, width = x.shape[2:]
     yy, xx = torch.meshgrid(torch.arange(dsize[0]).double(), torch.arange(dsize[1]).double(), indexing="ij")
     points = torch.stack([xx, yy, torch.ones_like(xx)], -1).reshape(-1, 3)
@@ -72,7 +72,7 @@ def test_equals_grid_sample(mode: str, padding: str, align: bool) -> None:
     expected = by_grid_sample(x, (41, 39), mode, padding, align)
     if mode == "bilinear":
         torch.testing.assert_close(actual, expected, rtol=0, atol=1e-9)
-    else:  # positions within rounding of a half may go either way; the identity has none
+    else:  # positions within rounding of a half may round to either pixel; the identity has none
         assert (actual != expected).double().mean() < 1e-3
 
 

@@ -1,4 +1,4 @@
-"""Whitening against NumPy's eigen decomposition."""
+"""Whitening against NumPy's eigendecomposition."""
 
 from collections.abc import Callable
 
@@ -63,7 +63,7 @@ def test_gradients() -> None:
 
 
 def test_gradient_with_equal_eigenvalues() -> None:
-    # where an eigen decomposition has none
+    # an eigendecomposition has no gradient here
     x = torch.cat([torch.eye(4), -torch.eye(4)]).double().requires_grad_(True)
     assert torch.autograd.gradcheck(lambda x: enhance.zca_whiten(x, eps=1e-3), [x], fast_mode=True)
 

@@ -1,4 +1,5 @@
-"""Numbers that make no sense are refused by name: deviations of 0, negative factors, sizes of three."""
+"""Invalid numbers are rejected with the argument's name: standard deviations of 0, negative factors, sizes of
+three."""
 
 from collections.abc import Callable
 

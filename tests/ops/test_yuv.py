@@ -57,7 +57,7 @@ def test_back_repeats_chroma(size: tuple[int, int]) -> None:
 
 
 def test_frame_equals_opencv() -> None:
-    """A planar 4:2:0 frame of a camera (I420: limited range), scaled to ours."""
+    """A camera's planar 4:2:0 frame (I420: limited range), scaled to chiasm's range."""
     rgb = np.rint(hwc(photo(1, 3, 36, 54)) * 255).astype(np.uint8)
     i420 = cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV_I420).astype(np.float32)
     y = (torch.from_numpy(i420[:36]) - 16) / 219

@@ -1,4 +1,5 @@
-"""SORT and BYTE as their papers define them, on lists of tracks, in NumPy and SciPy; and scenes to follow."""
+"""SORT and BYTE as defined in their papers, on lists of tracks, in NumPy and SciPy; and scenes for
+tracking."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ class Track:
         self.spread = MOVES @ self.spread @ MOVES.T + MOVES_BY
 
     def update(self, box: np.ndarray) -> None:
-        """In the form by inverse covariances."""
+        """In information form (inverse covariances)."""
         before, weight = np.linalg.inv(self.spread), np.eye(7)[:, :4] @ np.linalg.inv(MEASURED_BY)
         self.spread = np.linalg.inv(before + weight @ np.eye(7)[:4])
         self.state = self.spread @ (before @ self.state + weight @ measured(box))
@@ -57,8 +58,9 @@ def overlap(a: np.ndarray, b: np.ndarray) -> float:
 
 
 class Tracker:
-    """Rounds of association, each of the detections whose scores are above one of ``rounds`` and not above
-    that before; tracks begin at detections of the first round whose scores are above ``new``."""
+    """Associates in rounds: each round takes the detections whose scores are above its entry of ``rounds``,
+    but not above the entry before. New tracks begin at detections of the first round with scores above
+    ``new``."""
 
     def __init__(self, least: float, max_age: int, min_hits: int, rounds: list[float], new: float) -> None:
         self.least, self.max_age, self.min_hits = least, max_age, min_hits
@@ -105,8 +107,8 @@ class Tracker:
 
 
 def scene(seed: int, frames: int, objects: int = 8) -> list[tuple[np.ndarray, np.ndarray]]:
-    """For each frame boxes and their scores, falling: objects that move straight and cross, are missed, have
-    low scores where they are covered, come and go, and false detections."""
+    """For each frame, boxes and their scores in descending order: objects that move straight and cross, are
+    missed, have low scores if occluded, and come and go; and false detections."""
     random = np.random.default_rng(seed)
     centre, speed = random.uniform(0, 400, (objects, 2)), random.uniform(-4, 4, (objects, 2))
     size, begin = random.uniform(30, 80, (objects, 2)), random.integers(0, frames // 3, objects)

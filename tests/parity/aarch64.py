@@ -6,10 +6,10 @@
 
 Each op is exported to one bundle with native code for both. `replay` (tests/runtime/replay.cpp), compiled
 for both, self-tests it against eager Python's golden values within the manifest's tolerances. The results of
-the ops below must have the same bits; those that need not are listed with the reason, and an entry that no
-longer differs is a failure. Of other ops it is shown that they differ. What was found is added to
+the ops below must have the same bits. Exceptions are listed with the reason, and an exception that no longer
+differs is a failure. For other ops, differences are only reported. The results are added to
 build/aarch64.json, which `make coverage` reads. The last line printed is `aarch64: N results of K ops, M
-differ, L failed`; the exit status is 1 where something failed.
+differ, L failed`; the exit status is 1 if something failed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ REPORT = ROOT / "build" / "aarch64.json"
 QEMU = ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu")
 SECONDS = 1800
 
-#: One op of each family, and what is particular: kernels of bytes, an index from data, loops, draws.
+#: One op of each family, and special cases: kernels of bytes, an index from data, loops, draws.
 OPS = (
     "augmentation.random_affine",
     "color.rgb_to_hsv.frames",

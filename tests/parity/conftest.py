@@ -1,4 +1,4 @@
-"""What tests of the runtime share: see scale_bundle.py.
+"""Fixtures that tests of the runtime share: see scale_bundle.py.
 
 Of files of tests of what has not changed since the base every third is run; `make test-all` runs all.
 """

@@ -1,12 +1,12 @@
-"""docs/coverage.md from the catalog and docs/coverage.json, the record of what the parity matrix has found.
+"""Writes docs/coverage.md from the catalog and docs/coverage.json, the record of the parity matrix's results.
 
     python tests/parity/coverage.py    # after tests/parity/matrix.py, which leaves build/parity.json, or
                                        # tests/browser/replay.py, which leaves build/browser.json, or
                                        # tests/parity/aarch64.py, which leaves build/aarch64.json
 
-What they have found since is added to the record first. The whole catalog takes hours to compile, so
-the record is filled in pieces: `chiasm export 'color.*'` and `matrix.py 'color.*'` give one. An op is taken
-into it if it was run in every way, and its gradient, where it has one, by ONNX Runtime and natively.
+New results of these are first added to the record. The whole catalog takes hours to compile, so the record is
+filled in pieces: for example by `chiasm export 'color.*'` and `matrix.py 'color.*'`. An op is recorded if it
+was run in every way, and its gradient, if it has one, by ONNX Runtime and natively.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE, RECORD = ROOT / "docs" / "coverage.md", ROOT / "docs" / "coverage.json"
 FOUND, FOUND_IN_BROWSER = ROOT / "build" / "parity.json", ROOT / "build" / "browser.json"
 FOUND_ON_AARCH64 = ROOT / "build" / "aarch64.json"
-#: Families that are complete: each of their public functions is in the catalog, or is listed with the reason
-#: why it cannot be.
+#: Complete families: each of their public functions is in the catalog, or is listed with the reason why it is
+#: not.
 COMPLETE = (
     "augmentation",
     "color",
@@ -54,7 +54,7 @@ WAYS = {
 
 
 def declared(entry: Entry) -> list[str]:
-    """What the catalog alone says of an op: the page's first cells."""
+    """An op's information from the catalog: the first cells of its row."""
     spec = entry.spec
     tolerances = {d: spec.tolerance("forward", d) for d in spec.dtypes if spec.generic}
     loosest = next(iter(tolerances.values()), None)
@@ -69,7 +69,7 @@ def declared(entry: Entry) -> list[str]:
 
 
 def public_functions() -> dict[str, bool]:
-    """Names of the complete families' functions, and whether the catalog has a spec of each."""
+    """The names of the complete families' functions, and whether the catalog has a spec for each."""
     deployed = {inspect.unwrap(e.function()) for e in catalog().values()}
     found = {}
     for family in COMPLETE:
@@ -81,7 +81,7 @@ def public_functions() -> dict[str, bool]:
 
 
 def digest(entry: Entry) -> str:
-    """Stands for the source of an op: another digest in the record, and the op has changed since."""
+    """The digest of an op's source: if the record has another digest, the op has changed since."""
     source = Path(inspect.getsourcefile(inspect.unwrap(entry.function())) or "").read_bytes()
     return hashlib.sha256(source).hexdigest()[:16]
 
@@ -97,7 +97,7 @@ def found(checks: list[dict], method: str) -> dict[str, float | None]:
 
 
 def add(record: dict[str, Any], checks: list[dict], entries: dict[str, Entry]) -> int:
-    """Take into the record each op that was run in every way; how many there were."""
+    """Add to the record each op that was run in every way; returns their number."""
     by_op: dict[str, list[dict]] = defaultdict(list)
     for check in checks:
         by_op[check["op"]].append(check)
@@ -116,15 +116,15 @@ def add(record: dict[str, Any], checks: list[dict], entries: dict[str, Entry]) -
 
 
 def add_browser(record: dict[str, Any], checks: list[dict]) -> None:
-    """Take into the record what a browser has found: the largest error on the golden vectors, or None."""
+    """Add a browser's results to the record: the largest error on the golden vectors, or None."""
     for name in {check["op"] for check in checks} & record.keys():
         mine = [c for c in checks if c["op"] == name]
         record[name]["browser"] = None if any(c["message"] for c in mine) else max(c["error"] for c in mine)
 
 
 def add_aarch64(record: dict[str, Any], found: dict[str, dict]) -> None:
-    """Take into the record what aarch64 has found: the largest error on the golden vectors, or None; and
-    whether the results have the bits that they have on x86-64."""
+    """Add aarch64's results to the record: the largest error on the golden vectors, or None, and whether the
+    results have the same bits as on x86-64."""
     for name in found.keys() & record.keys():
         record[name]["aarch64"] = None if found[name]["message"] else found[name]["error"]
         record[name]["aarch64_same_bits"] = found[name]["same_bits"]
@@ -151,8 +151,8 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
         "Python over the parity matrix's shapes (none of them the exported ones; batches of 1 and more;",
         "1, 3 and 5 channels) and the op's dtypes; every one is within the op's tolerance",
         "`atol + rtol |expected|`, given for its first dtype. An empty cell: there is no such artifact. In a",
-        "browser, by ONNX Runtime for the web, and on aarch64, natively under an emulator, golden vectors",
-        "alone are compared; `=`: the results on aarch64 have the bits that they have on x86-64.",
+        "browser, by ONNX Runtime for the web, and on aarch64, natively under an emulator, only",
+        "golden vectors are compared; `=`: the results on aarch64 equal those on x86-64 bit for bit.",
         "",
         f"Of {len(public)} public functions {sum(public.values())} are deployed in every format,",
         f"{len(public) - sum(public.values())} are not, for the reasons at the end. The catalog has",

@@ -1,13 +1,13 @@
 """The parity matrix: every bundle x method x dtype x backend x shape against eager Python.
 
-    python tests/parity/matrix.py             of every bundle in build/bundles
-    python tests/parity/matrix.py PATTERN...  of these ops, whose bundles must be there
+    python tests/parity/matrix.py every bundle in build/bundles python tests/parity/matrix.py PATTERN... these
+    ops, whose bundles must exist
 
-Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Each ONNX artifact is run
-flat, and fused as its body and as the native kernel. Every artifact of a bundle must be run by some backend;
-one that is not counts as a failure. Several ops are checked at once. Writes build/parity.json (with a PATTERN
-it replaces those ops' rows); the last line printed is `parity: N checks of K ops, M failed`, and the exit
-status is 1 where something failed.
+Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Each ONNX artifact is run in
+its flat form, and in its fused form as the body and as the native kernel. Some backend must run every
+artifact of a bundle; otherwise this is a failure. Several ops are checked in parallel. Writes
+build/parity.json (with a PATTERN it replaces those ops' rows); the last line printed is `parity: N checks of
+K ops, M failed`, and the exit status is 1 if something failed.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Runner = Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]
 
 @dataclass
 class Check:
-    """One comparison; `error` is the largest absolute difference, `message` is empty where it passed."""
+    """One comparison; `error` is the largest absolute difference, `message` is empty if it passed."""
 
     op: str
     method: str
@@ -133,7 +133,7 @@ def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
                     )
 
 
-_loaded: dict[tuple, Runner] = {}  # of one op: check_op clears it, since engines hold memory
+_loaded: dict[tuple, Runner] = {}  # for one op: check_op clears it, because engines hold memory
 
 
 def runners(
@@ -186,7 +186,7 @@ def judged(runner: Runner, inputs, expected, method) -> tuple[float, str]:
 
 
 def summary(checks: list[Check]) -> Table:
-    """Worst error per op and method, a column a backend."""
+    """A table of the largest error per op and method, with one column per backend."""
     backends = list(dict.fromkeys(c.backend for c in checks))
     table = Table(
         Column("op", no_wrap=True),

@@ -1,13 +1,13 @@
-"""Bundles in engines that chiasm does not ship with: an old ONNX Runtime and OpenVINO, on both forms of each
-ONNX artifact.
+"""Runs bundles in engines that chiasm does not ship: an old ONNX Runtime and OpenVINO, with both forms of
+each ONNX artifact.
 
     tools/other_runtimes.sh                              # makes the environments
-    python tests/parity/other_runtimes.py [FOLDER]       # of bundles; build/bundles by default
+    python tests/parity/other_runtimes.py [FOLDER]       # the folder of bundles; build/bundles by default
 
 Every ONNX artifact of the ops listed below is run on the bundle's golden vectors and compared within the
-manifest's tolerances; in the old ONNX Runtime the fused ones again with chiasm's plug-in. What an engine is
-known not to do is listed below, with the reason; an entry that no longer fails is a failure, so that the list
-stays true. The last line printed is `other runtimes: N checks, M failed`, and the exit status is 1 where
+manifest's tolerances; in the old ONNX Runtime the fused form also runs with chiasm's plug-in. Known failures
+of an engine are listed below with the reason; an entry that no longer fails is a failure, so that the list
+stays correct. The last line printed is `other runtimes: N checks, M failed`, and the exit status is 1 if
 something failed.
 """
 
@@ -30,7 +30,7 @@ from chiasm.onnx import library
 ROOT = Path(__file__).resolve().parents[2]
 WORKER = Path(__file__).with_name("other_runtimes_worker.py")
 
-#: Engine: its environment below .deps, and the module that it is imported by.
+#: By engine: its environment in .deps, and the module to import.
 ENGINES = {
     "ONNX Runtime 1.17": ("ort-1.17", "onnxruntime"),
     "OpenVINO": ("openvino", "openvino"),
@@ -43,7 +43,7 @@ _OLD_FUSION = (
 _FLOAT32_INSIDE = "OpenVINO's CPU plug-in computes float64 in float32"
 _EDGES = "the edges of bins are rounded from quotients, whose last bits are OpenVINO's own"
 
-#: The ops that were gone through with these engines; each family of image ops is represented.
+#: The ops that were examined with these engines; each family of image ops is represented.
 OPS = (
     "ops.*",
     "color.*12_to_rgb*",
@@ -65,7 +65,7 @@ OPS = (
 def _old(
     reason: str, methods: list[str], ops: str, family: str = "geometry", dtype: str = "float32"
 ) -> dict[tuple[str, str, str], str]:
-    """What ONNX Runtime 1.17 cannot do, of some ops of a family, in either form."""
+    """Known failures of ONNX Runtime 1.17 for some ops of a family, in both forms."""
     files = [f"{method}.{dtype}{form}.onnx" for method in methods for form in ("", ".fused")]
     return {("ONNX Runtime 1.17", f"{family}.{op}", file): reason for op in ops.split() for file in files}
 
@@ -161,7 +161,7 @@ KNOWN = {
         "forward.float64.onnx",
     ): _FLOAT32_INSIDE,
 }
-#: What is known of some machines' processors, or of some runs, alone.
+#: Known failures that occur only on some CPUs or in some runs.
 ON_SOME_MACHINES = {
     ("OpenVINO", "geometry.transform.elastic_transform2d", "forward.float32.onnx"),
     ("OpenVINO", "ops.decode_heatmaps", "forward.float32.onnx"),
@@ -198,7 +198,7 @@ def main(folder: Path) -> int:
 
 
 def run(engine: str, bundles: list[Path]) -> list[dict[str, Any]]:
-    """The worker's rows, and one for every artifact that it should have run and did not."""
+    """The worker's rows, and a row for every artifact that it should have run but did not."""
     environment, module = ENGINES[engine]
     python = ROOT / ".deps" / environment / "bin" / "python"
     if not python.exists():
@@ -233,11 +233,11 @@ def expected(engine: str, bundle: Path) -> list[tuple[str, str, str]]:
 
 
 def judge(engine: str, row: dict[str, Any]) -> dict[str, Any]:
-    """Apply the list of what is known."""
+    """Apply the list of known failures."""
     reason = KNOWN.get((engine, row["op"], row["file"])) or (
         KNOWN_FUSED.get(engine) if row["form"] == "body" else None
     )
-    if row["form"] == "native":  # what is known is of graphs of standard operators
+    if row["form"] == "native":  # known failures are of graphs with standard operators
         reason = None
     row |= {"engine": engine, "known": bool(reason and row["message"])}
     if reason and not row["message"] and (engine, row["op"], row["file"]) not in ON_SOME_MACHINES:
@@ -246,7 +246,7 @@ def judge(engine: str, row: dict[str, Any]) -> dict[str, Any]:
 
 
 def summary(rows: list[dict[str, Any]]) -> Table:
-    """Worst error per artifact, a column for each engine and form that it can run."""
+    """A table of the largest error per artifact, with a column for each engine and form."""
     columns = (
         "ONNX Runtime 1.17 flat",
         "ONNX Runtime 1.17 body",

@@ -36,10 +36,10 @@ def by_openvino(file: Path, names: list[str], plugin: None) -> Runner:
     import openvino
 
     core = openvino.Core()
-    core.set_property("CPU", {"INFERENCE_PRECISION_HINT": "f32"})  # else bfloat16 where the CPU has it
+    core.set_property("CPU", {"INFERENCE_PRECISION_HINT": "f32"})  # otherwise bfloat16 on CPUs that have it
     model = core.compile_model(str(file), "CPU")
-    # By position: an input that a cast to its own dtype follows has the cast's name too, and get_any_name()
-    # may give that one.
+    # By position: an input that is followed by a cast to its own dtype also has the cast's name, and
+    # get_any_name() may return that.
     return lambda inputs: [np.array(x) for x in model(inputs).values()]
 
 
@@ -81,7 +81,7 @@ def replay(engine: str, plugin: str, bundle: Path) -> list[dict[str, Any]]:
                             plugin if form == "native" else None,
                         )
                         error, message = compare(run(inputs), expected, method)
-                    except Exception as failure:  # whatever the engine throws is the finding
+                    except Exception as failure:  # any exception of the engine is a result
                         error, message = float("inf"), f"refused: {' '.join(str(failure).split())}"
                     row = {
                         "op": manifest["name"],

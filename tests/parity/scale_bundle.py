@@ -1,4 +1,4 @@
-"""A little bundle, with a TorchScript and an ONNX artifact, that tests of the runtime write themselves."""
+"""A small bundle, with a TorchScript and an ONNX artifact, that tests of the runtime write themselves."""
 
 import hashlib
 import io

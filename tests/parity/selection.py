@@ -1,6 +1,6 @@
-"""Which ops a test run compiles natively, and which others it exports to TorchScript and ONNX.
+"""Selects the ops that a test run compiles natively, and the others that it exports to TorchScript and ONNX.
 
-    python tests/parity/selection.py            list them, with why
+    python tests/parity/selection.py            list them, with reasons
     python tests/parity/selection.py OUTPUT     export them to OUTPUT
 
 The whole catalog takes hours (`make test-all`). A run compiles the ops that its tests name, those whose
@@ -46,11 +46,11 @@ APART = (
 )
 #: Ops whose gradient tests take natively.
 DIFFERENTIATED = ("filters.sobel",)
-#: Of so many ops that are not compiled and have not changed one is exported.
+#: One of so many ops that are not compiled and have not changed is exported.
 EXPORTED = 20
-#: Of so many ops one is exported with its gradient.
+#: One of so many exported ops is exported with its gradient.
 GRADIENTS = 16
-#: What takes minutes to compile and is left to `make test-all`, unless a test names it.
+#: Ops that take minutes to compile and are left to `make test-all`, unless a test names them.
 SLOW = (
     "augmentation.*_augment",
     "augmentation.aug_mix",
@@ -75,19 +75,19 @@ SLOW = (
     "geometry.transform.*3d",
     "losses.*_information_loss_3d*",
 )
-#: A commit that changes more ops than these has some of them compiled, and some exported, lest a test run
-#: take hours; the rest waits for `make test-all`.
+#: If a commit changes more ops than these, only some of them are compiled and exported, so that a test run
+#: does not take hours; the rest waits for `make test-all`.
 MOST_COMPILED, MOST_EXPORTED = 8, 48
 
 
 def lot(name: str) -> bytes:
-    """An op's place in an order that the content of its source decides."""
+    """An op's position in an order that depends on the content of its source."""
     source = ROOT / source_of(catalog()[name].function())
     return hashlib.sha256(name.encode() + source.read_bytes()).digest()
 
 
 def chosen() -> tuple[dict[str, str], list[str]]:
-    """The ops to compile, each with the reason; and those to export without."""
+    """The ops to compile, each with the reason; and those to export without compiling."""
     entries = catalog()
     folders = [
         ROOT / "tests" / name
@@ -106,7 +106,7 @@ def chosen() -> tuple[dict[str, str], list[str]]:
     for name in touched[:MOST_COMPILED]:
         result[name] = f"{source[name]} {CHANGED}"
     for _, family in groupby(entries, key=lambda n: n.partition(".")[0]):
-        others = [n for n in family if n not in named]  # which the tests name is the same in every run
+        others = [n for n in family if n not in named]  # named ops are the same in every run
         due = PER_FAMILY - sum(n in result for n in others)
         for name in sorted((n for n in others if n not in result and n not in slow), key=lot)[: max(0, due)]:
             result[name] = "one of its family"

@@ -1,5 +1,5 @@
-"""Special values for any op: which numbers are put where, and which results of eager Python are theirs and
-not their rounding's."""
+"""Special values for any op: which values replace which elements, and which of eager Python's results depend
+on them and not on rounding."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from torch import Tensor
 
 Inputs = dict[str, Tensor]
 
-#: What an element becomes; "negated" and the integers' "wrong sign" are the tensor's own values.
+#: The value that an element gets; "negated" and the integers' "wrong sign" depend on the tensor's own values.
 FLOATS = (
     "nan",
     "inf",
@@ -29,13 +29,13 @@ FLOATS = (
 )
 INTEGERS = ("least", "largest", "0", "-1", "-5", "1000000000", "256")
 PATTERNS = ("all", "one", "row")
-#: Whole matrices (last two dimensions) that solvers meet: of rank one, and of rank one less than full.
+#: Whole matrices (last two dimensions) for solvers: of rank one, and of rank one less than full.
 MATRICES = ("rank one", "equal rows")
 
 
 @dataclass(frozen=True)
 class Case:
-    """One tensor of an op's inputs, what is put into it, and where."""
+    """A tensor of an op's inputs, the value to put into it, and the place."""
 
     tensor: str
     value: str
@@ -46,7 +46,7 @@ class Case:
 
 
 def cases(inputs: Inputs) -> Iterator[Case]:
-    """All cases of an op's inputs, those that broke most first."""
+    """All cases for an op's inputs, beginning with those that found most bugs."""
     for pattern in PATTERNS:
         for name, tensor in inputs.items():
             if (
@@ -71,8 +71,8 @@ def cases(inputs: Inputs) -> Iterator[Case]:
 
 
 def filled(tensor: Tensor, value: str) -> Tensor | None:
-    """The tensor of special values that a case takes its elements from; None where the dtype cannot hold the
-    value."""
+    """A tensor of special values, from which a case takes its elements; None if the dtype cannot represent
+    the value."""
     if tensor.is_floating_point():
         limits = torch.finfo(tensor.dtype)
         if value == "negated":
@@ -117,8 +117,8 @@ def doubled(inputs: Inputs) -> Inputs:
 
 
 def shaken(inputs: Inputs, seed: int, rtol: float) -> Inputs:
-    """Each number moved by up to 128 of its dtype's roundings, or an eighth of the tolerance; what is special
-    stays."""
+    """The inputs with each number changed by up to 128 of its dtype's roundings, or an eighth of the
+    tolerance; special values stay."""
     generator = torch.Generator().manual_seed(seed)
     return {n: _shaken(t, generator, rtol) if t.is_floating_point() else t for n, t in inputs.items()}
 
@@ -132,24 +132,22 @@ def _shaken(t: Tensor, generator: torch.Generator, rtol: float) -> Tensor:
 
 
 def agreeing(a: Tensor, b: Tensor, atol: float, rtol: float) -> Tensor:
-    """Where two results are the same number, both NaN, or no farther apart than allowed."""
+    """A mask: true where two results are equal, both NaN, or within the tolerance."""
     a, b = a.double(), b.double()
-    near = (
-        a - b
-    ).abs() <= atol + rtol * b.abs()  # never true of an infinity but of its equal, which comes next
+    near = (a - b).abs() <= atol + rtol * b.abs()  # false for infinities; equal infinities are covered next
     return (a == b) | (a.isnan() & b.isnan()) | (near & a.isfinite() & b.isfinite())
 
 
 def determined(result: Tensor, others: Sequence[Tensor], atol: float, rtol: float) -> Tensor:
-    """Where eager Python's result hangs on the input and not on its rounding: it is the same in float64 and
-    on shaken inputs.
+    """True where eager Python's result depends on the input and not on rounding: there it is the same in
+    float64 and for shaken inputs.
 
-    Only there can another engine be held to it: sums of the largest numbers overflow or do not, by their
-    order.
+    Only there must other engines give the same: for example, whether sums of the largest numbers overflow
+    depends on their order.
     """
     known = torch.ones_like(result, dtype=torch.bool)
     if result.is_floating_point():
-        # A rounding from infinity
+        # Within a rounding of infinity
         known = ~(result.isfinite() & (result.abs() > torch.finfo(result.dtype).max / 4))
     for other in others:
         if other.shape == result.shape:

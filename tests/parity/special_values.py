@@ -1,16 +1,15 @@
-"""NaN, infinities, zeros and extreme numbers into every op on every backend.
+"""Tests every op on every backend with NaN, infinities, zeros and extreme numbers.
 
-    python tests/parity/special_values.py               of every bundle in build/bundles
-    python tests/parity/special_values.py PATTERN...    of these ops
-    --seconds 60                                        what fits into that time, of each op some cases
-    --bundles FOLDER OP --case "input=nan, all"         one case
+    python tests/parity/special_values.py every bundle in build/bundles python tests/parity/special_values.py
+    PATTERN... these ops --seconds 60 some cases of each op, as many as fit into that time --bundles FOLDER OP
+    --case "input=nan, all" one case
 
-Each value of special_cases.py is put into each input: into all of it, one element, a row. The calls are made
-in child processes. None may end by a signal, take longer than 10 s of the processor, or take more than 4
-times the memory of a normal call (and 64 MiB). Where eager Python's result does not hang on rounding, every
-backend must give the same within the spec's tolerance, NaN for NaN and infinity for infinity; a spec's
-`special_values` says where it need not, and why. The last line printed is `special values: N calls of K of L
-ops, M failed`; the exit status is 1 where something failed.
+Each value of special_cases.py is put into each input: into all of it, one element, a row. Calls run in child
+processes. None may end by a signal, take longer than 10 s of CPU time, or use more than 4 times the memory of
+a normal call (plus 64 MiB). Unless eager Python's result depends on rounding, every backend must give the
+same within the spec's tolerance, NaN for NaN and infinity for infinity; a spec's `special_values` lists
+exceptions and their reasons. The last line printed is `special values: N calls of K of L ops, M failed`; the
+exit status is 1 if something failed.
 """
 
 from __future__ import annotations
@@ -38,12 +37,11 @@ from chiasm.export.catalog import catalog
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKER = Path(__file__).with_name("special_values_worker.py")
-#: The processor's time that one call may take, and the time on the clock of a machine that is busy with other
-#: things.
+#: The most CPU time of one call, and the most wall-clock time, for a machine that is busy with other work.
 PROCESSOR_SECONDS, CLOCK_SECONDS = 10.0, 90.0
-#: After so many children of one op have died the rest of it is left out.
+#: After so many child processes of one op have died, its other cases are skipped.
 DEATHS = 6
-#: Ops whose results are not compared, which must only end well, and why.
+#: Ops whose results are not compared, with the reason; their calls must only end normally.
 _ROUNDING = "with such numbers among others the result is what rounding left of these"
 _NO_MODEL = "of such points there is no model, or any"
 _DOCUMENTED = "documented for values well below 1e4, which stands for what a structuring element leaves out"
@@ -91,13 +89,13 @@ NOT_COMPARED = {
         )
     },
 }
-#: How long an op's cases take at most where the time is limited.
+#: The most seconds for an op's cases if the time is limited.
 OP_SECONDS = 2.0
 
 
 @dataclass
 class Report:
-    """What was found of one op."""
+    """The results of one op."""
 
     op: str
     calls: int = 0
@@ -105,7 +103,7 @@ class Report:
 
 
 class Child:
-    """A worker process that is started anew when one has died."""
+    """A worker process that is restarted after it has died."""
 
     def __init__(self) -> None:
         self.process: subprocess.Popen | None = None
@@ -136,7 +134,7 @@ class Child:
         return status
 
     def lines(self) -> Iterator[str | None]:
-        """The worker's lines; None now and then, while none comes. Ends with the process."""
+        """The worker's lines, with None at intervals while there is no line. Ends with the process."""
         assert self.process is not None and self.process.stdout is not None
         pipe = self.process.stdout.fileno()
         while True:
@@ -152,7 +150,7 @@ class Child:
                 yield None
 
     def is_late(self, step: str, since: float, used: float) -> bool:
-        """Whether a step has had its time; large graphs may take theirs to load."""
+        """Whether a step has used its time; large graphs may take longer to load."""
         times = 10.0 if " load " in f" {step}" else 1.0
         return (
             self.processor_seconds() - used > times * PROCESSOR_SECONDS
@@ -165,12 +163,12 @@ class Child:
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def check(self, job: dict) -> Report:
-        """An op's cases, in as many processes as it takes."""
+        """Run an op's cases, in as many processes as necessary."""
         report = Report(job["op"])
         for _ in range(DEATHS):
             process = self.start()
             assert process.stdin is not None
-            with contextlib.suppress(BrokenPipeError):  # it has died already, as watch will see
+            with contextlib.suppress(BrokenPipeError):  # it has died already; watch will notice
                 process.stdin.write(json.dumps(job).encode() + b"\n")
                 process.stdin.flush()
             fatal = self.watch(report)
@@ -195,7 +193,7 @@ class Child:
         return report
 
     def watch(self, report: Report) -> tuple[str, str] | None:
-        """Read one op's answers; (the step, what happened) where the process died or had to be stopped."""
+        """Read one op's answers. Returns (the step, the event) if the process died or had to be stopped."""
         step, since, used = "", 0.0, 0.0
         for line in self.lines():
             word, _, rest = (line or "").partition(" ")
@@ -256,7 +254,7 @@ def main() -> int:
 
 
 def show(report: Report, console: Console) -> None:
-    """An op's failures, the first four of each backend."""
+    """Print an op's failures, the first four of each backend."""
     shown: dict[tuple, int] = {}
     for f in report.failures:
         key = (f["method"], f["backend"])
@@ -278,7 +276,7 @@ def has_native(bundle: Path) -> bool:
 
 
 def run(jobs: list[dict], seconds: float, console: Console) -> Iterator[Report]:
-    """The jobs' reports, as many as fit into the time."""
+    """The reports of as many jobs as fit into the time."""
     workers = len(os.sched_getaffinity(0))
     children = [Child() for _ in range(workers)]
     idle = list(children)

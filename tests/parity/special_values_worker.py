@@ -1,8 +1,8 @@
-"""The child process of special_values.py: runs one op's cases on every backend and says what it is about to
-do before it does it.
+"""The child process of special_values.py: runs one op's cases on every backend, and announces each step
+before it begins.
 
 Each line on standard input is a job (JSON); each line on the answering pipe is `begin STEP`, `end`, `fail
-JSON` or `done`. What kills or stops this process is therefore known by the last `begin`.
+JSON` or `done`. So the last `begin` shows which step killed or stopped this process.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from chiasm.export.spec import Spec, TensorSpec
 from chiasm.export.tracing.gradient import vjp_module
 from chiasm.export.tracing.module import bind_spec
 
-#: A call may take so many times the memory of a normal call, and that much more.
+#: A call may use TIMES the memory of a normal call, plus MORE.
 TIMES, MORE = 4, 64 << 20
-#: No process may take more: what asks for it fails, and the machine stays usable.
+#: The memory limit of a process: larger requests fail, and the machine stays usable.
 ADDRESS_SPACE = 12 << 30
 
 Run = Callable[[Inputs], tuple[torch.Tensor, ...]]
 
 
 class Worker:
-    """Says what it does on `answers`, and does it."""
+    """Runs jobs, and announces every step on `answers`."""
 
     def __init__(self, answers) -> None:
         self.answers = answers
@@ -54,7 +54,7 @@ class Worker:
         )
 
     def job(self, job: dict) -> None:
-        """All methods and dtypes of an op, but for the steps that ended an earlier process."""
+        """All methods and dtypes of an op, except the steps that ended an earlier process."""
         name, folder = job["op"], Path(job["bundles"]) / f"{job['op']}.chiasm"
         spec = catalog()[name].spec
         op = bind_spec(catalog()[name].function(), spec)
@@ -120,8 +120,8 @@ class Method:
             self.one(case, backends)
 
     def step(self, what: str, run: Callable):
-        """Do something that may kill this process, unless it did so before; None where it raised, which is a
-        failure."""
+        """Run a step that may kill this process, unless it did so before. Returns None if it raised, which is
+        a failure."""
         if f"{self.label} {what}" in self.skipped:
             return None
         self.worker.say("begin", f"{self.label} {what}")
@@ -181,12 +181,12 @@ class Method:
             return False
         if case.value == "nan":
             return not (self.spec.without_nan or self.spec.special_values)
-        # Sums of the largest numbers are infinite.
+        # Sums of the largest numbers may be infinite.
         return not (case.value in ("inf", "-inf", "largest") and self.spec.special_values)
 
 
 def quietly(run: Run, inputs: Inputs) -> tuple[torch.Tensor, ...] | None:
-    """The result; None where the op does not take this dtype."""
+    """The result; None if the op does not support this dtype."""
     try:
         return run(inputs)
     except Exception:
@@ -208,7 +208,7 @@ def peak(reset: bool = False) -> int:
 def main() -> None:
     warnings.simplefilter("ignore")
     answers = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # what libraries print is no answer
+    os.dup2(2, 1)  # output of libraries must not mix with answers
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     torch.set_num_threads(1)

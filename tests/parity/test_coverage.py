@@ -1,7 +1,8 @@
-"""No public function is left out of the catalog in silence, and docs/coverage.md can be written for all that
-is in it.
+"""Every public function is in the catalog or listed with a reason, and docs/coverage.md can be written for
+the whole catalog.
 
-The page's numbers are what matrices of many days found (`make coverage`): no test asks that they be of today.
+The page's numbers come from parity matrices of many days (`make coverage`): no test requires that they are
+current.
 """
 
 from coverage import add, add_aarch64, add_browser, declared, page, public_functions

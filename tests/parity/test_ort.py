@@ -1,5 +1,4 @@
-"""The plug-in in ONNX Runtime, on the exported bundles: which code ran, on whose threads, and what it says
-where it cannot."""
+"""The plug-in in ONNX Runtime, on the exported bundles: which code ran, on which threads, and the errors."""
 
 import json
 import os
@@ -186,7 +185,7 @@ def test_in_a_network_of_ones_own_on_a_photograph(tmp_path: Path) -> None:
     photograph = torch.from_numpy(np.ascontiguousarray(data.astronaut()[:, :, ::-1]))
     file = tmp_path / "network.onnx"
     onnx.save(chiasm.onnx.export(network, (photograph,), dynamic_shapes=({0: "H", 1: "W"},)), file)
-    frame = np.ascontiguousarray(data.chelsea()[:, :, ::-1])  # of another size than the exported
+    frame = np.ascontiguousarray(data.chelsea()[:, :, ::-1])  # of another size than in the export
     model = onnx.load(file)
     inputs = {model.graph.input[0].name: frame}
     ran, [features] = profiled(str(file), options(preprocess), inputs, tmp_path)
@@ -267,7 +266,7 @@ int main() {{
 
 
 def test_the_kernel_works_on_the_sessions_threads_and_makes_none() -> None:
-    """Runs in a process of its own, where nothing else makes threads."""
+    """Runs in a separate process, in which nothing else creates threads."""
     code = f"""
 import os, resource, sys, time
 import numpy as np, onnxruntime, chiasm.onnx
@@ -298,7 +297,7 @@ print(len(os.listdir("/proc/self/task")) - before, cores, out.tobytes().hex()[:6
         assert int(made) == 0
         results[threads] = (float(cores), values)
     assert results[1][1] == results[2][1] == results[4][1]
-    # One thread and no other; how much more two use depends on what else this machine does
+    # One thread must use only itself; how much more two use depends on the machine's other work
     assert results[1][0] < 1.1
 
 

@@ -1,5 +1,5 @@
-"""The judgement of other_runtimes.py: its list of what is known stays true, and nothing is left out in
-silence."""
+"""The verdicts of other_runtimes.py: its list of known failures stays correct, and nothing is skipped
+silently."""
 
 import json
 from pathlib import Path

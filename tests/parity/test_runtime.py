@@ -1,6 +1,6 @@
-"""The Python API of the runtime: what goes in and what comes out.
+"""The Python API of the runtime: inputs and outputs.
 
-Most tests use a little bundle of their own (scale_bundle.py); those at the end take exported ones from
+Most tests use a small bundle of their own (scale_bundle.py); those at the end use exported bundles from
 CHIASM_TEST_BUNDLES (default: build/bundles).
 """
 

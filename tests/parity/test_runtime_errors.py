@@ -1,5 +1,4 @@
-"""The Python API of the runtime: what it says of calls, bundles and artifacts that are not as they should
-be."""
+"""The Python API of the runtime: errors of wrong calls, bundles and artifacts."""
 
 import io
 import os
@@ -89,11 +88,11 @@ def test_bytes_of_bool_are_0_or_1(method: runtime.Method) -> None:
 
 class Scatter(torch.nn.Module):
     def forward(self, x: torch.Tensor, keep: torch.Tensor) -> torch.Tensor:
-        return x.masked_scatter(keep, x[0])  # fails where more than a row is kept
+        return x.masked_scatter(keep, x[0])  # fails if more than one row is kept
 
 
 def test_errors_of_torch_have_no_stack(tmp_path: Path) -> None:
-    """Of code that is compiled for libtorch, whose errors come with libtorch's stack in their text."""
+    """For code that is compiled for libtorch, whose error texts contain libtorch's stack."""
     x, keep = np.zeros((2, 3), np.float32), np.zeros((2, 3), bool)
     program = torch.export.export(Scatter(), (torch.from_numpy(x), torch.from_numpy(keep)))
     package = str(tmp_path / "scatter.pt2")
@@ -305,8 +304,7 @@ def damaged_zip() -> bytes:
 def test_a_bad_artifact_says_so(
     tmp_path: Path, backend: str, form: str, data: bytes, words: list[str]
 ) -> None:
-    """Artifacts whose hash is right and whose content is not: an exporter's mistake, or an attacker's
-    manifest."""
+    """Artifacts with a correct hash and wrong content: an exporter's bug, or an attacker's manifest."""
     more = {"device": "cpu"} | ({"isa": "x86-64-v3"} if backend == "native" else {})
     more |= {"needs": ["libtorch"]} if (backend, form) == ("torch", "aotinductor") else {}
     entry = artifact(backend, form, "bad.bin", data, ["float32"], **more)

@@ -1,5 +1,5 @@
-"""The Python API of the runtime in a process: many threads, the interpreter's lock, torch beside it, and the
-thread policy."""
+"""The Python API of the runtime in a process: many threads, the interpreter's lock, torch in the same
+process, and the thread policy."""
 
 import subprocess
 import sys

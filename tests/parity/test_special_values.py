@@ -1,4 +1,4 @@
-"""The program that puts special values into ops notices what it is there to notice."""
+"""The program that tests ops with special values detects failures."""
 
 import sys
 import textwrap
@@ -9,7 +9,7 @@ import special_values
 import torch
 from special_cases import Case, agreeing, apply, cases, determined
 
-#: A worker of four ops: one dies, one never ends, one fails a comparison, one is well.
+#: A worker with four ops: one dies, one never ends, one fails a comparison, one passes.
 WORKER = """
 import json, os, signal, sys
 for line in sys.stdin:
@@ -55,7 +55,7 @@ def test_a_call_that_dies_hangs_or_differs_is_reported_and_the_rest_goes_on(chil
 
 
 def test_an_op_that_always_dies_is_given_up(child, monkeypatch):
-    monkeypatch.setattr(special_values, "WORKER", sys.executable)  # no Python source: ends at once
+    monkeypatch.setattr(special_values, "WORKER", sys.executable)  # not Python source: ends at once
     report = child.check({"op": "dies", "skipped": []})
     assert (
         len(report.failures) == special_values.DEATHS + 1 and "is left out" in report.failures[-1]["message"]

@@ -1,5 +1,5 @@
-"""Signed bundles and trust policies: chiasm and the program minisign agree, and no process runs what its
-policy refuses."""
+"""Signed bundles and trust policies: chiasm and the program minisign agree, and no process runs code that its
+policy forbids."""
 
 import base64
 import json
@@ -27,7 +27,7 @@ PASSWORD = "correct horse"
 
 
 def minisign(*arguments: str | Path, typed: str = "") -> subprocess.CompletedProcess[str]:
-    # Its key derivation takes a gigabyte where it is let; with less memory it takes less.
+    # Its key derivation uses a gigabyte if it can, and less under a memory limit.
     limit = (200 << 20, 200 << 20)
     return subprocess.run(
         ["minisign", *map(str, arguments)],
@@ -41,7 +41,7 @@ def minisign(*arguments: str | Path, typed: str = "") -> subprocess.CompletedPro
 
 @pytest.fixture(scope="module")
 def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """plain.key, protected.key and other.key, each with its .pub, all of minisign's making."""
+    """plain.key, protected.key and other.key, each with its .pub, all made by minisign."""
     folder = tmp_path_factory.mktemp("keys")
     for name, more in (("plain", ["-W"]), ("other", ["-W"]), ("protected", [])):
         made = minisign(
@@ -74,8 +74,8 @@ def sign(bundle: Path, keys: Path, name: str = "plain") -> None:
 
 
 def child(code: str, **environment: str) -> str:
-    """What a new process prints that runs this code, with `np` and `runtime`; it must not be ended by a
-    signal."""
+    """The output of a new process that runs this code, with `np` and `runtime`; asserts that no signal ends
+    it."""
     lines = [
         "import numpy as np",
         "import chiasm.runtime as runtime",
@@ -150,7 +150,7 @@ def test_a_changed_byte_is_found_wherever_it_is(bundle: Path, keys: Path) -> Non
     places += [(signing.SIGNATURE, signature.index("\n") + i) for i in (1, 5, 40, 90)]  # the signature's line
     # The trusted comment
     places += [(signing.SIGNATURE, signature.index("timestamp") + i) for i in (-4, 0, 12)]
-    places += [(signing.SIGNATURE, len(signature) - 30)]  # and what proves it
+    places += [(signing.SIGNATURE, len(signature) - 30)]  # and the trusted comment's signature
     places += [
         (file.name, 20) for file in bundle.iterdir() if file.name not in ("manifest.json", signing.SIGNATURE)
     ]
@@ -176,7 +176,7 @@ def test_what_is_wrong_is_said(bundle: Path, keys: Path, tmp_path: Path) -> None
     (bundle / "more").write_text("x")
     assert "has 'more', which its manifest does not name" in says(keys / "plain.pub")
     code, text = chiasm("sign", keys / "plain.key", bundle)
-    assert code == 1 and "has 'more'" in text  # what is not whole is not signed
+    assert code == 1 and "has 'more'" in text  # only a complete bundle is signed
     (bundle / "more").unlink()
     flip(bundle / "golden.safetensors", 100)
     code, text = chiasm("sign", keys / "plain.key", bundle)
@@ -216,7 +216,7 @@ def test_a_damaged_key_signs_nothing(bundle: Path, keys: Path, tmp_path: Path) -
     """A key without a password has no checksum."""
     lines = (keys / "plain.key").read_text().splitlines()
     data = bytearray(base64.b64decode(lines[1]))
-    for place in (70, 110):  # in the secret half, and in the public one
+    for place in (70, 110):  # in the secret and in the public half
         data[place] ^= 1
         (tmp_path / "key").write_text(f"{lines[0]}\n{base64.b64encode(data).decode()}\n")
         data[place] ^= 1
@@ -233,14 +233,14 @@ def test_a_signature_is_written_whole_and_through_no_link(bundle: Path, keys: Pa
     assert victim.read_text() == "mine" and not signature.is_symlink()
     before = signature.read_bytes()
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limit[1]))  # as on a disk that is full
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limit[1]))  # as on a full disk
     try:
         with pytest.raises(BundleError, match="minisig: File too large"):
             sign(bundle, keys, "other")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
     assert signature.read_bytes() == before
-    signing.check_signature(bundle, str(keys / "plain.pub"))  # and nothing else was left there
+    signing.check_signature(bundle, str(keys / "plain.pub"))  # and no other file was left
 
 
 def test_links_and_pipes_are_not_signed(bundle: Path, keys: Path, tmp_path: Path) -> None:
@@ -349,8 +349,8 @@ def ran():
             and "is not signed, and the trust policy is 'signed'" in refused
             and refused.count("\n") == 1
         )
-    # The fused form inside chiasm's own onnx backend: what the plug-in opens is the manifest that the core
-    # has checked.
+    # The fused form inside chiasm's own onnx backend: the plug-in opens the manifest that the core has
+    # checked.
     fused = f"print(attempt(lambda: runtime.open({str(sobel)!r}).method(backend='onnx').artifact))"
     assert child(fused) == "forward.float32.fused.onnx\n"
     assert child(fused, CHIASM_TRUST_POLICY="data_only") == "forward.float32.onnx\n"
@@ -367,7 +367,7 @@ def ran():
 
 
 def test_onnx_with_external_data_is_refused(tmp_path: Path) -> None:
-    """Written by the onnx library itself, with the data's file beside the model."""
+    """Written by the onnx library itself, with the data's file next to the model."""
     weight = onnx.numpy_helper.from_array(np.ones((64, 64), np.float32), "w")
     info = onnx.helper.make_tensor_value_info
     graph = onnx.helper.make_graph(

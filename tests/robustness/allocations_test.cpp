@@ -1,4 +1,4 @@
-/** Each allocation of a call fails once, in a child process: the call ends in a result or in one error, and
+/** Each allocation of a call fails once, in a child process: the call ends with a result or one error, and
  *  works when there is memory again. */
 #include <dlfcn.h>
 #include <gtest/gtest.h>
@@ -16,12 +16,12 @@
 
 namespace {
 
-/** How many allocations go well before one fails; negative: none fails. */
+/** The number of allocations that succeed before one fails; negative: none fails. */
 std::atomic<int64_t> left{-1};
 
-/** This thread opens a library or makes a thread: what the dynamic linker allocates there it can do without.
- *  Otherwise it allocates a thread's part of a library's thread_local variables at their first use, and ends
- *  the process itself where it cannot: docs/decisions/07-process.md. */
+/** Whether this thread opens a library or creates a thread: there, failed allocations of the dynamic linker
+ *  are harmless. Elsewhere, the linker allocates a thread's copy of a library's thread_local variables at
+ *  their first use, and ends the process if it cannot: docs/decisions/07-process.md. */
 thread_local bool linking = false;
 
 class Linking final {
@@ -59,7 +59,7 @@ Function next(const char* name) {
 
 extern "C" {
 
-// glibc's own, under names that stay when this program's stand in for the others.
+// glibc's own functions, under names that remain available when this program replaces the others.
 void* __libc_malloc(size_t size);
 void* __libc_calloc(size_t count, size_t size);
 void* __libc_realloc(void* data, size_t size);
@@ -104,7 +104,7 @@ using std::chrono::seconds;
 
 const chiasm_api& api() { return *chiasm_get_api(CHIASM_API_VERSION); }
 
-/** What a call needs; the calls are of the C interface, so that nothing of the test allocates in them. */
+/** The arguments of a call. Calls use the C interface, so that the test itself does not allocate in them. */
 struct Scene {
   static constexpr size_t kRuns = 3;
   std::string path = bundle_path("filters.sobel");

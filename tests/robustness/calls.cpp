@@ -62,7 +62,7 @@ void fill(std::vector<unsigned char>& bytes, std::mt19937_64& random, const Tens
 
 #ifdef CHIASM_TEST_PLUGIN
 
-/** A session of the fused file, as a service on ONNX Runtime has it. */
+/** A session of the fused file, as in a service that uses ONNX Runtime. */
 class Session {
  public:
   Session(const std::string& bundle, const std::string& method) {

@@ -21,7 +21,7 @@ void write_all(int fd, const std::string& text) {
   }
 }
 
-/** Reads until the other side ends. False where `until` came first. */
+/** Reads until the other side ends. False if `until` came first. */
 bool read_all(int fd, std::chrono::steady_clock::time_point until, std::string& text) {
   char buffer[4096];
   for (;;) {

@@ -1,4 +1,4 @@
-/** A piece of a test in a child process, which may die, hang or use up memory without harm to the test. */
+/** A part of a test in a child process, which may die, hang or exhaust memory without harm to the test. */
 #pragma once
 
 #include <chrono>
@@ -10,17 +10,17 @@ namespace chiasm::testing {
 /** How a child ended. */
 struct Ending {
   bool timed_out = false;
-  int signal = 0;     // that ended it
-  int code = 0;       // its exit code where none did
-  std::string words;  // what it said, or the text of the exception that it ended by
+  int signal = 0;     // the signal that ended it
+  int code = 0;       // its exit code without a signal
+  std::string words;  // its result, or the text of the exception that ended it
 
   bool well() const { return !timed_out && signal == 0 && code == 0; }
   /** For messages: "signal 11 (Segmentation fault): ..." */
   std::string text() const;
 };
 
-/** Forks, runs `body` in the child, whose result is what it says, and ends the child after `limit` at the
- *  latest. Destructors of what the parent holds do not run in the child. An exception is the exit code 1. */
+/** Forks, runs `body` in the child, returns its result in `words`, and ends the child after `limit` at the
+ *  latest. Destructors of the parent's objects do not run in the child. Exceptions give the exit code 1. */
 Ending in_child(std::chrono::milliseconds limit, const std::function<std::string()>& body);
 
 }  // namespace chiasm::testing

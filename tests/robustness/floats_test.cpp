@@ -1,5 +1,5 @@
-/** Callers with a floating-point environment of their own: results are the same, no signal comes, and the
- *  environment stays the caller's. */
+/** Callers with another floating-point environment: results are the same, there is no signal, and the
+ *  caller's environment is kept. */
 #include <fenv.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ class Floats : public ::testing::TestWithParam<std::string> {
  protected:
   const std::string bundle_ = bundle_path("filters.sobel");
 
-  /** Every other value is subnormal, so that an environment without such numbers gives another answer. */
+  /** Every other value is subnormal, so an environment without subnormal numbers gives another result. */
   Inputs image() const {
     Inputs inputs = make_inputs(Bundle::open(bundle_).methods().at(0), 1, 700);
     auto* const values = reinterpret_cast<float*>(inputs.bytes[0].data());
@@ -29,7 +29,7 @@ class Floats : public ::testing::TestWithParam<std::string> {
     return inputs;
   }
 
-  /** Rounds up and has no subnormal numbers; where `traps`, every exception is a signal. */
+  /** Rounds up and has no subnormal numbers; with `traps`, every exception is a signal. */
   static void set_odd_environment(bool traps) {
     ::fesetround(FE_UPWARD);
 #if defined(__x86_64__)
@@ -44,7 +44,7 @@ TEST_P(Floats, TheCallersEnvironmentDoesNotCount) {
   const Inputs inputs = image();
   const Ending plain = in_child(seconds(60), [&] { return load(GetParam(), bundle_)(inputs); });
   ASSERT_TRUE(plain.well()) << plain.text();
-  // In a session of the program's own, ONNX Runtime's code is in the caller's environment.
+  // In the program's own session, ONNX Runtime's code runs in the caller's environment.
   const bool traps = GetParam() != "plugin";
   for (const bool odd_first : {true, false}) {
     const Ending child = in_child(seconds(60), [&]() -> std::string {

@@ -1,5 +1,5 @@
-/** A child of fork runs what its parent loaded and loads more, whatever the parent's other threads did at
- *  that moment. */
+/** A forked child can run its parent's methods and load more, whatever the parent's other threads did at that
+ *  moment. */
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -52,7 +52,7 @@ TEST_P(Fork, AChildGoesOnWithWhatItsParentRan) {
   EXPECT_EQ(sobel(image_), expected) << "in the parent, after the fork";
 }
 
-/** Not for `plugin`: a session of the program's own is ONNX Runtime's, and nobody can wait for its locks. */
+/** Not for `plugin`: the program's own session belongs to ONNX Runtime, and nobody can wait for its locks. */
 class BusyFork : public Fork {};
 INSTANTIATE_TEST_SUITE_P(Built, BusyFork, ::testing::ValuesIn(ways_of_the_runtime()),
                          [](const auto& info) { return info.param; });
@@ -92,7 +92,7 @@ TEST_P(BusyFork, WhileOtherThreadsRunAndLoad) {
   EXPECT_EQ(trouble, "");
 }
 
-/** A method with threads of its own, of which a child has none: its pool ends there without them. */
+/** A method with its own threads, which do not exist in a child: there its pool ends without them. */
 TEST_P(Fork, AChildClosesWhatItsParentLoaded) {
   if (way() == "plugin") GTEST_SKIP() << "a session of the program's own is ONNX Runtime's to close";
   const bool flat = way() == "onnx_flat";

@@ -1,5 +1,5 @@
-/** What a process may run out of: threads, memory, files, /proc. Each ends in an answer that is right or in
- *  one error, and what was loaded works again when there is enough. */
+/** Resources that a process may lack: threads, memory, files, /proc. Each case ends with a correct result or
+ *  one error, and loaded methods work again when there is enough. */
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -30,7 +30,7 @@
 
 namespace {
 
-/** How many threads the process may still have at the same time. */
+/** The number of further threads that the process may have at the same time. */
 std::atomic<int> threads_allowed{1 << 20};
 
 struct Start {
@@ -48,8 +48,8 @@ void* counted(void* argument) {
 
 }  // namespace
 
-/** In place of libc's, also for every library: fails as the system does where a limit is reached
- *  (RLIMIT_NPROC does not count for root). */
+/** Replaces libc's function, also for every library: fails like the system at a limit (RLIMIT_NPROC does not
+ *  apply to root). */
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*body)(void*),
                               void* argument) {
   using Function = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
@@ -79,7 +79,7 @@ class Limits : public ::testing::TestWithParam<std::string> {
   const std::string bundle_ = bundle_path("filters.sobel");
   const MethodInfo forward_ = Bundle::open(bundle_).methods().at(0);
 
-  /** The answer of a process without limits. */
+  /** The result of a process without limits. */
   std::string answer(const Inputs& inputs) const {
     const Ending child = in_child(seconds(60), [&] { return load(GetParam(), bundle_)(inputs); });
     if (!child.well()) throw std::runtime_error(child.text());
@@ -90,8 +90,8 @@ class Limits : public ::testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Built, Limits, ::testing::ValuesIn(ways_to_call()),
                          [](const auto& info) { return info.param; });
 
-/** The error's text where `body` throws one. Only chiasm's and ONNX Runtime's own are errors that a program
- *  can be expected to handle. */
+/** The error's text if `body` throws one. A program can be expected to handle only chiasm's and ONNX
+ *  Runtime's own errors. */
 template <class Body>
 std::string error_of(Body&& body, int* code = nullptr) {
   try {
@@ -116,13 +116,13 @@ TEST_P(Limits, TooFewThreads) {
           if (sobel(image) != expected) return "another answer";
         }
       } catch (const std::exception& error) {
-        // A session of the program's own is refused by ONNX Runtime itself.
+        // ONNX Runtime itself rejects the program's own session.
         return GetParam() == "plugin" && std::string(error.what()).find("thread") != std::string::npos
                    ? ""
                    : error.what();
       }
       if (GetParam() == "plugin") return "";
-      // One more caller: engines keep threads for each.
+      // One more caller: engines keep threads for each caller.
       threads_allowed = 1;
       const Callable again = load(GetParam(), bundle_);
       bool same = false;
@@ -134,7 +134,7 @@ TEST_P(Limits, TooFewThreads) {
   }
 }
 
-/** Within it, the process has `more` bytes of address space above what it has now. */
+/** In its lifetime, the process can use `more` bytes of address space in addition to its current use. */
 class LessMemory final {
  public:
   explicit LessMemory(size_t more) {
@@ -153,8 +153,8 @@ class LessMemory final {
   rlimit before_{};
 };
 
-/** An image of 48 MB. glibc maps what is larger than 32 MB anew each time, so no tensor of a run fits into
- *  what the process has already. */
+/** An image of 48 MB. glibc maps blocks larger than 32 MB anew each time, so no tensor of a run fits into
+ *  memory that the process already has. */
 Inputs large_image() {
   constexpr int64_t kSide = 2000;
   Inputs inputs;
@@ -202,12 +202,12 @@ TEST_P(Limits, TooLittleMemoryForARun) {
 
 TEST_P(Limits, TooLittleMemoryToLoad) {
   if (GetParam() == "plugin")
-    // a session of the program's own may abort in ONNX Runtime; native code inside it is what `onnx` has too
+    // the program's own session may abort in ONNX Runtime; `onnx` covers the native code inside it
     return;
   const Inputs image = make_inputs(forward_, 1, 16);
   const std::string expected = answer(image);
-  // Engines end the process in some windows of a few hundred kilobytes, others for each process: hence many
-  // steps, of no round number.
+  // Engines end the process in certain windows of a few hundred kilobytes, which differ between processes:
+  // hence many steps of irregular sizes.
   for (size_t more = 0; more < size_t{400} << 20; more = more * 5 / 4 + 1111111) {
     for (const bool engine_is_there : {true, false}) {
       const Ending child = in_child(seconds(60), [&]() -> std::string {
@@ -262,7 +262,7 @@ TEST_P(Limits, TooFewFiles) {
   EXPECT_EQ(child.words, "");
 }
 
-/** ONNX Runtime writes files of its own, and the signal ends the process there. */
+/** ONNX Runtime writes files itself, and there the signal ends the process. */
 TEST(NativeLimits, TooSmallFilesAreOneError) {
   const std::string bundle = bundle_path("filters.sobel");
   const Inputs image = make_inputs(Bundle::open(bundle).methods().at(0), 1, 16);
@@ -296,7 +296,7 @@ TEST(OnnxLimits, AnErrorIsNotPrintedBesides) {
     const Callable sobel = load("onnx_flat", bundle);
     std::string said;
     {
-      const LessMemory less(size_t{120} << 20);  // enough for the outputs, which are not the engine's
+      const LessMemory less(size_t{120} << 20);  // enough for the outputs, which the engine does not allocate
       said = error_of([&] { sobel(image); });
     }
     return said.empty() ? "ran without memory" : read_text(printed);
@@ -305,7 +305,7 @@ TEST(OnnxLimits, AnErrorIsNotPrintedBesides) {
   EXPECT_EQ(child.words, "");
 }
 
-/** What chiasm.h promises of stacks, for each bundle that there is. */
+/** The guarantee of chiasm.h about stacks, for every bundle. */
 TEST(NativeLimits, AStackOf256KiBIsEnough) {
   const std::string folder = bundle_path("filters.sobel") + "/..";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -352,7 +352,7 @@ TEST(NativeLimits, WithoutProcOneErrorSaysSo) {
   EXPECT_THAT(child.words, Not(HasSubstr("//")));
 }
 
-/** Has memfd_create fail from now on, as in a sandbox. */
+/** Makes memfd_create fail from now on, as in a sandbox. */
 bool forbid_files_in_memory() {
   sock_filter steps[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
                          BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_memfd_create, 0, 1),

@@ -1,10 +1,10 @@
-/** Damaged bundles by the thousand:
+/** Tests thousands of damaged bundles:
  *
  *      mutants COUNT [FIRST [JOBS]]      the mutants FIRST to FIRST + COUNT - 1, JOBS at a time
  *
  *  Each is opened, loaded in every way and run with inputs that fit its signature, in a child process with
- *  limits. It must end in an error, or answer; and what is not other data must answer what the undamaged
- *  bundle answers. What does otherwise is listed and stays in the folder mutants-found/. */
+ *  limits. It must end with an error or a result. Unless it is a mutant with other data, the result must be
+ *  that of the undamaged bundle. Other mutants are listed and kept in the folder mutants-found/. */
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -36,7 +36,7 @@ constexpr const char* kNames[] = {"filters.sobel", "pipelines.edges", "color.rgb
 constexpr auto kLimit = std::chrono::seconds(60);
 constexpr size_t kMemory = size_t{3} << 30;  // above what the engines' libraries take
 
-/** What decides about inputs and outputs. */
+/** The parts of a method's description that determine inputs and outputs. */
 std::string text_of(const MethodInfo& method) {
   std::string text = method.name;
   const auto add = [&text](const std::vector<TensorInfo>& tensors) {
@@ -54,9 +54,8 @@ std::string text_of(const MethodInfo& method) {
   return text;
 }
 
-/** The ways that the core decides about: for sessions of the program's own see tests/parity/test_ort.py.
- *  TorchScript takes as long to load as all others together, so that two thirds of the mutants are spared
- *  it. */
+/** The ways under the core's control; tests/parity/test_ort.py tests the program's own sessions. TorchScript
+ *  takes as long to load as all others together, so two thirds of the mutants skip it. */
 std::vector<std::string> ways(uint64_t number) {
   std::vector<std::string> all;
   for (const std::string& way : ways_to_call())
@@ -64,12 +63,12 @@ std::vector<std::string> ways(uint64_t number) {
   return all;
 }
 
-/** By the place of the bundle and the signature: what the ways answer. Where one artifact is not to be had, a
- *  way may take another. */
+/** The results of the ways, by the bundle's position and the signature. If an artifact is missing, a way may
+ *  use another one. */
 using Answers = std::map<std::string, std::set<std::string>>;
 
-/** Opens and runs what can be. Returns how many answers came, then what is wrong with them. `answers` are
- *  compared with, or filled in where `record` says so. */
+/** Opens and runs everything possible. Returns the number of results, then the problems with them. Results
+ *  are compared with `answers`, or added to it if `record` is true. */
 std::string attack(const std::string& folder, size_t which, uint64_t number, Answers& answers, bool record,
                    bool compare) {
   int answered = 0;
@@ -112,7 +111,7 @@ void limit_memory() {
   ::setrlimit(RLIMIT_AS, &limit);
 }
 
-/** Silence: engines print what they refuse. */
+/** Silences output: engines print their errors. */
 void hush() {
   std::fflush(stderr);
   static_cast<void>(std::freopen("/dev/null", "w", stderr));
@@ -122,8 +121,8 @@ int run(uint64_t first, uint64_t count, int job, int jobs) {
   std::vector<Files> bundles;
   Answers answers;
   for (const char* name : kNames) bundles.push_back(read_bundle(bundle_path(name)));
-  // In a child too, so that this process has libraries of engines but no threads: its children begin as a
-  // program does.
+  // In a child too, so that this process has the engines' libraries but no threads: its children begin like a
+  // new program.
   const Ending original = in_child(std::chrono::minutes(3), [&] {
     Answers all;
     for (size_t i = 0; i < bundles.size(); ++i)

@@ -92,7 +92,7 @@ class Mutator {
     if (with_hash) correct(name);
   }
 
-  /** The manifest's hash and size of a file, which is now another. */
+  /** Updates the manifest's hash and size of a file that has changed. */
   void correct(const std::string& name) {
     Json root = manifest();
     const std::string& bytes = result_.files[name];
@@ -115,7 +115,7 @@ class Mutator {
     result_.files[kManifest] = root.dump(1);
   }
 
-  /** The manifest as a text: duplicated keys, deep nesting, broken syntax. */
+  /** Damages the manifest's text: duplicated keys, deep nesting, broken syntax. */
   void damage_text() {
     std::string& text = result_.files[kManifest];
     const size_t at = below(std::max<size_t>(text.size(), 1));
@@ -156,20 +156,20 @@ class Mutator {
     }
   }
 
-  /** One file's content under another's name, of this bundle or of another, with its hash. */
+  /** Puts a file's content under another file's name, from this bundle or another, with a correct hash. */
   void swap_files() {
     const std::string name = any_file();
     const Files& other = bundles_[below(bundles_.size())];
     auto from = other.begin();
     std::advance(from, static_cast<std::ptrdiff_t>(below(other.size())));
     if (name == kManifest || from->first == kManifest) return;
-    // A program in place of another with the same signature is another program.
+    // A program that replaces another with the same signature may give other results.
     result_.files[name] = from->second;
     say(name + " is " + from->first);
     correct(name);
   }
 
-  /** The entries of two artifacts exchange a field: which file, format, backend, device, ... */
+  /** Exchanges a field between the entries of two artifacts: file, format, backend, device, ... */
   void swap_artifact_fields() {
     Json root = manifest();
     std::vector<Json*> artifacts;
@@ -204,7 +204,7 @@ class Mutator {
     std::vector<Json*> nodes, signature;
     collect(root, nodes, signature, "", false);
     if (nodes.size() < 2) return;
-    // What native code must agree with is a small part of the manifest.
+    // The part of the manifest with which native code must agree is small.
     Json& node = signature.empty() || below(2) == 0 ? *nodes[1 + below(nodes.size() - 1)]
                                                     : *signature[below(signature.size())];
     const std::string before = node.dump().substr(0, 60);
@@ -214,7 +214,7 @@ class Mutator {
     result_.files[kManifest] = root.dump(1, ' ', false, Json::error_handler_t::replace);
   }
 
-  /** All nodes but those that describe only; and of these the ones that say what a method takes and gives. */
+  /** Collects all nodes except purely descriptive ones, and those of them that define a signature. */
   static void collect(Json& node, std::vector<Json*>& nodes, std::vector<Json*>& signature,
                       const std::string& key, bool inside) {
     if (key == "description" || key == "summary" || key == "reference" || key == "producer" ||

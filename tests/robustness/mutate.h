@@ -1,4 +1,4 @@
-/** Damage to a bundle, by lot. */
+/** Random damage to a bundle. */
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@ void write_bundle(const std::string& folder, const Files& files);
 struct Mutant {
   Files files;
   std::string description;
-  /** Whether a file's bytes are others and their hash was made to match: it is then other data, and may
-   *  answer differently. */
+  /** Whether a file's bytes were changed together with their hash: this is other data, which may give other
+   *  results. */
   bool other_data = false;
 };
 
-/** The `number`-th mutant of the bundles: always the same. The bytes of code (native, TorchScript) are never
- *  changed together with their hash: that would be another program. */
+/** The `number`-th mutant of the bundles, always the same. The bytes of code (native, TorchScript) are never
+ *  changed together with their hash, because that would be another program. */
 Mutant mutant_of(const std::vector<Files>& bundles, size_t which, uint64_t number);
 
 }  // namespace chiasm::testing

@@ -1,5 +1,5 @@
-/** Loading and closing leaves nothing behind: no mapping, no file, no thread, no memory. $CHIASM_RELOADS says
- *  how often (`make soak`: 20,000). */
+/** Loading and closing leaves no mapping, file, thread or memory behind. $CHIASM_RELOADS is the number of
+ *  repeats (`make soak`: 20,000). */
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -11,7 +11,7 @@
 namespace chiasm::testing {
 namespace {
 
-/** Some seconds of them, where nothing is said: of native code 2,000. */
+/** By default, as many as take some seconds: 2,000 for native code. */
 int reloads(const std::string& way) {
   const char* const text = std::getenv("CHIASM_RELOADS");
   return text != nullptr ? std::atoi(text) : way == "torch" ? 150 : way == "native" ? 2000 : 600;
@@ -27,7 +27,7 @@ TEST_P(Reload, LeavesNothingInTheProcess) {
   const auto once = [&] { return load(GetParam(), bundle)(image); };
   const std::string expected = once();
   const int count = reloads(GetParam());
-  for (int i = 0; i < 100; ++i) once();  // what engines and allocators keep for good
+  for (int i = 0; i < 100; ++i) once();  // allocates what engines and allocators keep for good
   const Holdings before = Holdings::now();
   const auto begun = std::chrono::steady_clock::now();
   const std::clock_t processor = std::clock();
@@ -40,7 +40,7 @@ TEST_P(Reload, LeavesNothingInTheProcess) {
               GetParam().c_str(), count, taken.count(),
               1e3 * static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC / count,
               before.text().c_str(), after.text().c_str());
-  EXPECT_LE(after.maps, before.maps + 16) << before.text();  // an allocator may have one more piece
+  EXPECT_LE(after.maps, before.maps + 16) << before.text();  // an allocator may have more mappings
   EXPECT_EQ(after.files, before.files);
   EXPECT_EQ(after.threads, before.threads);
   EXPECT_LE(after.resident_kb, before.resident_kb + (16 << 10) + count / 2);

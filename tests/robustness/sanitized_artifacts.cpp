@@ -1,13 +1,13 @@
-// Runs a native artifact with guards around every tensor, for sanitized_artifacts.py: what it shall run comes
-// by the standard input.
+// Runs a native artifact with guards around every tensor, for sanitized_artifacts.py, which sends requests on
+// the standard input.
 //
 //   sanitized_artifacts LIBRARY
 //
-// A request: threads (int32), placement of the tensors (int32; 0: ends, 1: begins at the edge of memory),
-// numbers of inputs and outputs (int32 each), and for each tensor its chiasm_dtype and rank (int32 each), its
-// sizes (int64), and of inputs the bytes. The answer: 0 (int32) and the outputs' bytes; 1, the length of a
-// message (int32) and the message; or 2, where something was written beside a tensor. Scratch that the
-// artifact asks for is guarded, too, and full of NaN.
+// A request: threads (int32), placement of the tensors (int32; 0: they end, 1: they begin at the edge of
+// memory), numbers of inputs and outputs (int32 each), and for each tensor its chiasm_dtype and rank (int32
+// each), its sizes (int64), and for inputs the bytes. The answer: 0 (int32) and the outputs' bytes; 1, the
+// length of a message (int32) and the message; or 2, if something was written outside of a tensor. Scratch
+// memory for the artifact is guarded too, and filled with NaN.
 #include <dlfcn.h>
 
 #include <cstdio>
@@ -30,7 +30,7 @@ using guarded::Buffer;
 using guarded::Placement;
 
 constexpr size_t kElementSizes[] = {1, 1, 1, 2, 4, 8, 2, 2, 4, 8};  // by chiasm_dtype
-constexpr size_t kAlignment = 64;                                   // of scratch, as abi.h has it
+constexpr size_t kAlignment = 64;                                   // of scratch, as in abi.h
 
 bool read(void* to, size_t bytes) { return bytes == 0 || std::fread(to, bytes, 1, stdin) == 1; }
 void write(const void* from, size_t bytes) { std::fwrite(from, 1, bytes, stdout); }
@@ -67,7 +67,7 @@ Tensor read_tensor(Placement placement, bool with_values) {
   return tensor;
 }
 
-// What the artifact is lent: scratch and threads.
+// The host's resources for the artifact: scratch and threads.
 struct Host {
   int32_t threads;
   std::mutex mutex;

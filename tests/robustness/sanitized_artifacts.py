@@ -1,15 +1,16 @@
 """Compiled artifacts under AddressSanitizer and UBSan, with guards around every tensor.
 
-    python tests/robustness/sanitized_artifacts.py            forty ops of all families (`make
-    sanitize-artifacts`) python tests/robustness/sanitized_artifacts.py --few      the first three (`make
-    test`) python tests/robustness/sanitized_artifacts.py OP...      these; OP+vjp is an op's gradient
+    python tests/robustness/sanitized_artifacts.py            forty ops of all families
+    python tests/robustness/sanitized_artifacts.py --few      the first three
+    python tests/robustness/sanitized_artifacts.py OP...      these ops; OP+vjp is an op's gradient
 
-Each op is exported with a compiler that adds the sanitizers, linked with the libraries of build/asan-ubsan,
-and run by a program of its own (sanitized_artifacts.cpp): on the golden vectors, the smallest sizes, odd
-sizes, and with NaN, infinities and the like in all and in one of each input's places; on one thread and on
-three, with tensors that end, and that begin, where memory does. No sanitizer may say a word, nothing be
-written beside a tensor, and results for ordinary values must be eager's. An op may refuse special values with
-a message. What was compiled is kept in build/sanitized.
+`make sanitize-artifacts` runs the first, `make test` the second. Each op is exported with a compiler that
+adds the sanitizers, linked with the libraries of build/asan-ubsan, and run by a separate program
+(sanitized_artifacts.cpp): on the golden vectors, the smallest sizes, odd sizes, and with NaN, infinities and
+other special values in all and in one of each input's elements; on one thread and on three, with tensors that
+end, and that begin, at the edge of memory. No sanitizer may report anything, nothing may be written outside a
+tensor, and results for ordinary values must equal eager Python's. An op may reject special values with a
+message. Compiled code is kept in build/sanitized.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build" / "sanitized"
 RUNNER = FOLDER / "runner"
-#: It calls itself another compiler, so that the exporter keeps what it makes apart. Without optimisation past
-#: -O1 it is bearable, and reports name what they mean.
+#: Reports the version of another compiler, so that the exporter caches its output separately. Optimises at
+#: most with -O1, so that compile times are bearable and reports readable.
 COMPILER = """#!/bin/bash
 if [ "$1" = --version ]; then echo "g++ with sanitizers, 1: $(g++ --version | head -1)"; exit; fi
 unset LD_PRELOAD
@@ -47,7 +48,7 @@ done
 exec /usr/bin/g++ "${arguments[@]}" -fsanitize=address,undefined,float-cast-overflow -fno-omit-frame-pointer
 """
 ENVIRONMENT = {"CXX": str(FOLDER / "g++"), "CHIASM_CACHE": str(FOLDER / "cache")}
-os.environ |= ENVIRONMENT  # before torch reads it
+os.environ |= ENVIRONMENT  # before torch reads them
 
 import torch  # noqa: E402
 
@@ -64,8 +65,8 @@ from chiasm.export.tracing.module import bind_spec  # noqa: E402
 
 native.LIBRARIES = ROOT / "build" / "asan-ubsan" / "artifact"
 
-#: The first three: tables read at indices that come from data, pixels written at such, and a kernel of our
-#: own.
+#: The first three: a table that is read at indices from data, pixels that are written at such indices, and
+#: one of chiasm's kernels.
 OPS = [
     "color.apply_colormap",
     "image.draw_line",
@@ -156,11 +157,11 @@ def main(arguments: list[str]) -> int:
 
 
 def checked(op: str) -> tuple[str, list[str]]:
-    """What was done with an op, and what is wrong with it."""
+    """A summary of an op's runs, and its problems."""
     warnings.simplefilter("ignore")
     torch.set_num_threads(1)
-    # The exporter tries what it made in a process of its own, which needs the sanitizer from its start, and
-    # what the sanitizer watches of C++.
+    # The exporter tries the artifact in a separate process, which needs the sanitizer from its start, and the
+    # C++ library that the sanitizer watches.
     libraries = [
         subprocess.run(["g++", f"-print-file-name={name}"], capture_output=True, text=True, check=True).stdout
         for name in ("libasan.so", "libstdc++.so")
@@ -204,7 +205,7 @@ def watched(op: str) -> tuple[str, list[str]]:
         except (ValueError, RuntimeError) as error:
             if what == "golden":
                 raise ExportError(f"{op}: eager Python refuses its own golden inputs: {error}") from error
-            refused += (  # the limits may be wider than what goes together
+            refused += (  # not all sizes within the limits are valid together
                 f", {what} sizes refused by eager Python"
             )
             continue
@@ -247,7 +248,7 @@ def special_inputs(inputs: Tensors) -> Iterator[tuple[str, Tensors]]:
 
 
 class Runner:
-    """A process that runs an artifact, begun anew where it has died."""
+    """A process that runs an artifact, restarted if it has died."""
 
     def __init__(self, library: Path) -> None:
         self.library = library
@@ -278,7 +279,7 @@ class Runner:
     def run(
         self, inputs: Tensors, outputs: tuple[torch.Tensor, ...], threads: int, placement: int
     ) -> tuple[list[torch.Tensor] | None, str]:
-        """The outputs, of shapes like `outputs`; or None, and why."""
+        """The outputs, with the shapes of `outputs`; or None, and the reason."""
         if self.is_broken:
             self.start()
         request = [struct.pack("<4i", threads, placement, len(inputs), len(outputs))]
@@ -322,7 +323,7 @@ class Runner:
         return data
 
     def close(self) -> list[str]:
-        """What the sanitizers have said, each complaint once."""
+        """The sanitizers' reports, each once."""
         with suppress(BrokenPipeError):
             self.process.stdin.close()
         self.process.stdout.read()
@@ -333,7 +334,7 @@ class Runner:
             if "runtime error:" in line:
                 place, _, what = line.partition("runtime error: ")
                 said.setdefault(place, Path(place.strip()).name + " " + what)
-            # And where an error of memory was
+            # Also the location of a memory error
             elif "ERROR: " in line or (said and re.match(r"\s*#[0-4] ", line)):
                 said.setdefault(line.strip(), re.sub(r"0x[0-9a-f]+ ?|==\d+==", "", line).strip())
         return list(said.values())

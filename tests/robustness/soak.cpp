@@ -1,10 +1,10 @@
-/** Many threads, every way to call, for a long time:
+/** Many threads that call in every way for a long time:
  *
  *      soak SECONDS [WAY...]      64 threads; the ways are those of ways_to_call(), by default all
  *
- *  Each thread takes methods and sizes by lot, loads and closes some anew, makes some wrong calls, and
- *  compares every answer with the first one bit for bit. Every 10 s a line says how it is going. Fails on the
- *  first wrong answer, and where memory, threads or files grow. */
+ *  Each thread draws methods and sizes at random, reloads some, makes some wrong calls, and compares every
+ *  result with the first one bit for bit. It prints a line of progress every 10 s. Fails at the first wrong
+ *  result, and if memory, threads or files grow. */
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -24,7 +24,7 @@ using namespace chiasm::testing;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kThreads = 64;
-/** What the process may grow by once it has warmed up: the pools keep 256 MB each, and engines an arena for
+/** The allowed growth of the process after warming up: the pools keep 256 MB each, and engines an arena for
  *  each size. */
 constexpr int64_t kGrowthKb = 256 << 10;
 
@@ -33,7 +33,7 @@ struct Work {
   Callable call;
   std::vector<Inputs> inputs;
   std::vector<std::string> answers;
-  std::vector<chiasm::Tensor> wrong;  // the inputs of one call that is to be refused
+  std::vector<chiasm::Tensor> wrong;  // the inputs of a call that must be rejected
 };
 
 /** Microseconds, in steps of a tenth. */
@@ -176,8 +176,8 @@ int soak(double seconds, const std::vector<std::string>& ways) {
       static_cast<long long>((most.resident_kb - warm.resident_kb) / 1024),
       static_cast<long long>(kGrowthKb / 1024), static_cast<long long>(most.resident_kb / 1024),
       static_cast<long long>(most.threads));
-  // A thread that makes a call opens files for as long as it loads; now that all have ended there are as many
-  // as in the middle at most.
+  // A calling thread opens files while it loads. Now that all threads have ended, there are at most as many
+  // open files as in the middle.
   if (most.resident_kb > warm.resident_kb + kGrowthKb) totals.fail("the memory grows");
   if (most.threads > warm.threads + 8) totals.fail("the number of threads grows");
   if (last.files > warm.files) totals.fail("the number of open files grows");

@@ -1,4 +1,4 @@
-/** opencv.hpp and eigen.hpp: views without a copy, and nothing misread. */
+/** opencv.hpp and eigen.hpp: views without a copy, read correctly. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -93,7 +93,7 @@ TEST(OpenCv, PlanesAndBack) {
     ASSERT_EQ(back.type(), CV_8UC3);
     EXPECT_EQ(cv::norm(back, frame, cv::NORM_INF), 0);
   }
-  // A part of a frame, whose rows have gaps, and 16 bits, as depth cameras give.
+  // A region of a frame, whose rows have gaps, with 16 bits, as from depth cameras.
   cv::Mat depth(6, 6, CV_16U, cv::Scalar(40000));
   depth.at<uint16_t>(2, 3) = 65535;
   const Planes part = planes(depth(cv::Rect(2, 1, 3, 4)));
@@ -254,7 +254,7 @@ TEST(Eigen, WhatDoesNotFitIsNotUnpacked) {
   EXPECT_EQ(unpack<Eigen::Vector3f>(Tensor(values.data(), {12, 3, 1})).size(), 12u);
 }
 
-/** A frame (H, W, 3) through a method, and a region of it. */
+/** A method runs on a frame (H, W, 3), and on a region of it. */
 TEST(Adapters, RunTakesFramesAndRegionsOfThem) {
   const TemporaryFolder folder;
   const std::string path = write_bundle(folder, [](nlohmann::json& m) {

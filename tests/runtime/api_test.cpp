@@ -1,5 +1,4 @@
-/** The library as a program sees it, with fake backends: what is refused and how, lifetimes, threads,
- *  self-test. */
+/** The library's interface for programs, with fake backends: errors, lifetimes, threads, self-test. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -182,7 +181,7 @@ TEST_F(Call, Strides) {
       AllOf(HasSubstr("row-major"), ::testing::Not(HasSubstr("channels-last"))));
   EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {60, 20, 5, -1}), sigma_view_}),
               HasSubstr("(60, 20, 5, -1)"));
-  // What ends beyond all memory, or has more than can be counted.
+  // Tensors that end beyond the address space, or have more elements than can be counted.
   constexpr int64_t kFar = std::numeric_limits<int64_t>::max() / 4;
   for (const int64_t far : {kFar, 2 * kFar, 4 * kFar})
     EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {far, 20, 5, 1}), sigma_view_}),
@@ -195,7 +194,7 @@ TEST_F(Call, Strides) {
                Tensor::strided(sigma_.data(), {1, 2}, {99, 1})});
 }
 
-/** Memory with a mark in every element, and a tensor of random shape and strides in the middle of it. */
+/** Memory with a mark in every element, and a tensor of random shape and strides in its middle. */
 template <class T>
 struct Scattered {
   std::vector<T> memory;
@@ -254,7 +253,7 @@ TEST_F(Call, TensorsWithGapsAreReadAndWrittenWhereTheyAre) {
 }
 
 TEST_F(Call, RegionsOfOneMatrix) {
-  // Two regions beside each other: the result may stand beside the input, and nowhere upon another result.
+  // Two adjacent regions: a result may be next to the input, but results must not overlap.
   std::vector<float> whole(2 * 3 * 4 * 16, 1.5f), half(4), other(4);
   const auto region = [&](size_t column) {
     return Tensor::strided(whole.data() + column, {2, 3, 4, 5}, {192, 64, 16, 1});
@@ -263,7 +262,7 @@ TEST_F(Call, RegionsOfOneMatrix) {
   method_.run_into({region(0), sigma_view_}, {region(8), half_view});
   EXPECT_EQ(whole[8], 3.0f);
   EXPECT_EQ(whole[7], 1.5f);
-  method_.run_into({region(0), sigma_view_}, {region(0), half_view});  // in place: it is read before
+  method_.run_into({region(0), sigma_view_}, {region(0), half_view});  // in place: it is read first
   EXPECT_EQ(whole[4], 3.0f);
   EXPECT_EQ(whole[5], 1.5f);
   EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT,

@@ -1,4 +1,4 @@
-/** Real bundles on real backends. Only what needs a GPU is skipped without one. */
+/** Real bundles on real backends. Only tests that need a GPU are skipped without one. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ TEST_P(OnBackend, IsAvailable) {
   FAIL() << "not listed";
 }
 
-/** The reference: sqrt(gx^2 + gy^2 + eps) of the normalised Sobel derivatives, the border replicated. */
+/** The reference: sqrt(gx^2 + gy^2 + eps) of the normalised Sobel derivatives, with a replicated border. */
 cv::Mat sobel_of(const cv::Mat& image) {
   cv::Mat gx, gy, sum;
   cv::Sobel(image, gx, CV_32F, 1, 0, 3, 1.0 / 8, 0, cv::BORDER_REPLICATE);
@@ -154,7 +154,7 @@ TEST_P(OnBackend, EightThreadsOnOneMethod) {
   for (std::thread& thread : threads) thread.join();
 }
 
-// Large enough to be run in parts, of a number that the threads' is no multiple of.
+// Large enough to be run in parts, whose number is not a multiple of the threads' number.
 TEST_P(OnBackend, LargeBatchesGiveWhatTheirSamplesGive) {
   const Bundle bundle = open("filters.sobel");
   const int64_t batch = 13;
@@ -210,7 +210,7 @@ TEST_P(OnBackend, AMatOfBytesGoesInAndComesOut) {
   cv::Mat large(80, 100, CV_8UC3), mosaic(80, 100, CV_8UC3, cv::Scalar(1, 2, 3)), blurred;
   cv::randu(large, 0, 256);
   const cv::Rect place(3, 4, 50, 60);
-  cv::Mat part = large(place), expected = mosaic.clone();  // there are gaps between its rows
+  cv::Mat part = large(place), expected = mosaic.clone();  // with gaps between its rows
   cv::GaussianBlur(part.clone(), blurred, cv::Size(5, 5), 1.1);
   blurred.copyTo(expected(place));
   cv::Mat target = mosaic(place);
@@ -261,7 +261,7 @@ TEST_P(OnBackend, EdgesOfAFrameWithoutACopy) {
   cv::Mat frame(121, 163, CV_8UC3), gray, blurred, gx, gy, magnitude, expected;
   cv::theRNG().state = 3;
   cv::randu(frame, 0, 256);
-  cv::GaussianBlur(frame, frame, cv::Size(9, 9), 3);  // noise alone would saturate everywhere
+  cv::GaussianBlur(frame, frame, cv::Size(9, 9), 3);  // unblurred noise would saturate everywhere
   cv::Mat as_float;
   frame.convertTo(as_float, CV_32F);
   cv::cvtColor(as_float, gray, cv::COLOR_BGR2GRAY);
@@ -326,7 +326,7 @@ TEST(Bundles, EveryOneProvesItself) {
   for (const std::string& backend : built) EXPECT_GT(passed[backend], 0) << backend;
 }
 
-/** Whether a test on CUDA can be made with this backend; else why not. */
+/** The reason why a test on CUDA cannot run with this backend; empty if it can. */
 std::string cuda_obstacle(const std::string& backend) {
   try {
     const base::CudaDevice device(0);

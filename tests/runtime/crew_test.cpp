@@ -25,7 +25,7 @@ TEST(Crew, DoesEveryPieceOnce) {
 TEST(Crew, WorksAtOnce) {
   Crew crew(3);
   std::atomic<int> there{0};
-  // Each piece waits for all others: on fewer threads this would never end.
+  // Each piece waits for all others, so with fewer threads this would never end.
   crew.run(4, [&](size_t) {
     ++there;
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -41,7 +41,7 @@ TEST(Crew, ServesManyCallersAtOnce) {
   for (int caller = 0; caller < 6; ++caller) {
     callers.emplace_back([&] {
       for (size_t round = 0; round < 300; ++round) {
-        std::vector<int> done(round % 7, 0);  // without a lock: each piece has a place of its own
+        std::vector<int> done(round % 7, 0);  // without a lock: each piece has its own element
         crew.run(done.size(), [&](size_t i) { ++done[i]; });
         for (const int each : done) wrong += each != 1;
       }

@@ -1,8 +1,9 @@
-// cuda_replay [--backend NAME]... BUNDLE...: run each bundle's golden inputs on CUDA device 0, on every backend or on
-// those named, and compare with the golden outputs, which are eager PyTorch's on the CPU.
+// cuda_replay [--backend NAME]... BUNDLE...: runs each bundle's golden inputs on CUDA device 0, on every
+// backend or on those named, and compares the results with the golden outputs, which are eager PyTorch's on
+// the CPU.
 //
-// A line for each artifact and dtype: PASS or FAIL, the op, method, backend, dtype, the largest error and what was
-// allowed; SKIP with the reason where it was not run. Exit status 1 where one failed or where nothing was run.
+// Prints a line for each artifact and dtype: PASS or FAIL, the op, method, backend, dtype, the largest error
+// and the tolerance; or SKIP with the reason. The exit status is 1 if one failed or if nothing was run.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

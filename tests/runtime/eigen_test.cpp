@@ -1,4 +1,4 @@
-/** What bundles make of Eigen's objects, against Eigen's own results: it knows nothing of us. */
+/** Bundles' results for Eigen's objects against Eigen's own, which are an independent reference. */
 #include "chiasm/eigen.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ class WithEigen : public OnBackend {};
 INSTANTIATE_TEST_SUITE_P(Built, WithEigen, ::testing::ValuesIn(ways_to_run()),
                          [](const auto& info) { return info.param; });
 
-/** Eigen knows nothing of us: an independent truth for rotations. */
+/** Eigen is an independent reference for rotations. */
 TEST_P(WithEigen, RotationsAreThoseOfEigen) {
   constexpr int kCount = 50;
   using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -73,7 +73,7 @@ TEST_P(WithEigen, EigensOwnOrderIsRefusedNotMisread) {
   EXPECT_LT((actual - expected).norm(), 1e-4);
 }
 
-/** Rigid motions in and out, single and many, through maps too. */
+/** Rigid motions as inputs and outputs, single and many, also as maps. */
 TEST_P(WithEigen, RigidMotionsAreThoseOfEigen) {
   std::vector<Eigen::Isometry3f> first, second;
   for (int i = 0; i < 20; ++i) {

@@ -1,4 +1,4 @@
-/** The backend that docs/howto/backend.md explains, as a program that only installs it sees it. */
+/** The backend of docs/howto/backend.md, as seen by a program that only installs it. */
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ class ExampleBackend : public ::testing::Test {
  protected:
   static void SetUpTestSuite() { ::setenv("CHIASM_BACKEND_PATH", CHIASM_EXAMPLE_FOLDER, 1); }
 
-  /** A bundle whose only artifact is this program of the toy engine. */
+  /** Writes a bundle whose only artifact is this program of the toy engine. */
   std::string write(const std::string& program, const std::string& format = "toy") const {
     const std::string path = folder_.path() + "/test.scale.chiasm";
     std::filesystem::create_directory(path);

@@ -1,4 +1,4 @@
-/** A backend without an engine, for tests of the core. Its artifacts are words:
+/** A backend without an engine, for tests of the core. Its artifacts are text:
  *
  *      scale K     every output element j is K times element j (modulo the count) of the first input
  *      broken      cannot be loaded
@@ -6,9 +6,9 @@
  *
  *  In format onnx they are the doc_string of a model.
  *
- *  FAKE_NAME is the name it goes by, FAKE_FORMATS what it loads, FAKE_PRIORITY its place in `auto`.
- *  FAKE_ENGINE_MISSING makes one whose engine is nowhere; FAKE_ABI, FAKE_PROBE_FAILS and FAKE_NEEDS make
- *  backends that must be refused.
+ *  FAKE_NAME is its name, FAKE_FORMATS the formats that it loads, FAKE_PRIORITY its place in `auto`.
+ *  FAKE_ENGINE_MISSING makes a backend whose engine is missing; FAKE_ABI, FAKE_PROBE_FAILS and FAKE_NEEDS
+ *  make backends that must be rejected.
  */
 #include <dlfcn.h>
 
@@ -62,7 +62,7 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
 }
 
 int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
-  // An ONNX model begins with the tag and the size of its doc_string, which holds the words.
+  // An ONNX model begins with the tag and the size of its doc_string, which contains the words.
   const size_t start = std::strstr(request->format, "onnx") != nullptr && request->size > 2 ? 2 : 0;
   if (start != 0) {
     try {

@@ -1,5 +1,4 @@
-/** A bundle's files: what may lie in its folder, links, what the system refuses, memory, ONNX with data
- *  elsewhere. */
+/** A bundle's files: the folder's content, links, errors of the system, memory, ONNX with external data. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -14,7 +13,7 @@
 #include "core/status.h"
 #include "support.h"
 
-// More memory than there can be is asked for here on purpose.
+// These tests request more memory than can exist.
 extern "C" __attribute__((visibility("default"))) const char* __asan_default_options() {
   return "allocator_may_return_null=1";
 }
@@ -58,7 +57,7 @@ TEST_F(Files, WhatTheManifestDoesNotNameIsRefused) {
 }
 
 TEST_F(Files, LinksWithinTheFolderAreFollowed) {
-  fs::rename(artifact_, path_ + "/forward.pt");  // another name of the manifest
+  fs::rename(artifact_, path_ + "/forward.pt");  // another name than in the manifest
   for (const std::string& target :
        {std::string("forward.pt"), path_ + "/forward.pt", std::string("../test.scale.chiasm/forward.pt")}) {
     fs::remove(artifact_);
@@ -69,7 +68,7 @@ TEST_F(Files, LinksWithinTheFolderAreFollowed) {
 
 TEST_F(Files, LinksThatLeaveTheFolderAreRefused) {
   const std::string outside = folder_.write("outside", artifact_content(artifact_, "scale 2"));
-  fs::create_directory(path_ + "-more");  // beside, with a name that begins as the folder's
+  fs::create_directory(path_ + "-more");  // a sibling whose name begins with the folder's name
   write_text(path_ + "-more/f", artifact_content(artifact_, "scale 2"));
   for (const std::string& target : {std::string("../outside"), outside,
                                     std::string("../test.scale.chiasm-more/f"), std::string("/dev/zero")}) {
@@ -110,13 +109,13 @@ TEST_F(Files, APipeDoesNotHang) {
 }
 
 TEST_F(Files, TooManyOpenFilesAreNoDamage) {
-  load();  // so that the backend is there
+  load();  // so that the backend is loaded
   rlimit old{};
   ::getrlimit(RLIMIT_NOFILE, &old);
   const int next = ::dup(0);
   ::close(next);
   const chiasm_api& api = *chiasm_get_api(CHIASM_API_VERSION);
-  // Nothing else is done while there is no descriptor: UBSan needs some to look at an exception.
+  // Nothing else is done without free descriptors: UBSan needs some to inspect an exception.
   const auto with_limit = [&](int more, const auto& call) {
     const rlimit low{static_cast<rlim_t>(next + more), old.rlim_max};
     ::setrlimit(RLIMIT_NOFILE, &low);
@@ -201,7 +200,7 @@ std::string check(const std::string& model) {
 
 const std::string kHere = field(1, 4) + field(2, 1) + field(8, "weights") + field(9, "1234") + field(14, 0);
 
-/** Every way from a model to a tensor, as far as the form of ONNX has it. */
+/** Models with a tensor at every place that ONNX's format allows. */
 std::vector<std::string> models_with(const std::string& tensor) {
   const std::string sparse = field(1, tensor), in_attribute = field(5, field(1, "value") + field(5, tensor));
   const std::string graph = field(5, tensor), node = field(4, "Constant") + in_attribute;
@@ -226,7 +225,7 @@ std::vector<std::string> models_with(const std::string& tensor) {
 TEST(Onnx, WithItsDataInsideIsTaken) {
   EXPECT_EQ(check(""), "good");
   for (const std::string& model : models_with(kHere)) EXPECT_EQ(check(model), "good");
-  // The same numbers elsewhere mean something else.
+  // The same field numbers have other meanings elsewhere.
   EXPECT_EQ(check(field(13, "x") + field(14, "operators")), "good");
   EXPECT_EQ(check(field(7, field(13, "x") + field(14, "annotations"))), "good");
 }

@@ -1,4 +1,4 @@
-/** Programs that were compiled against headers of the past run on the library of today. */
+/** Programs that were compiled with old headers run with the current library. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace chiasm::testing {
 namespace {
 
-/** What the program prints; a line with its status where that is not 0. */
+/** The program's output, and a line with its status if that is not 0. */
 std::string output_of(const std::string& program, const std::string& bundle) {
   const std::string command = "LD_LIBRARY_PATH=" CHIASM_LIBRARY_FOLDER
                               " CHIASM_BACKEND_PATH=" CHIASM_FAKE_FOLDER "/good " +

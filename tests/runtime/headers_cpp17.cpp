@@ -1,4 +1,4 @@
-/** The C++ header alone, as strict C++17, included twice and in two files. */
+/** The C++ header alone compiles as strict C++17, included twice and in two files. */
 #include "chiasm/chiasm.hpp"
 
 static_assert(!std::is_copy_constructible_v<chiasm::Bundle> &&

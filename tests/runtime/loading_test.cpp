@@ -1,4 +1,4 @@
-/** The core's insides between a manifest and an engine: registry, artifact choice, output pool. */
+/** The core's parts between a manifest and an engine: registry, choice of artifact, output pool. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ using ::testing::HasSubstr;
 
 const std::string kGood = CHIASM_FAKE_FOLDER "/good", kBad = CHIASM_FAKE_FOLDER "/bad";
 
-/** Why a backend cannot be used; what it is not when it is not there. */
+/** The reason why a backend cannot be used; the message for a missing backend if it is not registered. */
 std::string problem(Registry& registry, const std::string& name) {
   const core::Backend* const backend = registry.find(name);
   return backend == nullptr ? "not found" : backend->engine().problem;
@@ -74,7 +74,7 @@ TEST(Registry, SaysWhereItLookedForAMissingPlugin) {
 }
 
 TEST(Registry, SaysWhichEngineIsMissing) {
-  Registry registry({kGood});  // its torch's engine is nowhere
+  Registry registry({kGood});  // whose torch lacks its engine
   EXPECT_THAT(problem(registry, "torch"),
               AllOf(HasSubstr("the torch backend is not available"), HasSubstr("libfake_engine.so"),
                     HasSubstr("cannot open shared object file")));
@@ -96,12 +96,12 @@ TEST(Registry, RefusesALibraryThatIsNoPlugin) {
   EXPECT_THAT(problem(registry, "text"), HasSubstr("libchiasm_text.so"));
 }
 
-/** A server that has no file left at its first load must not keep that answer. */
-#ifndef __SANITIZE_ADDRESS__  // whose build has UBSan, which opens a file to look at an error
+/** A server without free file descriptors at its first load must not keep that result. */
+#ifndef __SANITIZE_ADDRESS__  // that build has UBSan, which opens a file to inspect an error
 TEST(Registry, LooksAgainWhenThereAreFiles) {
   const TemporaryFolder folder;
   const std::string plugin = folder.path() + "/libchiasm_native.so";
-  std::filesystem::copy(kGood + "/libchiasm_native.so", plugin);  // one that is not open
+  std::filesystem::copy(kGood + "/libchiasm_native.so", plugin);  // a plug-in that is not open
   Registry registry({folder.path()});
   const auto refusal = [](const auto& open) {
     try {
@@ -284,7 +284,7 @@ TEST_F(Choice, GoesOnWhereABackendCannotLoadIt) {
   };
   choose(CHIASM_VERSION_MISMATCH);
   EXPECT_THAT(tried, ::testing::ElementsAre("forward.v4.so", "forward.v3.so", "forward.float32.onnx"));
-  EXPECT_THROW(choose(CHIASM_CORRUPT), core::Error);  // what is damaged is said, not passed over
+  EXPECT_THROW(choose(CHIASM_CORRUPT), core::Error);  // damage is reported, not skipped
 }
 
 TEST_F(Choice, ARankPutsOneBeforeAnotherOrLeavesItOut) {
@@ -394,7 +394,7 @@ TEST(Pool, KeepsOnlySoMuch) {
   for (int i = 0; i < 50; ++i) blocks.push_back(pool.allocate(size));
   for (void* const block : blocks) pool.release(block, size);
   EXPECT_LE(pool.kept_bytes(), size_t{256} << 20);
-  // A block much larger than what is asked for is left for those who need it.
+  // A block much larger than the request is kept for larger requests.
   const size_t before = pool.kept_bytes();
   void* const small = pool.allocate(size_t{1} << 20);
   EXPECT_EQ(pool.kept_bytes(), before);

@@ -1,5 +1,5 @@
-/** Tests of real bundles on each way to run them: the bundles are in the folder CHIASM_TEST_BUNDLES. One that
- *  is missing is a failure, and so is a backend that was built and cannot be used. */
+/** Tests of real bundles with every way to run them. The bundles are in the folder CHIASM_TEST_BUNDLES. A
+ *  missing bundle is a failure, and so is a backend that was built and cannot be used. */
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,13 +21,14 @@ inline std::string bundle_folder() {
   return folder == nullptr ? "" : folder;
 }
 
-/** Fails, through the exception, where the bundle is missing. */
+/** Fails by an exception if the bundle is missing. */
 inline Bundle open(const std::string& name) { return Bundle::open(bundle_folder() + "/" + name + ".chiasm"); }
 
 /** The backends that this build has. */
 inline std::vector<std::string> built_backends() { return core::split_path(CHIASM_TEST_BACKENDS); }
 
-/** These, and "onnx_flat": ONNX Runtime on standard operators, where "onnx" runs native code as one node. */
+/** These backends, and "onnx_flat": ONNX Runtime with standard operators, whereas "onnx" runs native code as
+ *  one node. */
 inline std::vector<std::string> ways_to_run() {
   std::vector<std::string> ways = built_backends();
   if (std::find(ways.begin(), ways.end(), "onnx") != ways.end()) ways.push_back("onnx_flat");
@@ -51,7 +52,7 @@ class OnBackend : public ::testing::TestWithParam<std::string> {
   }
 };
 
-/** Load a method in float64, or in float32 where this backend has no more. */
+/** Loads a method in float64, or in float32 if this backend does not have it in float64. */
 inline Method load_widest(const Bundle& bundle, const std::string& name, LoadOptions options) {
   try {
     return bundle.method(name, options.with_dtype(DType::Float64));
@@ -63,7 +64,7 @@ inline Method load_widest(const Bundle& bundle, const std::string& name, LoadOpt
 
 inline DType dtype_of_method(const Method& method) { return method.info().inputs[0].dtypes[0]; }
 
-/** Runs a method of floating inputs in its own dtype, on and to doubles. */
+/** Runs a method with floating-point inputs in its own dtype; inputs and results are doubles. */
 inline std::vector<std::vector<double>> run_widened(
     const Method& method, const std::vector<std::pair<std::vector<double>, Shape>>& inputs) {
   const bool wide = dtype_of_method(method) == DType::Float64;

@@ -87,7 +87,7 @@ TEST(Expression, RefusesWhatIsNone) {
   }
 }
 
-/** The message of the refusal; fails where there is none, or of another code. */
+/** The message of the error that `body` throws; fails if there is none, or one with another code. */
 template <class Body>
 std::string refusal(const Body& body, chiasm_code code = CHIASM_CORRUPT) {
   try {
@@ -169,9 +169,9 @@ TEST(Manifest, NewerSchemaIsAVersionMismatch) {
 }
 
 struct Damage {
-  const char* pointer;  // where
-  Json value;           // what is put there; discarded: removed
-  const char* message;  // what the refusal must contain
+  const char* pointer;  // the place
+  Json value;           // the new value; discarded: the place is removed
+  const char* message;  // a part of the expected error
 };
 
 class ManifestDamage : public ::testing::TestWithParam<Damage> {};

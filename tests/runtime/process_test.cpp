@@ -1,9 +1,9 @@
-/** What backends do to a process, each in a process of its own:
+/** The effects of backends on a process, each in a separate process:
  *
  *      process_test BUNDLE native            the native backend alone maps neither libtorch nor onnxruntime
  *      process_test BUNDLE torch onnx        engines loaded one after the other, and OpenCV, in one process
  *
- *  The bundle is filters.sobel; every backend must give what OpenCV gives, also after the others were loaded.
+ *  The bundle is filters.sobel; every backend must give OpenCV's result, also after the others were loaded.
  */
 #include <cstdio>
 #include <fstream>

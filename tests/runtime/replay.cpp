@@ -1,8 +1,8 @@
-// replay BUNDLE...: run the native code that this CPU takes of each bundle on the bundle's golden inputs.
+// replay BUNDLE...: runs each bundle's native code for this CPU on the bundle's golden inputs.
 //
-// A line for each result, OP METHOD DTYPE CASE OUTPUT SHA256, tells whether another CPU has the same bits; the
-// self-test tells whether it is right, in lines TEST OP ARTIFACT ERROR and FAIL OP: WHAT. Exit status 1 where one
-// is not, or where a bundle has no native code for this CPU.
+// Prints a line for each result, OP METHOD DTYPE CASE OUTPUT SHA256, which shows whether another CPU has the
+// same bits. The self-test shows whether it is correct, in lines TEST OP ARTIFACT ERROR and FAIL OP: WHAT.
+// The exit status is 1 if one is wrong, or if a bundle has no native code for this CPU.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

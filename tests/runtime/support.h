@@ -1,4 +1,4 @@
-/** What several tests need: folders that go away, and small bundles to open or to spoil. */
+/** Shared parts of tests: temporary folders, and small bundles to open or to damage. */
 #pragma once
 
 #include <gtest/gtest.h>
@@ -50,19 +50,19 @@ std::string safetensors(const std::vector<NamedTensor>& tensors);
  */
 nlohmann::json manifest();
 
-/** Its files, and the manifest's sizes and hashes made to fit; `change` may alter the manifest last, and what
- *  that then does not name is left out. Returns the path. */
+/** Writes its files, with matching sizes and hashes in the manifest. `change` may then alter the manifest;
+ *  files that it no longer names are omitted. Returns the path. */
 std::string write_bundle(const TemporaryFolder& folder,
                          const std::function<void(nlohmann::json&)>& change = {});
 
-/** What a fake backend reads as these words (fewer than 128 characters); for `.onnx` a model whose doc_string
- *  they are. */
+/** An artifact that a fake backend reads as these words (fewer than 128 characters); for `.onnx`, a model
+ *  with these words as its doc_string. */
 std::string artifact_content(const std::string& file, const std::string& words);
 
-/** Replace the words of an artifact and its size and hash in the manifest. */
+/** Replaces the words of an artifact, and its size and hash in the manifest. */
 void set_artifact(const std::string& bundle, const std::string& file, const std::string& words);
 
-/** The message of the refusal; fails where there is none, or of another code. */
+/** The message of the error that `body` throws; fails if there is none, or one with another code. */
 template <class AnyError = Error, class Body>
 std::string refusal(chiasm_code code, const Body& body) {
   try {

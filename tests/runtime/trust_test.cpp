@@ -1,4 +1,4 @@
-/** Who may make what this process runs: signatures, trusted keys, policies. With fake backends. */
+/** Whose bundles this process may run: signatures, trusted keys, policies. With fake backends. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sodium.h>
@@ -18,7 +18,7 @@ using Json = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// What the program minisign 0.11 made of this message, with a key of its own, hashed and not hashed.
+// Signatures of this message by the program minisign 0.11, with its own key, hashed and not hashed.
 const std::string kMessage = "what minisign signed\n";
 const std::string kKey = "RWTw5+M+30ejPJL8tKbwCcT38wi9MhKN6gMYCUvWEFLwjJgIr0gKPa8T";
 const std::string kHashed =
@@ -36,7 +36,7 @@ std::string verify(const std::string& message, const std::string& signature, con
   return core::verify_signature(message, signature, {core::read_public_key(key, "k")}, "s");
 }
 
-/** A key pair of this test, and what it signs, put together as minisign does. */
+/** A key pair of this test, and its signatures, in minisign's format. */
 class Signer final {
  public:
   explicit Signer(unsigned char number) {
@@ -104,8 +104,8 @@ TEST(Signature, CoversEveryByte) {
     }
     EXPECT_TRUE(fails(kMessage + " ", signature));
     EXPECT_TRUE(fails("", signature));
-    // From the second line on every byte counts, but for the last's end; the first line is a comment that
-    // nobody trusts.
+    // From the second line on, every byte counts except the last line's end; the first line is an untrusted
+    // comment.
     for (size_t i = signature.find('\n') + 1; i + 1 < signature.size(); ++i) {
       std::string other = signature;
       other[i] ^= 1;
@@ -136,7 +136,7 @@ TEST(Signature, KeysAreReadStrictly) {
   for (const std::string& text :
        {std::string(), std::string("RW"), kKey.substr(1), kKey + "A", kKey + "\nmore", "\n" + kKey,
         "SW" + kKey.substr(2), std::string("untrusted comment: only"),
-        kKey.substr(0, 13) + "\xae\xb3\xc7\x8b" + kKey.substr(17)}) {  // which libsodium takes for base64
+        kKey.substr(0, 13) + "\xae\xb3\xc7\x8b" + kKey.substr(17)}) {  // which libsodium accepts as base64
     EXPECT_THAT(refusal<core::Error>(CHIASM_INVALID_ARGUMENT, [&] { core::read_public_key(text, "k"); }),
                 HasSubstr("k: not a minisign public key"));
   }
@@ -181,7 +181,7 @@ TEST_F(Policy, SignedRefusesAllElse) {
   changed.replace(changed.find("scales"), 1, "S");
   write_text(path_ + "/manifest.json", changed);
   EXPECT_THAT(refused(CHIASM_UNTRUSTED), HasSubstr("does not fit"));
-  // A manifest that nobody signed is not even read.
+  // An unsigned manifest is not even read.
   write_text(path_ + "/manifest.json", "{");
   EXPECT_THAT(refused(CHIASM_UNTRUSTED), HasSubstr("does not fit"));
   write_text(path_ + "/manifest.json", good);
@@ -212,7 +212,7 @@ TEST_F(Policy, CountsForBundlesThatWereOpenBefore) {
   const Bundle before = Bundle::open(path_);
   set_trust(TrustPolicy::Signed, {signer_.key()});
   EXPECT_THAT(refusal(CHIASM_UNTRUSTED, [&] { before.method("forward"); }), HasSubstr("is not signed"));
-  // What counts is what was read then.
+  // The content that was read at that time counts.
   signer_.sign_bundle(path_);
   EXPECT_THAT(refusal(CHIASM_UNTRUSTED, [&] { before.method("forward"); }), HasSubstr("is not signed"));
 }
@@ -261,7 +261,7 @@ TEST_F(Policy, DataOnlyLeavesOutTheFusedForm) {
 TEST_F(Policy, IsFrozenByTheFirstLoad) {
   Bundle::open(path_);
   set_trust(TrustPolicy::DataOnly);
-  set_trust(TrustPolicy::Any);  // opening loads nothing
+  set_trust(TrustPolicy::Any);  // opening loads no artifact
   load();
   EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [&] { set_trust(TrustPolicy::Signed, {signer_.key()}); }),
               HasSubstr("after the first method was loaded"));

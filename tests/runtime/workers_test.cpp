@@ -22,7 +22,7 @@ namespace {
 
 constexpr int32_t kAll = 64;  // more than there are
 
-/** Which indices were called, and with what count. */
+/** The indices that were called, and the counts. */
 struct Calls {
   std::vector<std::atomic<int>> made = std::vector<std::atomic<int>>(64);
   std::atomic<int32_t> count{0}, present{0};
@@ -32,7 +32,7 @@ struct Calls {
     auto& calls = *static_cast<Calls*>(self);
     calls.count = count;
     ++calls.made[static_cast<size_t>(index)];
-    // All of a team are there at the same time: each waits for the others.
+    // All members of a team are present at the same time: each waits for the others.
     ++calls.present;
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (calls.present < count) {
@@ -46,14 +46,13 @@ struct Calls {
 };
 
 TEST(Workers, EachIndexIsCalledOnceAndAllAtTheSameTime) {
-  // its threads never end; static, so that it is not taken for a leak
+  // its threads never end; static, so that it is not reported as a leak
   static Workers& workers = *new Workers(3);
   for (int round = 0; round < 200; ++round) {
     Calls calls;
     workers.fork(Calls::body, &calls, kAll);
     ASSERT_TRUE(calls.together);
-    // A worker that is still on its way back from the last round is left out, and so is one that comes too
-    // late.
+    // A worker that is still returning from the last round takes no part, nor does one that comes too late.
     ASSERT_GE(calls.count, 1);
     ASSERT_LE(calls.count, 4);
     for (int32_t i = 0; i < 64; ++i) ASSERT_EQ(calls.made[static_cast<size_t>(i)], i < calls.count ? 1 : 0);
@@ -62,7 +61,7 @@ TEST(Workers, EachIndexIsCalledOnceAndAllAtTheSameTime) {
 
 TEST(Workers, AnIdleOneIsTakenAgainAfterItFellAsleep) {
   static Workers& workers = *new Workers(1);
-  // On a busy machine it may come too late and be left out; not every time.
+  // On a busy machine, a worker may come too late and take no part, but not every time.
   int complete = 0;
   for (int round = 0; round < 1000 && complete < 3; ++round) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -84,7 +83,8 @@ TEST(Workers, SharedPiecesAreEachDoneOnceAlsoByThoseThatComeLate) {
     ++work.callers;
     for (int piece; (piece = work.next++) < 1000;) {
       ++work.done[static_cast<size_t>(piece)];
-      // Nobody ends alone: the pieces last until another has come, who may have been asleep.
+      // No worker does all alone: the pieces last until another worker, which may have been asleep, has
+      // joined.
       const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(60);
       while (piece == 999 && work.callers < 2 && std::chrono::steady_clock::now() < limit)
         std::this_thread::yield();
@@ -164,7 +164,7 @@ TEST(Workers, SignalsOfTheProcessDoNotComeToThem) {
   EXPECT_EQ(sigismember(&own, SIGUSR1), 0);
 }
 
-#ifndef __SANITIZE_THREAD__  // in whose children no threads can be made
+#ifndef __SANITIZE_THREAD__  // in its child processes, no threads can be created
 TEST(Workers, AForkedChildHasTheProcessesWorkersAnew) {
   const Workers& workers = Workers::instance(2);
   ASSERT_EQ(workers.count(), 2u);
@@ -179,7 +179,7 @@ TEST(Workers, AForkedChildHasTheProcessesWorkersAnew) {
 }
 #endif
 
-/** Without the gate most children would find the mutex taken, for ever. */
+/** Without the gate, most children would find the mutex locked for ever. */
 TEST(ForkGate, AChildFindsFreeWhatIsLockedInside) {
   static std::mutex& mutex = *new std::mutex;
   std::atomic<bool> stop{false};
@@ -206,8 +206,8 @@ TEST(ForkGate, AChildFindsFreeWhatIsLockedInside) {
   EXPECT_EQ(taken, 0);
 }
 
-/** The threads of an engine, each of which wakes the next after a call that is over: without the wait most
- *  children would find the engine's mutex taken. */
+/** An engine's threads, each of which wakes the next one after a call has ended: without the wait, most
+ *  children would find the engine's mutex locked. */
 TEST(ForkGate, AChildFindsFreeWhatAnEnginesThreadsLockAfterACall) {
   static std::mutex& engine = *new std::mutex;
   struct Turn {

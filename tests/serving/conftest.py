@@ -1,4 +1,5 @@
-"""A server for all tests of a file. The client is in an environment of its own, which comes after .venv."""
+"""A server for all tests of a file. The client is in a separate environment, which comes after .venv on the
+path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A tritonserver of a test's own: real processes, on free ports of 127.0.0.1."""
+"""A tritonserver for a test: real processes, on free ports of 127.0.0.1."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def site_packages() -> Path:
 
 
 def stub(server: Path) -> Path:
-    """What runs models of Triton's Python backend, for the Python of these tests."""
+    """The stub process of Triton's Python backend, for the Python of these tests."""
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     return server / "python_backend_stubs" / version / "triton_python_backend_stub"
 
@@ -48,8 +48,8 @@ def free_ports(count: int) -> list[int]:
 
 
 def environment() -> dict[str, str]:
-    """Nothing of chiasm's: the backend finds its libraries by itself. The Python backend needs
-    libpython, and takes the packages of the first Python on PATH."""
+    """No variables for chiasm: the backend finds its libraries itself. The Python backend needs libpython,
+    and uses the packages of the first Python on PATH."""
     library = next((ROOT / ".venv").glob("lib/python3.*/site-packages/onnxruntime/capi/libonnxruntime.so*"))
     return {
         "PATH": f"{VENV}/bin:/usr/bin:/bin",
@@ -59,7 +59,7 @@ def environment() -> dict[str, str]:
 
 
 class Server:
-    """A server of the repository `folder`/models, in which models are loaded when they are asked for."""
+    """A server of the repository `folder`/models, which loads models on request."""
 
     def __init__(self, folder: Path, *arguments: str, variables: Mapping[str, str] | None = None) -> None:
         self.repository = folder / "models"
@@ -107,7 +107,7 @@ class Server:
         return self.log_path.read_text(errors="replace")
 
     def add(self, model: str, *bundles: str | Path, config: str = "") -> Path:
-        """Write a model into the repository, in place of what has that name; returns its version's folder."""
+        """Write a model into the repository, replacing one of that name; returns its version's folder."""
         return write_model(self.repository / model, *bundles, config=config)
 
     def serve(self, model: str, *bundles: str | Path, config: str = "") -> dict[str, Any]:
@@ -117,7 +117,7 @@ class Server:
         return self.http.get_model_config(model)
 
     def unload(self, model: str) -> None:
-        """Unload, and wait until it is: the server only begins to."""
+        """Unload a model, and wait until it is gone, because the server unloads asynchronously."""
         self.http.unload_model(model)
         for _ in range(2000):
             states = [m for m in self.http.get_model_repository_index() if m["name"] == model]
@@ -130,7 +130,7 @@ class Server:
         return urllib.request.urlopen(f"http://127.0.0.1:{self.metrics_port}/metrics").read().decode()
 
     def memory(self) -> dict[str, int]:
-        """The bytes of the process that are resident, and those that are its own data, touched or not."""
+        """The resident bytes of the process, and the bytes of its own data, touched or not."""
         lines = Path(f"/proc/{self.process.pid}/status").read_text().splitlines()
         fields = {line.split(":")[0]: line.split()[1] for line in lines if line.endswith("kB")}
         return {kind: int(fields[kind]) << 10 for kind in ("VmRSS", "VmData")}
@@ -158,7 +158,7 @@ class Server:
 
 
 def write_model(folder: Path, *bundles: str | Path, config: str = "") -> Path:
-    """A model's folder, in place of what is there; returns its version's folder."""
+    """Write a model's folder, replacing an existing one; returns its version's folder."""
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "1").mkdir(parents=True)
     for bundle in bundles:
@@ -189,7 +189,7 @@ def cores() -> int:
 
 
 def post(server: Server, model: str, body: bytes, header: int | None = None) -> tuple[int, str]:
-    """A request of our own making: status and text."""
+    """Post a hand-made request; returns status and text."""
     headers = {} if header is None else {"Inference-Header-Content-Length": str(header)}
     request = urllib.request.Request(server.url(f"v2/models/{model}/infer"), body, headers)
     try:

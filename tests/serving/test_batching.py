@@ -1,4 +1,4 @@
-"""Requests that Triton hands over together: each is answered by itself, as if it had come alone."""
+"""Requests that Triton passes together: each is answered as if it had come alone."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def counts(server: Server, model: str) -> dict[str, Any]:
 
 
 def counts_after(server: Server, model: str, before: dict[str, Any]) -> dict[str, Any]:
-    """The next counts: an execution is counted once its answers are on their way."""
+    """The changed counts: Triton counts an execution after its answers are sent."""
     for _ in range(500):
         after = counts(server, model)
         if after["executions"] > before["executions"]:
@@ -51,13 +51,13 @@ def counts_after(server: Server, model: str, before: dict[str, Any]) -> dict[str
 
 
 def ask_at_once(server: Server, model: str, images: list[np.ndarray]) -> list[Any]:
-    """What each of eight requests at the same time gets: an array, or the error."""
+    """The result of each of eight simultaneous requests: an array, or the error."""
     with ThreadPoolExecutor(len(images)) as pool:
         return list(pool.map(lambda image: ask(server, model, image), images))
 
 
 def ask(server: Server, model: str, image: np.ndarray) -> Any:
-    """By a client of its own: one is for one thread."""
+    """Send a request by a new client, because a client is for one thread."""
     with http_client.InferenceServerClient(f"127.0.0.1:{server.http_port}") as client:
         try:
             return client.infer(model, tensors(http_client, {"input": image})).as_numpy("output")

@@ -1,4 +1,4 @@
-"""What docs/triton.md shows is run as it stands there, on the ports of this server."""
+"""The examples in docs/triton.md run as written, on the ports of this server."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def blocks(language: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """The repository that the page's commands make."""
+    """A server of the repository that the page's commands make."""
     folder = tmp_path_factory.mktemp("page")
     (folder / "bundles").symlink_to(ROOT / "build" / "bundles")
     network(folder / "network.onnx")

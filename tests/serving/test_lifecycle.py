@@ -1,4 +1,4 @@
-"""Models that come and go, with requests on the way."""
+"""Models are loaded and unloaded while requests are in progress."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from .server import BUNDLES, Server, tensors, write_model
 CYCLES = 200
 ROUNDS = 5
 MOST_GROWTH = 5 << 20
-#: What is freed goes back to the system, so that what the process has is what is in use.
+#: Environment variables with which freed memory goes back to the system, so that the process's memory is the
+#: memory in use.
 FRUGAL = {
     "MALLOC_ARENA_MAX": "1",
     "MALLOC_MMAP_THRESHOLD_": "65536",
@@ -40,7 +41,7 @@ def infer(server: Server) -> bytes:
 
 
 def test_loading_and_unloading_frees_everything(tmp_path: Path) -> None:
-    """By what is resident, and by what is allocated and never touched."""
+    """Both by resident memory and by memory that is allocated but never touched."""
     with Server(tmp_path, "--model-control-mode=explicit", variables=FRUGAL) as server:
         server.add("edges", "pipelines.edges")
         expected = right()
@@ -50,8 +51,8 @@ def test_loading_and_unloading_frees_everything(tmp_path: Path) -> None:
             assert infer(server) == expected
             server.unload("edges")
 
-        # What the server keeps for itself grows for a while, on some machines longer than on others. What is
-        # lost in each cycle grows for ever.
+        # The server's own memory grows for a while, on some machines longer than on others. A leak in each
+        # cycle grows for ever.
         grown: list[dict[str, int]] = []
         for _ in range(ROUNDS):
             before = server.memory()
@@ -64,7 +65,7 @@ def test_loading_and_unloading_frees_everything(tmp_path: Path) -> None:
 
 
 def test_unloading_with_requests_on_the_way(server: Server) -> None:
-    """Each request is answered rightly, or told that there is no such model; none is lost."""
+    """Each request gets a correct answer or the error that there is no such model; none is lost."""
     server.add("edges", "pipelines.edges")
     expected, answers, count = right(), [], 300
     done = threading.Semaphore(0)
@@ -91,7 +92,7 @@ def test_unloading_with_requests_on_the_way(server: Server) -> None:
 def test_shutdown_with_requests_on_the_way(tmp_path: Path) -> None:
     """The server's own exit status: 0 (checked where it is closed).
 
-    By HTTP: Triton's own gRPC endpoint crashes now and then where requests are cancelled while it ends.
+    By HTTP, because Triton's own gRPC endpoint sometimes crashes if requests are cancelled while it ends.
     """
     answers: list[Any] = []
     with Server(tmp_path, "--model-control-mode=explicit") as server:
@@ -122,7 +123,7 @@ def test_shutdown_with_requests_on_the_way(tmp_path: Path) -> None:
 
 
 def test_a_repository_at_the_start(tmp_path: Path) -> None:
-    """Without explicit control: the good models are served although another is bad."""
+    """Without explicit model control: good models are served although another is bad."""
     write_model(tmp_path / "models" / "edges", "pipelines.edges")
     write_model(tmp_path / "models" / "bad")
     with Server(tmp_path, "--exit-on-error=false", "--strict-readiness=false") as server:
@@ -132,7 +133,7 @@ def test_a_repository_at_the_start(tmp_path: Path) -> None:
 
 
 def test_signed_bundles_alone(tmp_path: Path) -> None:
-    """The process's trust policy holds in a server too."""
+    """The process's trust policy also applies in a server."""
     public, secret = tmp_path / "key.pub", tmp_path / "key"
     subprocess.run(
         ["minisign", "-G", "-W", "-p", public, "-s", secret], check=True, stdout=subprocess.DEVNULL

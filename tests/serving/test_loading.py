@@ -1,4 +1,4 @@
-"""What a configuration may say: all that the manifest does not, nothing that it contradicts."""
+"""A configuration may add everything that the manifest does not define, but must not contradict it."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ IMAGE = {"input": np.random.default_rng(3).random((1, 3, 32, 48), np.float32)}
 
 
 def refused(server: Server, *bundles: str | Path, config: str = "", model: str = "") -> str:
-    """What the server says of a model, of a name that it has not served: when it fails to load one that it
-    serves, Triton 2.51 forgets its new state, and waits for it when it is shut down."""
+    """The server's error for a model. The name must be new: if Triton 2.51 fails to reload a model that it
+    serves, it loses the model's new state, and waits for it at shutdown."""
     model = model or f"refused{next(NUMBERS)}"
     if bundles:
         server.add(model, *bundles, config=config)
@@ -88,13 +88,13 @@ def test_wrong_parameters(server: Server, name: str, value: str, words: str) -> 
 
 
 def running(server: Server, model: str) -> list[str]:
-    """The metric of what runs for a model, a line for each version."""
+    """The metric of the running artifacts of a model, one line per version."""
     lines = [x for x in server.metrics().splitlines() if x.startswith("chiasm_model_info{")]
     return [x for x in lines if f'model="{model}"' in x]
 
 
 def test_parameters(server: Server) -> None:
-    """Each changes what it says, as the metric and the outputs show."""
+    """Each parameter has its effect, as the metric and the outputs show."""
     bundle = BUNDLES / "filters.sobel.chiasm"
     for backend, artifact in (("onnx", "forward.float64"), ("native", "forward.float64.x86-64-v3.pt2")):
         config = server.serve(
@@ -143,7 +143,7 @@ OUTPUT = entry("output", "output", "TYPE_FP32", [-1, -1, -1])
 
 
 def test_whole_configurations(server: Server) -> None:
-    """As they are, and narrower than the manifest."""
+    """Complete configurations that equal the manifest, and that are narrower."""
     config = server.serve("sobel", "filters.sobel", config="max_batch_size: 8\n" + INPUT + OUTPUT)
     assert config["max_batch_size"] == 8 and config["input"][0]["dims"] == [-1, -1, -1]
     narrow = entry("input", "input", "TYPE_FP32", [3, 32, 48]) + entry(
@@ -215,7 +215,7 @@ def test_damaged_bundles(server: Server, file: str) -> None:
 
 
 def test_strict_configurations(tmp_path: Path) -> None:
-    """A server that completes nothing wants all of it, and still compares."""
+    """A server that does not complete configurations requires complete ones, and still checks them."""
     with Server(tmp_path, "--model-control-mode=explicit", "--disable-auto-complete-config") as strict:
         assert "names no input or no output" in refused(strict, "filters.sobel")
         whole = "max_batch_size: 8\n" + INPUT + OUTPUT

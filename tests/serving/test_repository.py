@@ -1,4 +1,4 @@
-"""`chiasm triton`: what it writes is served, and nothing that is there is touched."""
+"""`chiasm triton`: the written models are served, and existing files are not touched."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ def test_an_ensemble(server: Server, tmp_path: Path) -> None:
     assert status == 0, said
     for name in ("prepare", "network", "filters.sobel", "chain"):
         assert f"wrote {server.repository / name}" in said
-    server.http.load_model("chain")  # and with it what it is made of
+    server.http.load_model("chain")  # and its parts with it
     answer = server.grpc.infer("chain", tensors(grpc_client, {"frame": FRAME}))
     expected = in_turn(model, FRAME)
     assert answer.as_numpy("output").tobytes() == expected.tobytes()
     small = np.zeros((4, 4, 3), np.uint8)
     with pytest.raises(grpc_client.InferenceServerException, match="H must be from 8 to 32768"):
         server.grpc.infer("chain", tensors(grpc_client, {"frame": small}))
-    # A network says by itself what it does not take
+    # The network itself reports invalid inputs
     wrong = np.zeros((1, 3, 224, 100), np.float32)
     with pytest.raises(grpc_client.InferenceServerException, match="images"):
         server.grpc.infer("network", tensors(grpc_client, {"images": wrong}))
@@ -77,7 +77,7 @@ def test_an_ensemble(server: Server, tmp_path: Path) -> None:
 
 
 def passing(path: Path, before: str, after: str) -> Path:
-    """A network that changes nothing but the name."""
+    """A network that only renames its input."""
     graph = helper.make_graph(
         [helper.make_node("Identity", [before], [after])],
         "passing",
@@ -90,7 +90,7 @@ def passing(path: Path, before: str, after: str) -> Path:
 
 
 def test_names_that_are_taken(server: Server, tmp_path: Path) -> None:
-    """Within an ensemble a name stands for one tensor."""
+    """In an ensemble, a name belongs to one tensor."""
     first, second = passing(tmp_path / "a.onnx", "x", "y"), passing(tmp_path / "b.onnx", "y", "x")
     assert run(server.repository, "--ensemble", "round", first, second)[0] == 0
     server.http.load_model("round")

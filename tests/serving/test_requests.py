@@ -1,4 +1,4 @@
-"""What clients get: by every protocol and for every element type, the bits of chiasm.runtime."""
+"""Clients get the bits of chiasm.runtime, by every protocol and for every element type."""
 
 from __future__ import annotations
 
@@ -60,7 +60,8 @@ def test_frames(server: Server, edges: str, protocol: str, shape: tuple[int, ...
 
 @pytest.mark.parametrize("protocol", ["http", "grpc"])
 def test_images_on_any_address(server: Server, protocol: str) -> None:
-    """HTTP puts the bytes after a header of any length: the name of the request moves them."""
+    """In HTTP, the bytes follow a header of any length: the length of the request's name changes their
+    alignment."""
     server.serve("sobel", "filters.sobel")
     inputs = {"input": RANDOM.random((2, 3, 41, 53), np.float32)}
     for length in range(1, 9):
@@ -87,7 +88,7 @@ def rolled(
     i: Tensor,
     j: Tensor,
 ) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """The columns of tensors of every type, moved by one."""
+    """Tensors of every type, with their columns rotated by one."""
     return (
         torch.cat([a[:, 1:], a[:, :1]], 1),
         torch.cat([b[:, 1:], b[:, :1]], 1),
@@ -103,7 +104,7 @@ def rolled(
 
 
 def scaled(x: Tensor, factor: Tensor) -> tuple[Tensor, Tensor]:
-    """Scaled by a number, and the mean before."""
+    """x scaled by a number, and the mean of x."""
     return x * factor, x.mean()
 
 
@@ -186,7 +187,7 @@ def region(server: Server) -> Iterator[tuple[str, Any]]:
 @pytest.mark.parametrize("protocol", ["http", "grpc"])
 @pytest.mark.parametrize("offset", [0, 1, 64])
 def test_system_shared_memory(server: Server, region: tuple[str, Any], protocol: str, offset: int) -> None:
-    """In and out by one region; also where neither tensor is aligned."""
+    """Input and output in one region, also if neither tensor is aligned."""
     server.serve("sobel", "filters.sobel")
     name, handle = region
     image = RANDOM.random((1, 3, 64, 96), np.float32)
@@ -238,7 +239,7 @@ def test_refusals_are_400_and_say_why(server: Server, edges: str) -> None:
     ):
         status, text = post(server, edges, body(*broken))
         assert status == 400 and words in text, (status, text)
-    assert post(server, edges, body(frame))[0] == 200  # the server goes on
+    assert post(server, edges, body(frame))[0] == 200  # the server still works
 
 
 def test_lying_sizes(server: Server, edges: str) -> None:
@@ -275,7 +276,7 @@ def test_negative_sizes(server: Server, edges: str) -> None:
 
 
 def test_bodies_in_chunks(server: Server, edges: str) -> None:
-    """A body that comes in pieces lies in pieces in the server too."""
+    """A body that arrives in chunks is also stored in chunks in the server."""
     frame = RANDOM.integers(0, 256, (100, 200, 3), np.uint8)
     entry = {"name": "frame", "datatype": "UINT8", "shape": list(frame.shape)}
     output = {"name": "output", "parameters": {"binary_data": True}}
@@ -299,7 +300,7 @@ def test_bodies_in_chunks(server: Server, edges: str) -> None:
 
 
 def test_outputs_that_no_memory_holds(server: Server) -> None:
-    """Four terabytes, asked for by a sparse gigabyte of shared memory."""
+    """Outputs of four terabytes, for an input of a sparse gigabyte of shared memory."""
     server.serve("resized", "geometry.transform.resize.bilinear")
     name, side = f"chiasm_{uuid.uuid4().hex}", 32768
     path = Path("/dev/shm") / name
@@ -320,7 +321,7 @@ def test_outputs_that_no_memory_holds(server: Server) -> None:
 
 
 def test_damaged_requests(server: Server, edges: str) -> None:
-    """Bodies with bytes changed, left out and added: an answer each, and a server that goes on."""
+    """Bodies with changed, missing and extra bytes: each gets an answer, and the server still works."""
     frame = RANDOM.integers(0, 256, (16, 16, 3), np.uint8)
     entry = {"name": "frame", "datatype": "UINT8", "shape": [16, 16, 3]}
     head = json.dumps({"inputs": [entry | {"parameters": {"binary_data_size": frame.nbytes}}]}).encode()

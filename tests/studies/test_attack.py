@@ -1,4 +1,4 @@
-"""The attack on the matching of two views, small: from nothing in common to a homography that was chosen."""
+"""The attack on the matching of two views at a small size: unrelated images match by a chosen homography."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_the_hardest_negative_is_of_another_place() -> None:
 
 def test_the_matching_is_the_pipeline_of_two_views(states: list[State]) -> None:
     images = states[-1].images
-    # the paper's own conversion, by float64
+    # the paper's own conversion, in float64
     grey = torch.from_numpy((images / 255.0) @ np.array([0.299, 0.587, 0.114])).float()[:, None]
     arguments = {k: v for k, v in SMALL.detection().items() if k != "max_keypoints"}
     homography, points1, points2, matched, inliers = two_view_homography(

@@ -1,5 +1,5 @@
-"""The example `batch` at small size: that all contenders do one work, that times and memory are what they
-say, the C++ program, the page."""
+"""The example `batch` at a small size: all contenders do the same work, times and memory are right, the C++
+program, the page."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
 
 
 def names(work: str) -> list[str]:
-    """The contenders that can run here, but for what compiles for minutes."""
+    """The contenders that can run here, except those that compile for minutes."""
     return [
         n
         for n in WORKS[work].ways
@@ -48,7 +48,7 @@ def names(work: str) -> list[str]:
 def test_contenders_do_the_same_work(setup: Setup, work: str) -> None:
     found = check(work, setup, names(work))
     assert {"OpenCV", FLAT, NATIVE} <= set(found)
-    assert found["OpenCV"]["most"] > 0  # it is not chiasm's own result
+    assert found["OpenCV"]["most"] > 0  # it does not equal chiasm's own result
 
 
 def test_other_work_is_found() -> None:
@@ -108,7 +108,7 @@ def test_rows_of_a_race(setup: Setup) -> None:
 
 def test_memory_is_the_peak_of_a_call(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
     def make(images: Images, setup: Setup) -> Ready:
-        def call() -> np.ndarray:  # 8 MB of results an image, and for a moment 16 more
+        def call() -> np.ndarray:  # 8 MB of results per image, and temporarily 16 more
             between = [np.ones(2 << 20) for _ in range(len(images))]
             return np.stack([b[: 1 << 20] for b in between])
 
@@ -149,7 +149,7 @@ class TestTwin:
 
 
 def made_up(opencv: float) -> Measured:
-    """Native code takes 1 ms an image, OpenCV in Python `opencv`, in C++ 5 ms."""
+    """Native code takes 1 ms per image, OpenCV in Python `opencv` ms, in C++ 5 ms."""
     measured = Measured()
     for work in WORKS:
         measured.add(
@@ -194,7 +194,7 @@ def test_plot_is_logarithmic_in_both() -> None:
     chart = np.asarray(
         log_log({"line": [(1, 1), (10, 10), (100, 100)]}, ["line"], "title", ("x", "y"), (500, 300))
     ).astype(int)
-    area = chart[40:265, 50:305]  # inside of the axes, without the names
+    area = chart[40:265, 50:305]  # inside the axes, without the names
     ys, xs = np.nonzero(np.ptp(area, axis=2) > 60)
     slope, offset = np.polyfit(xs, ys, 1)
     assert slope < 0 and np.abs(slope * xs + offset - ys).max() < 5

@@ -1,5 +1,5 @@
-"""Depth by gradient descent (studies/depth): the scenes' truth, the step's gradient, what is found at a
-small size, C++ beside Python."""
+"""Depth by gradient descent (studies/depth): the scenes' truth, the step's gradient, the result at a small
+size, C++ compared with Python."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ both = pytest.mark.parametrize("name", list(SCENES))
 
 
 def points(scene: Scene) -> np.ndarray:
-    """What the reference's pixels see by the true depth, (H, W, 3)."""
+    """The points (H, W, 3) that the reference's pixels see, by the true depth."""
     height, width = scene.depth.shape
     x, y = np.meshgrid(np.arange(width), np.arange(height))
     return (
@@ -44,7 +44,7 @@ def points(scene: Scene) -> np.ndarray:
 
 
 def seen_at(scene: Scene, view: int) -> np.ndarray:
-    """Pixels of a view (H, W, 2) where it has the points."""
+    """The pixels (H, W, 2) of these points in a view."""
     m = scene.motions[view].double().numpy()
     projected = (points(scene) @ m[:3, :3].T + m[:3, 3]) @ scene.cameras[view].double().numpy().T
     return projected[..., :2] / projected[..., 2:]
@@ -65,7 +65,7 @@ def test_rendered_points_lie_on_the_surfaces() -> None:
 
 @both
 def test_true_depth_warps_the_views_onto_the_reference(name: str) -> None:
-    """By OpenCV; where a pixel is not seen, something else is there."""
+    """By OpenCV; a pixel that a view does not see shows another surface."""
     scene = SCENES[name]
     known = np.isfinite(scene.depth)
     for view in range(1, len(scene.images)):
@@ -92,8 +92,8 @@ def test_stereo_cameras_shift_pixels_by_the_disparity() -> None:
 
 @pytest.mark.parametrize("size", [(40, 64), (31, 45)])
 def test_reduced_cameras_see_what_reduced_images_show(size: tuple[int, int]) -> None:
-    """An image whose values are its pixels' coordinates: away from the borders the reduced one's are where
-    the reduced camera says."""
+    """The values of an image are its pixels' coordinates: away from the borders, those of the reduced image
+    agree with the reduced camera."""
     height, width = size
     camera = torch.tensor([[[50.0, 0.0, 20.0], [0.0, 55.0, 15.0], [0.0, 0.0, 1.0]]], dtype=torch.float64)
     y, x = torch.meshgrid(torch.arange(height), torch.arange(width), indexing="ij")
@@ -223,8 +223,8 @@ def test_exported_step_is_eager_pythons(bundles: Path, size: tuple[int, int]) ->
 def test_cpp_finds_pythons_depth(
     name: str, bundles: Path, tmp_path: Path, found: dict[str, list[Level]]
 ) -> None:
-    """Within rounding after three steps a scale; then kinks of the loss part the ways, but not how near the
-    truth they lead."""
+    """Results agree within rounding after three steps per scale. Later, kinks of the loss separate them, but
+    their errors against the truth stay similar."""
     scene, short = SCENES[name], replace(SMALL, iterations=3)
     save(scene, short, tmp_path)
     expected = in_python("Python", scene, short, eager(short))[0]

@@ -1,4 +1,4 @@
-"""The example of several processes, small: what they make together is what one makes."""
+"""The example of several processes at a small size: together they give the result of a single process."""
 
 from __future__ import annotations
 

@@ -47,8 +47,8 @@ def bundles(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_pair_is_the_source_seen_by_its_homography(shown: Pair) -> None:
-    """scikit-image's warp of the source is the destination, but for resampling: pixel for pixel, not shifted
-    by a part of one."""
+    """scikit-image's warp of the source equals the destination up to resampling, without a shift of a
+    fraction of a pixel."""
     back = ProjectiveTransform(np.linalg.inv(shown.homography))
     warped = skimage_warp(shown.src / 255.0, back, order=3, cval=-1.0)
     inside = skimage_warp(np.ones_like(shown.src, float), back, order=1) > 0.999

@@ -10,7 +10,7 @@ breathe_default_project = "chiasm"
 breathe_domain_by_file_pattern = {"*/chiasm.h": "c"}
 root_doc = "index"
 include_patterns = ["index.md", "interface.md", "*.md", "docs/**.md", "examples/**.md", "reference/**.md"]
-# Notes are parts of the benchmarks' pages, which their generators put in
+# Notes are included in the benchmarks' pages by their generators
 exclude_patterns = ["docs/*_notes.md"]
 html_theme = "furo"
 html_title = "chiasm"
@@ -19,6 +19,6 @@ html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
 myst_heading_anchors = 4
-# Diagrams stand as their text; Pygments does not know their language, nor how Triton writes protobuf
-# (first); every header of the namespace declares it again (second)
+# First: diagrams are shown as text, and Pygments does not know their language, nor Triton's protobuf. Second:
+# every header declares the namespace again.
 suppress_warnings = ["misc.highlighting_failure", "duplicate_declaration.cpp"]

@@ -17,7 +17,7 @@ from gallery.photographs import photograph
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = Path(__file__).with_name("live")
 RUNTIME = ROOT / ".deps" / "browser" / "node_modules" / "onnxruntime-web"
-#: What a page that imports ort.wasm.min.mjs fetches.
+#: The files that a page fetches if it imports ort.wasm.min.mjs.
 ENGINE = (
     "dist/ort.wasm.min.mjs",
     "dist/ort-wasm-simd-threaded.mjs",

@@ -15,7 +15,7 @@ def page(name: str, spec: Spec, function) -> str:
     """The page of one op."""
     doc = inspect.cleandoc(function.__doc__ or "")
     place = function.__module__.removeprefix("chiasm.")
-    # Not in the tree of pages, which furo draws on every page
+    # Not in the tree of pages, which furo shows on every page
     parts = [
         "---\norphan: true\n---",
         f"# {name}",
@@ -37,12 +37,12 @@ def page(name: str, spec: Spec, function) -> str:
 
 
 def signature(function) -> str:
-    """As in the source, types by their short names."""
+    """The signature as in the source, with short names of types."""
     return str(inspect.signature(function)).replace("torch.", "").replace("typing.", "")
 
 
 def plain(text: str) -> str:
-    """Text that Markdown shows as it is."""
+    """Text, escaped for Markdown."""
     return text.translate({ord(c): f"\\{c}" for c in "\\`*_{}[]<>|$"})
 
 
@@ -63,7 +63,7 @@ def row(kind: str, tensor: TensorSpec, spec: Spec) -> str:
 
 
 def tolerances(spec: Spec) -> str:
-    """How far any backend may be from eager Python."""
+    """The text on the largest differences of backends from eager Python."""
     rows = ["Backends agree with eager Python within", "", "| dtype | absolute | relative |", "|---|---|---|"]
     for dtype, tolerance in (dict(DEFAULT_TOLERANCES) | dict(spec.tolerances)).items():
         if dtype in spec.dtypes or dtype in spec.tolerances:

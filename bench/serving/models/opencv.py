@@ -1,5 +1,5 @@
-"""The same preprocessing for Triton's Python backend, of OpenCV and NumPy: plane by plane, which takes a
-tenth of the time of the usual arithmetic on pixels that is transposed at the end."""
+"""The same preprocessing for Triton's Python backend, with OpenCV and NumPy: plane by plane, in a tenth of
+the time of the usual arithmetic on pixels with a transpose at the end."""
 
 import cv2
 import numpy as np
@@ -11,7 +11,7 @@ SCALE, OFFSET = (1 / (255 * STD))[:, None, None], (-MEAN / STD)[:, None, None]
 
 class TritonPythonModel:
     def initialize(self, args):
-        cv2.setNumThreads(1)  # as for the others: instances are what runs at once
+        cv2.setNumThreads(1)  # as in the other models: several instances run in parallel
 
     def execute(self, requests):
         return [triton.InferenceResponse([prepare(request)]) for request in requests]

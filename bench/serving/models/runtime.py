@@ -1,4 +1,4 @@
-"""The bundle in Triton's Python backend: what the backend in C++ is worth."""
+"""The bundle in Triton's Python backend: shows the gain of the C++ backend."""
 
 import sys
 

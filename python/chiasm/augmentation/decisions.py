@@ -66,7 +66,7 @@ def white_of(input: Tensor) -> float:
 
 
 def below(u: Tensor, p: float) -> Tensor:
-    """Which uniform numbers in [0, 1) are below p. If p is 1, all are; this needs no comparison, so that an
+    """Whether uniform numbers in [0, 1) are below p. If p is 1, all are; this needs no comparison, so that an
     export sees it and leaves the choice out.
 
     >>> below(torch.tensor([0.2, 0.7]), 0.5)

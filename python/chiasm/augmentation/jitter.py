@@ -248,7 +248,7 @@ def _check_order(order: List[int]) -> None:
 
 
 def _possible(order: Optional[List[int]], place: int, changing: List[bool]) -> List[bool]:
-    """Which of the four changes may stand at a place and change anything."""
+    """For each of the four changes, whether it may be at a place and has an effect."""
     return [changing[i] and (order is None or order[place] == i) for i in range(4)]
 
 

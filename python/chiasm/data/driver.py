@@ -83,7 +83,7 @@ def _clean(folder: Path) -> None:
 
 
 def fingerprint(mapping: Map, files: str, rows: int) -> dict[str, Any]:
-    """What decides the bytes of the shards."""
+    """Everything that determines the bytes of the shards."""
     from importlib.metadata import version
 
     import numpy as np
@@ -142,7 +142,7 @@ def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, rep
 
 
 def _failure(result: Callable[[], Any]) -> str | None:
-    """What went wrong with a shard. An error that concerns all shards is raised."""
+    """The error of a shard, or None. An error that concerns all shards is raised."""
     try:
         result()
     except BrokenProcessPool:

@@ -109,8 +109,8 @@ def _entries(value: Any) -> Iterator[dict[str, Any]]:
 
 
 def _caches() -> Iterator[Path]:
-    """Where copies may be kept: $CHIASM_CACHE alone, or ~/.cache/chiasm, or else, because workers of a
-    cluster often have no home, the folder for temporary files."""
+    """The folders for copies: only $CHIASM_CACHE if it is set; else ~/.cache/chiasm, then the folder for
+    temporary files, because workers of a cluster often have no home."""
     if given := os.environ.get("CHIASM_CACHE"):
         yield Path(given)
         return

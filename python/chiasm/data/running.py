@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .mapping import Map
 
 
-#: Of images that are decoded from files.
+#: The layouts of images that are decoded from files.
 LAYOUTS = ("HWC", "NHWC", "NCHW")
 
 

@@ -201,8 +201,8 @@ def _mapped(shard: Shard, mapping: Map) -> Iterator[Any]:
 
 
 class _Member(tarfile.TarInfo):
-    """A tar's member. tarfile itself takes a header that it cannot read for the end of the archive, so that
-    the members behind it would be missing without a word."""
+    """A tar's member. tarfile itself treats an unreadable header as the end of the archive, so later members
+    would be missing silently."""
 
     @classmethod
     def fromtarfile(cls, tarfile: Any) -> Any:
@@ -223,13 +223,13 @@ def _members(path: Path) -> Iterator[tuple[str, Callable[[], bytes]]]:
                 yield member.name, _content(archive, member)
         stream = archive.fileobj
         while stream and (rest := stream.read(1 << 20)):
-            if rest.strip(b"\0"):  # of tars put together by cat, or with a hole
+            if rest.strip(b"\0"):  # tars joined by cat, or with a hole
                 raise DataError("there is more behind the end of the archive")
 
 
 def _content(archive: tarfile.TarFile, member: tarfile.TarInfo) -> Callable[[], bytes]:
-    """What returns a member's bytes, which are read now, because a stream has them only once; or what says
-    why it has none."""
+    """A function that returns a member's bytes or raises its error. The bytes are read now, because a stream
+    has them only once."""
     problem = ""
     if not member.isfile():
         problem = "a link or a device, not a file: make the tar with --dereference --hard-dereference"

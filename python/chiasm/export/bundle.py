@@ -125,15 +125,14 @@ def clean_up(folder: Path, process: int) -> None:
 
 
 def _now() -> str:
-    """The time in the manifest; that of $SOURCE_DATE_EPOCH where it is set, as reproducible builds have
-    it."""
+    """The time in the manifest: now, or $SOURCE_DATE_EPOCH if it is set, for reproducible builds."""
     seconds = given_time()
     moment = datetime.now(timezone.utc) if seconds is None else datetime.fromtimestamp(seconds, timezone.utc)
     return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def read_golden(bundle: Path, manifest: dict[str, Any]) -> dict[str, torch.Tensor]:
-    """The golden vectors by name, all that the manifest's cases have."""
+    """All golden vectors of the manifest's cases, by name."""
     data = read_file(bundle, manifest["golden"])
     file = bundle / manifest["golden"]["file"]
     try:

@@ -35,9 +35,9 @@ from .manifest import FORMATS, GPUS, METHODS, read_manifest
 from .text import one_line, plain
 
 console = Console(emoji=False)
-#: In bytes, as minisign has it.
+#: The most bytes of a password, as in minisign.
 _MOST_OF_PASSWORD = 1024
-#: Of prctl: the signal for a process whose parent dies.
+#: An option of prctl: the signal that a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
 
 
@@ -421,7 +421,7 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
             console.print(
                 f"{bundle}: signed by the key; {comment}", highlight=False, markup=False, soft_wrap=True
             )
-        # So that the code that runs below is what was signed, even if the files change meanwhile
+        # So that only signed code runs below, even if the files change meanwhile
         signing.trust_only(key)
     from .verify import verify as verify_bundle
 

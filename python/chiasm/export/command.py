@@ -70,7 +70,7 @@ class Group(click.Group):
             except Exception as error:
                 if isinstance(error, ImportError) and (what := advice(error)):
                     fail(what, 1)
-                # The runtime's, which cannot be imported where the runtime is not, and chiasm.data's
+                # Exceptions of the runtime, which may not be installed, and of chiasm.data
                 if type(error).__name__ in ("ChiasmError", "DataError"):
                     fail(one_line(error), 1)
                 if os.environ.get(TRACEBACK):

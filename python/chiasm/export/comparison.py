@@ -19,8 +19,8 @@ from .verify import Row
 def difference(
     result: torch.Tensor, expected: torch.Tensor, tolerance: dict[str, float] | None
 ) -> tuple[float, str]:
-    """The largest absolute difference, and "" or what is wrong. Without a tolerance, values must be equal;
-    NaN equals NaN."""
+    """The largest absolute difference, and "" or the problem. Without a tolerance, values must be equal; NaN
+    equals NaN."""
     if result.shape != expected.shape or result.dtype != expected.dtype:
         return (
             float("inf"),
@@ -43,7 +43,7 @@ def difference(
 def compare(
     method: dict, results: Sequence[torch.Tensor], expected: Sequence[torch.Tensor]
 ) -> tuple[float, str]:
-    """The largest absolute difference of a method's outputs, and "" or what is wrong, by the manifest's
+    """The largest absolute difference of a method's outputs, and "" or the problem, by the manifest's
     tolerances."""
     worst, message = 0.0, ""
     for tensor, result, want in zip(method["outputs"], results, expected, strict=True):

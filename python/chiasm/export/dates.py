@@ -1,4 +1,4 @@
-"""The time that builds are given to be reproducible."""
+"""The given time of reproducible builds."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _LAST = 253402300799
 
 
 def given_time() -> int | None:
-    """The seconds since 1970 that $SOURCE_DATE_EPOCH says; None where it is not set.
+    """The seconds since 1970 in $SOURCE_DATE_EPOCH; None if it is not set.
 
     Raises:
-        ExportError: it says what is no such number.
+        ExportError: its value is not such a number.
     """
     text = os.environ.get("SOURCE_DATE_EPOCH", "")
     if not text:

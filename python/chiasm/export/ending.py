@@ -1,5 +1,5 @@
-"""How the command `chiasm` ends where the system, or the user at the keyboard, ends it. What imports it needs
-nothing but the standard library, and no time."""
+"""How the command `chiasm` ends if the system or an interrupt ends it. This module imports quickly, and needs
+only the standard library."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import NoReturn
 
 @contextmanager
 def ended() -> Iterator[None]:
-    """What interrupts the block, or cannot be written, becomes one line on stderr and an exit status: 130
-    for an interrupt, else 1; nothing is said where nobody reads any more."""
+    """An interrupt of the block, or a failed write, becomes one line on stderr and an exit status: 130 for an
+    interrupt, else 1. There is no message if nobody reads the output any more."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by the caller
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
     try:
         yield
-        sys.stdout.flush()  # what cannot be written is known here, not when the interpreter ends
+        sys.stdout.flush()  # so that a failed write is detected here, not when the interpreter ends
     except KeyboardInterrupt:
         fail("interrupted", 130)
     except BrokenPipeError:
@@ -43,5 +43,5 @@ def fail(message: str, status: int) -> NoReturn:
 
 
 def _discard() -> None:
-    """What is buffered for stdout goes nowhere."""
+    """Discard the buffered output."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

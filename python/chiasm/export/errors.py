@@ -91,7 +91,7 @@ _REMEDIES = (
     ),
 )
 _ROUNDED = re.compile(r"round\(|trunc|ceil|floor\(|sym_float| / ")
-#: Of a size that is rounded.
+#: The remedy for a size that is rounded.
 SIZES = (
     "instead: sizes may be computed with + - * // only: take a size that is rounded from another input "
     "(as geometry.transform.resize does), or write fixed sizes into the input's shape"

@@ -1,4 +1,4 @@
-"""Files read and written whole. What imports it needs nothing but the standard library."""
+"""Reads and writes whole files. Needs only the standard library."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 #: The most bytes of a bundle's file, as for the runtime (runtime/core/manifest.cpp).
 MOST_OF_FILE = 1 << 40
-#: The most bytes of an image file: of 180 million pixels, which Pillow takes at most, of 64 bits each.
+#: The most bytes of an image file: 180 million pixels, the most that Pillow accepts, with 64 bits each.
 MOST_OF_IMAGE = 1 << 31
 #: The most bytes of a key or a signature, as for the runtime (runtime/core/minisign.h).
 MOST_OF_KEY = 1 << 14
@@ -20,10 +20,9 @@ def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
     """The content of a file of at most `most` bytes.
 
     Raises:
-        OSError: what the system says; or that it is a pipe or a device, which may have no end and no
-            beginning, or a longer file.
+        OSError: an error of the system; or it is a pipe or a device, which may have no end, or a longer file.
     """
-    # O_NONBLOCK: the opening of a pipe must not wait for who writes it
+    # O_NONBLOCK: opening a pipe must not wait for its writer
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode):
@@ -35,8 +34,7 @@ def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
 
 
 def write_whole(path: Path, data: bytes | memoryview) -> None:
-    """Write a file, in place of one that is there (of a link, not of what it leads to), whole or not at
-    all."""
+    """Write a file atomically, replacing an existing one; a link itself is replaced, not its target."""
     scratch = None
     try:
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".writing-", delete=False) as file:

@@ -47,7 +47,7 @@ def read_manifest(bundle: Path) -> dict[str, Any]:
 
 
 def manifest_text(bundle: Path) -> bytes:
-    """The manifest's bytes, of whatever they are."""
+    """The manifest's bytes, unchecked."""
     try:
         return read_inside(bundle, "manifest.json", _MOST_OF_MANIFEST)
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError) as error:
@@ -59,7 +59,7 @@ def manifest_text(bundle: Path) -> bytes:
 
 
 def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
-    """The manifest that these bytes of a bundle are, checked against the schema."""
+    """The manifest in these bytes of a bundle, checked against the schema."""
     file = bundle / "manifest.json"
     try:
         manifest = json.loads(text)
@@ -100,7 +100,7 @@ def read_inside(bundle: Path, name: str, most: int) -> bytes:
     """The content of a file in the bundle's folder, of at most `most` bytes.
 
     Raises:
-        OSError: as `read_regular`; or that it is a link out of the folder, which the runtime refuses.
+        OSError: as for `read_regular`; or it is a link out of the folder, which the runtime rejects.
     """
     path = bundle / name
     target = Path(os.path.realpath(path))

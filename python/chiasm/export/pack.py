@@ -24,7 +24,7 @@ from .errors import ExportError
 from .files import MOST_OF_FILE
 from .manifest import BundleError, read_file, read_inside, read_manifest
 
-#: The oldest time that a zip archive can hold, in seconds since 1970: of what says no other; and the last.
+#: The first and the last time that a zip archive can store, in seconds since 1970. The first is the default.
 _EPOCH, _LAST = 315532800, 4354819198
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
@@ -118,7 +118,7 @@ def _holds(wheel: Path, path: str, record: bytes) -> bool:
 
 
 def _write(target: Path, files: dict[str, bytes]) -> None:
-    """Under another name until it is whole: an interrupted run leaves no half of a wheel."""
+    """Write under a temporary name first, so that an interrupted run leaves no partial wheel."""
     seconds = min(max(given_time() or _EPOCH, _EPOCH), _LAST)
     part = target.with_name(f".{target.name}.{os.getpid()}")
     try:

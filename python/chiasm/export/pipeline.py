@@ -100,7 +100,7 @@ def check(job: ExportJob) -> None:
 
 
 def _check(job: ExportJob, variant: str | None) -> list[bool]:
-    """Which results are themselves an input or another result."""
+    """For each result, whether it is itself an input or another result."""
     sizes = samples.fit(job.spec, samples.GOLDEN)
     inputs = samples.make(job.spec, sizes, variant)
     check_inputs(job.spec, inputs, sizes, variant)

@@ -185,7 +185,7 @@ def read_public_key(key: str) -> str:
 
 
 def _prove(folder: Path, message: bytes) -> None:
-    """Refuse a bundle where a file is not what these bytes, its manifest, say, or where there is another."""
+    """Reject a bundle unless its files are exactly those in its manifest `message`."""
     manifest = parse_manifest(folder, message)
     entries = [a for method in manifest["methods"].values() for a in method["artifacts"]]
     entries += [manifest["golden"], *manifest.get("documents", {}).values()]

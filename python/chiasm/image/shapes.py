@@ -170,6 +170,6 @@ def _span(x0: Tensor, y0: Tensor, dx: Tensor, dy: Tensor, y: Tensor) -> Tuple[Te
     everywhere = torch.full_like(meets, math.inf)
     first = torch.where(dy > 0, first, -everywhere)
     last = torch.where(dy < 0, last, everywhere)
-    # A level edge has the whole row on one side. What is not a number has no side.
+    # A level edge has the whole row on one side. NaN has no side.
     outside = ~(lag * dy == lag * dy) | ((dy == 0) & (lag > 0))
     return torch.where(outside, everywhere, first).amax(1), last.amin(1)

@@ -21,7 +21,7 @@ BundlePath = str | os.PathLike[str]
 
 
 def library() -> Path:
-    """Where chiasm's plug-in for ONNX Runtime is.
+    """The path of chiasm's plug-in for ONNX Runtime.
 
     It is searched where the runtime finds its backends: in the folders of ``CHIASM_BACKEND_PATH``, beside the
     installed library, and in a source tree's ``build/release/lib``.

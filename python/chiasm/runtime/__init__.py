@@ -278,7 +278,7 @@ def _parse_device(device: Any) -> tuple[int, int]:
 
 
 def _number(argument: str, value: Any) -> int:
-    """A whole number of 32 bits, of whatever type; what it may be the core says."""
+    """A 32-bit integer of any type; the core checks its value."""
     if not hasattr(value, "__index__"):
         raise TypeError(f"{argument}: expected a whole number, got {value!r}")
     number = operator.index(value)
@@ -288,7 +288,7 @@ def _number(argument: str, value: Any) -> int:
 
 
 def _text(argument: str, value: Any) -> str:
-    """What C++ gets whole: it ends texts at a NUL, and has them in UTF-8."""
+    """Text that C++ receives completely: C++ uses UTF-8, and ends text at a NUL."""
     if not isinstance(value, str):
         raise TypeError(f"{argument}: expected a str, got {value!r}")
     if "\0" in value or any("\ud800" <= c <= "\udfff" for c in value):
@@ -314,7 +314,7 @@ def _dtype_name(dtype: Any) -> str:
 
 
 def _package_folder(package: str) -> Path | None:
-    """Where an installed package is, without importing it."""
+    """The folder of an installed package, without importing it."""
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:
         return None
@@ -345,7 +345,7 @@ def _open_libtorch() -> None:
     folder = _package_folder("torch")
     library = folder / "lib" / "libtorch_cpu.so" if folder else None
     if library and library.exists():
-        with suppress(OSError):  # the plug-in meets the same, and the core makes an error of it
+        with suppress(OSError):  # the plug-in fails likewise, and the core reports it
             os.getcwd()  # MKL, in libtorch, ends the process if it is opened in a folder that was deleted
             _libtorch.append(ctypes.CDLL(str(library), mode=os.RTLD_NOW))
 

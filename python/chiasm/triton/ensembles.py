@@ -72,7 +72,7 @@ def joined(name: str, parts: Sequence[Part]) -> Ensemble:
 def _sources(
     name: str, part: Part, wanted: Sequence[Tensor], before: dict[str, Tensor]
 ) -> dict[str, str | None]:
-    """Where each input comes from: an output of the part before, or None."""
+    """The source of each input: an output of the previous part, or None."""
     by_name = {tensor.name: called for called, tensor in before.items()}
     sources: dict[str, str | None] = {tensor.name: by_name.get(tensor.name) for tensor in wanted}
     if len(wanted) == len(before) == 1:

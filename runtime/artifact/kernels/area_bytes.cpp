@@ -30,7 +30,7 @@ void sums_of_windows(const uint8_t* x, int64_t stride, int64_t ky, int64_t kx, i
   });
 }
 
-// Means of windows, halves up, at every value; `area` is a power of two.
+// Means of windows, rounded half up, at every value; `area` is a power of two.
 void shifted(const Word* sums, int64_t area, int64_t values, uint8_t* means) {
   const int by = std::countr_zero(static_cast<uint64_t>(area));
   const auto half = static_cast<Word>(area / 2);
@@ -56,7 +56,7 @@ void whole_windows(const uint8_t* x, int64_t n, int64_t height, int64_t width, i
   const bool is_power = std::has_single_bit(static_cast<uint64_t>(area));
   const int64_t room = whole_lines<Word>(width);
   const auto memory = new_lines<Word>(3 * room * omp_get_max_threads());
-  // The bias keeps whole quotients from falling below their value by float32's rounding error.
+  // The bias keeps integer quotients from falling below their value by float32's rounding error.
   const float scale = 1.0f / static_cast<float>(2 * area), bias = static_cast<float>(area) + 0.5f;
 #pragma omp parallel for
   for (int64_t i = 0; i < n * new_height; ++i) {
@@ -82,7 +82,7 @@ void whole_windows(const uint8_t* x, int64_t n, int64_t height, int64_t width, i
   }
 }
 
-// Along an axis: which pixels each pixel of the output covers, and how much of each, in units of 1 / out.
+// Along an axis: the pixels that each pixel of the output covers, and how much of each, in units of 1 / out.
 struct Covered {
   int64_t each;
   std::vector<int64_t> first;

@@ -1,4 +1,4 @@
-// Arithmetic on pixels of whole numbers, value by value.
+// Arithmetic on integer pixels, value by value.
 #include "interleaving.h"
 
 namespace chiasm::kernels {

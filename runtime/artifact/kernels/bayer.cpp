@@ -4,8 +4,8 @@
 namespace chiasm::kernels {
 namespace {
 
-// The mean of four whole numbers, rounded half up, as the mean of the means of two pairs. That would be one
-// too large if the mean of a pair was rounded up and the last mean is, too.
+// The mean of four integers, rounded half up, as the mean of the means of two pairs. It is reduced by one if
+// the mean of a pair was rounded up and the last mean is too.
 template <class D>
 struct Means {
   hn::Vec<D> first, second, all;

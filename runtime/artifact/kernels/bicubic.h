@@ -23,7 +23,7 @@ struct CubicTaps {
   enum class Way : uint8_t { kAnywhere, kInside, kTogether };
 
   alignas(64) int32_t column[4][kRun], row[4][kRun];
-  alignas(64) int32_t index[kRun];  // of the last row and the first column
+  alignas(64) int32_t index[kRun];  // the index of the last row and the first column
   alignas(64) T across[4][kRun], down[4][kRun];
   Way way[kRun / kLanes<T>];
 };

@@ -1,5 +1,5 @@
-// Bilateral filtering. The weight of a pair of pixels is the same for both: it is computed once, and kept for
-// as many rows as the window reaches down.
+// Bilateral filtering. Both pixels of a pair have the same weight: it is computed once, and kept for as many
+// rows as the window reaches down.
 #include "functions.h"
 #include "rows.h"
 
@@ -118,10 +118,10 @@ struct Falloff {
   }
 };
 
-// The entries of a table at whole distances, and quotients rounded halves up.
+// The entries of a table at integer distances, and quotients rounded half up.
 struct Alike {
   const double* entries;
-  double last;  // limits distances, which may have any size beyond a row's end
+  double last;  // limits distances, which are arbitrary beyond a row's end
 
   double most() const { return entries[0]; }
 
@@ -144,7 +144,7 @@ struct Alike {
   }
 };
 
-// Pixels as numbers, and back; bytes of numbers that are bytes.
+// Copies pixels to numbers, and numbers to pixels.
 template <class T>
 void copy_pixels(const T* x, int64_t n, T* out) {
   std::copy_n(x, n, out);
@@ -219,7 +219,7 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
             extend(p, tile, width, rx, rx, border, T(0));
           }
         };
-        const auto weigh = [&](int64_t y) {  // of row y with the rows below it
+        const auto weigh = [&](int64_t y) {  // the weights of row y with the rows below it
           for (int64_t k = 0; k < count; ++k) {
             const auto [dy, dx, near] = offset(k);
             // Also left or right of the tile: pixels of the tile need their weights with earlier pixels

@@ -96,7 +96,7 @@ HWY_INLINE hn::Vec<D> pairs(D d, const T* p, const int32_t* index) {
     if constexpr (sizeof(T) == sizeof(double)) {
       return hn::LoadU(part, p + index[i]);
     } else {
-      double first, second;  // of two pixels each, at any address
+      double first, second;  // two pixels each, at any address
       std::memcpy(&first, p + index[i], sizeof first);
       std::memcpy(&second, p + index[i + 2], sizeof second);
       const hn::FixedTag<double, 2> two;

@@ -55,7 +55,7 @@ void lengthen(const Word* x, int64_t apart, int64_t n, Word* out) {
   });
 }
 
-/** Sums over an area, to the nearest byte, halves to even. */
+/** Sums divided by the area, rounded to the nearest byte, half to even. */
 template <class Word>
 class Mean;
 
@@ -70,7 +70,7 @@ class Mean<uint16_t> {
     reciprocal_ = static_cast<uint16_t>((int64_t{65536} << shift_) / area + 1);
   }
 
-  // Whether the sums fit, and the reciprocal's error does not reach the next whole number.
+  // Whether the sums fit, and the reciprocal's error does not reach the next integer.
   static bool is_exact(int64_t area) {
     if (area < 2 || area > 256) return false;
     const int64_t one = int64_t{65536} << Mean(area).shift_;

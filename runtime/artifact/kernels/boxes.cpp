@@ -1,4 +1,4 @@
-// Non-maximum suppression: which of the overlapping boxes are kept, from the first box to the last.
+// Non-maximum suppression: decides which of the overlapping boxes are kept, from the first box to the last.
 #include <algorithm>
 #include <numeric>
 

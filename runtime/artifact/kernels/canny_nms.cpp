@@ -112,11 +112,11 @@ void thin(const T* above, const T* here, const T* below, const T* dx, const T* d
   for_lanes<T>(n, [=](auto d, auto, int64_t k) {
     const auto at = [=](const T* values, int64_t shift) { return hn::LoadU(d, values + k + shift); };
     const auto centre = at(here, 0), x = at(dx, 0), y = at(dy, 0), zero = hn::Zero(d);
-    const auto tangent = hn::Set(d, static_cast<T>(0.41421356237309503));  // of 22.5 degrees
+    const auto tangent = hn::Set(d, static_cast<T>(0.41421356237309503));  // tan(22.5 degrees)
     const auto wide = hn::Abs(x), high = hn::Abs(y);
     const auto horizontal = hn::Lt(high, hn::Mul(wide, tangent)),
                vertical = hn::Lt(wide, hn::Mul(high, tangent));
-    // Of two equal pixels side by side the first is the ridge.
+    // Of two equal adjacent pixels, the first is the ridge.
     const auto across = hn::And(hn::Gt(centre, at(here, -1)), hn::Ge(centre, at(here, 1)));
     const auto along = hn::And(hn::Gt(centre, at(above, 0)), hn::Ge(centre, at(below, 0)));
     const auto falling = hn::Gt(centre, larger(at(above, -1), at(below, 1)));

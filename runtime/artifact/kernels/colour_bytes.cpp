@@ -18,8 +18,8 @@ HWY_INLINE void store_levels(D, hn::Vec<Integers<D>> levels, uint8_t* out) {
   hn::StoreU(hn::DemoteTo(bytes, levels), bytes, out);
 }
 
-// kRows sums of three planes of n bytes, `plane` bytes apart. Products of weights and bytes are whole numbers
-// that float32 represents exactly, and a float32 product is one instruction, an int32 product two.
+// kRows sums of three planes of n bytes, `plane` bytes apart. Products of weights and bytes are integers that
+// float32 represents exactly; a float32 product is one instruction, an int32 product two.
 template <int kRows>
 void mix_planes(const uint8_t* x, int64_t plane, const Mix* mixes, float scale, int64_t n, uint8_t* out,
                 int64_t out_plane) {
@@ -37,7 +37,7 @@ void mix_planes(const uint8_t* x, int64_t plane, const Mix* mixes, float scale, 
         const auto weight = [&](size_t i) { return hn::Set(d, rows[r][i]); };
         const auto sum = hn::Add(hn::Add(hn::Mul(a, weight(0)), hn::Mul(b, weight(1))),
                                  hn::Add(hn::Mul(c, weight(2)), weight(3)));
-        // Below 0 everything becomes 0, so that to truncate is to round down.
+        // Negative numbers become 0, so truncation rounds down.
         store_levels(d, hn::ConvertTo(Integers<decltype(d)>(), hn::Mul(sum, hn::Set(d, scale))),
                      out + r * out_plane + k + v * lanes);
       }
@@ -257,7 +257,7 @@ void luma_chroma_planes(const uint8_t* x, int64_t plane, const LumaChroma& mix, 
 }
 
 // Hue in degrees / 2, with saturation and value, or lightness and saturation, 0 to 255: rounded half to even,
-// lightness half up. Quotients are of whole numbers below 2^16: a quotient that is no half is further from a
+// lightness half up. Quotients are of integers below 2^16: a quotient that is not a half is further from a
 // half than float32's rounding error.
 template <bool kLightness>
 void hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
@@ -291,9 +291,9 @@ void hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_
   });
 }
 
-// The reverse: red, green, blue, rounded half up. A channel is a whole number below 2^21, divided by 30 * 255
-// or 15 * 255. A half is added to that number, so that the rounding errors of the product with the reciprocal
-// (2^-23 of it) cannot make a whole quotient too small.
+// The inverse: red, green, blue, rounded half up. A channel is an integer below 2^21, divided by 30 * 255 or
+// 15 * 255. A half is added to the integer, so that the rounding errors of the product with the reciprocal
+// (2^-23 of it) cannot make an integer quotient too small.
 template <bool kLightness>
 void from_hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
   for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
@@ -329,7 +329,7 @@ void from_hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, i
   });
 }
 
-// Tables before, between and after two matrices, in whole numbers.
+// Tables before, between and after two matrices, in integers.
 struct Curves {
   const int32_t *first, *before, *middle, *after, *last;
   int64_t middles, lasts;

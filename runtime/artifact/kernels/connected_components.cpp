@@ -43,7 +43,7 @@ void mark(const T* row, int64_t width, uint64_t* words) {
 // Calls add(first, end) for the runs of a row.
 template <class Add>
 void for_runs(const uint64_t* words, int64_t width, const Add& add) {
-  uint64_t before = 0;  // the last pixel of the word before
+  uint64_t before = 0;  // the last pixel of the previous word
   int32_t first = -1;
   for (int64_t w = 0; w <= width / 64; ++w) {
     uint64_t changes = words[w] ^ (words[w] << 1 | before);
@@ -70,7 +70,7 @@ void connected_components(const T* x, Planes planes, int64_t* out) {
   const auto most = static_cast<size_t>(height * ((width + 1) / 2)),
              words = static_cast<size_t>(width / 64 + 1),
              threads = static_cast<size_t>(omp_get_max_threads());
-  // The room is reserved here and not touched before it is used.
+  // The memory is allocated here, but its pages are not touched before they are used.
   const std::unique_ptr<Run[]> all_runs(new Run[most * threads]);
   const std::unique_ptr<int32_t[]> parents(new int32_t[most * threads]),
       all_ends(new int32_t[static_cast<size_t>(height) * threads]);

@@ -18,8 +18,8 @@ HWY_INLINE hn::Vec<D> limited(D d, hn::Vec<D> value, hn::TFromD<D> low, hn::TFro
   return smaller(hn::Set(d, high), larger(hn::Set(d, low), value));  // NaN stays NaN
 }
 
-// A task is kTiles tiles of pixels times kPanels panels: small enough for L2, large enough that computing the
-// pointers does not count.
+// A task is kTiles tiles of pixels times kPanels panels: small enough for L2, large enough that the time for
+// computing the pointers is negligible.
 constexpr int64_t kTiles = 16, kPanels = 8;
 constexpr int64_t kMostPointers = int64_t{1} << 17;
 
@@ -54,7 +54,7 @@ void packed_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t c, 
           *to = is_inside ? image + (from_y * w + from_x) * c : zeros.data();
         }
     }
-    const int64_t panels = p / groups, size = taps * g * kPanel;  // of a group, and of a panel
+    const int64_t panels = p / groups, size = taps * g * kPanel;  // panels of a group, size of a panel
     const auto multiply_pixels = [&](auto together, int64_t panel) {
       const int64_t group = panel / panels, before = panel % panels * kPanel;
       const int64_t there = std::min(together * kPanel, outputs - before), output = group * outputs + before;
@@ -73,7 +73,7 @@ void packed_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t c, 
     };
     int64_t panel = task % chunks * kPanels;
     for (const int64_t last = std::min(panel + kPanels, p); panel < last;) {
-      const int64_t next = std::min(last, (panel / panels + 1) * panels);  // where the group ends
+      const int64_t next = std::min(last, (panel / panels + 1) * panels);  // the end of the group
       multiply_panels<T>(panel, next, multiply_pixels);
       panel = next;
     }

@@ -1,11 +1,11 @@
-// Correlation of bytes with windows of whole numbers: float32 represents the sums exactly, in any order of
+// Correlation of bytes with windows of integers: float32 represents the sums exactly, in any order of
 // addition.
 #include "rows.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// out[x] = scale times the sum of sources[k][x] * taps[k], halves to even, saturated.
+// out[x] = scale times the sum of sources[k][x] * taps[k], rounded half to even, saturated.
 void weigh(const float* const* sources, const float* taps, int64_t count, float scale, int64_t n,
            uint8_t* out) {
   for_lanes<float, 4>(n, [=](auto d, auto vectors, int64_t x) {

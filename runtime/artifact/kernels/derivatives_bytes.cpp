@@ -1,4 +1,4 @@
-// First derivatives of bytes by Sobel's windows of 3 x 3, in whole numbers; the border is replicated.
+// First derivatives of bytes by Sobel's windows of 3 x 3, in integers; the border is replicated.
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -53,8 +53,7 @@ HWY_INLINE void for_sums(const Neighbours rows, const Use& use) {
   for (int64_t k = std::max(rows.step, rows.values - rows.step); k < rows.values; ++k) one(k);
 }
 
-// scale sqrt(a^2 + b^2), rounded halves to even: the sums of squares are whole numbers below 2^24, which float32
-// holds.
+// scale sqrt(a^2 + b^2), rounded half to even: the sums of squares are integers below 2^24, exact in float32.
 template <class D>
 HWY_INLINE hn::Vec<Integers<D>> lengths(D, hn::Vec<D> a, hn::Vec<D> b, float scale) {
   const hn::Rebind<float, D> numbers;

@@ -33,12 +33,12 @@ void along_columns(const T* x, int64_t height, int64_t width, int64_t columns, T
   }
 }
 
-// This many pixels to either side are searched by whole vectors, before a row takes the method whose time
-// does not depend on distances.
+// The pixels to either side that are searched by whole vectors, before a row uses the method whose time does
+// not depend on distances.
 constexpr int64_t kNear = 24;
 
-// The least squares[k + j] + j^2 for each pixel k of a row, which is continued by infinities. Returns whether
-// all minima are within kNear.
+// The smallest squares[k + j] + j^2 for each pixel k of a row, which is continued by infinities. Returns
+// whether all minima are within kNear.
 template <class T>
 bool nearby(const T* squares, int64_t width, T* least) {
   const auto search = [=](auto d, int64_t k) {
@@ -66,8 +66,8 @@ struct Parabola {
   int64_t operator()(int64_t x) const { return (x - at) * (x - at) + height; }
 };
 
-// The same for any distance, by the lower envelope of parabolas, in whole numbers: A. Meijster, J. Roerdink,
-// W. Hesselink, A general algorithm for computing distance transforms in linear time, Mathematical Morphology
+// The same for any distance, by the lower envelope of parabolas, in integers: A. Meijster, J. Roerdink, W.
+// Hesselink, A general algorithm for computing distance transforms in linear time, Mathematical Morphology
 // and its Applications to Image and Signal Processing, 2000.
 template <class T>
 void by_envelope(const T* distances, int64_t width, Parabola* envelope, T* least) {

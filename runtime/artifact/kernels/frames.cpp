@@ -23,9 +23,9 @@ HWY_INLINE hn::Vec<D> numbers(D d, Pixels pixels, int channel) {
 // For each pixel of the output, the pixel of a row and its right neighbour that are summed: the weight of the
 // first one, three times, and that of the second one.
 struct Pairs {
-  std::vector<int64_t> first;  // as bytes
-  std::vector<float> weights;  // four for each of both pixels, the last of which is 0
-  int64_t inside = 0;          // how many of them have eight bytes in a row
+  std::vector<int64_t> first;  // in bytes
+  std::vector<float> weights;  // four for each of the two pixels, the last one 0
+  int64_t inside = 0;          // how many pairs have eight bytes in a row
 };
 
 Pairs pairs_of(const Taps<float>& taps, int64_t width) {
@@ -34,7 +34,7 @@ Pairs pairs_of(const Taps<float>& taps, int64_t width) {
     const int64_t first = std::min<int64_t>(taps.index[2 * i], width - 2);
     pairs.first[i] = 3 * first;
     if (3 * first + 8 <= 3 * width) pairs.inside = i + 1;
-    for (int64_t k = 0; k < 2; ++k)  // at the ends of a row both taps are of one pixel
+    for (int64_t k = 0; k < 2; ++k)  // at the ends of a row, both taps read one pixel
       for (int64_t channel = 0; channel < 3; ++channel)
         pairs.weights[8 * i + 4 * (taps.index[2 * i + k] - first) + channel] += taps.weight[2 * i + k];
   }
@@ -48,7 +48,7 @@ static_assert(kParts == 1 || kParts == 2);
 
 template <bool kEnd>
 HWY_INLINE void load_pair(const uint8_t* p, hn::Vec<Part>* pixels) {
-  uint64_t eight = 0;  // or six at the end of the frame, beyond which nothing may be read
+  uint64_t eight = 0;  // or six at the end of the frame, because nothing may be read beyond it
   std::memcpy(&eight, p, kEnd ? 6 : 8);
   const Part d;
   const hn::Repartition<uint64_t, Part> words;
@@ -84,7 +84,7 @@ void frame_to_grey(const uint8_t* frame, int64_t height, int64_t width, float* o
   for (int64_t begin = 0; begin < n; begin += kBlock) {
     const int64_t end = std::min(begin + kBlock, n);
     int64_t i = begin;
-    // Of every 16 bytes that are loaded 12 are four pixels'.
+    // Of every 16 bytes that are loaded, 12 belong to four pixels.
     for (; i + kLanes<float> <= end && 3 * (i + kLanes<float>)+4 <= 3 * n; i += kLanes<float>) {
       const Lanes<float> d;
       const hn::FixedTag<uint8_t, 16> block;

@@ -71,7 +71,7 @@ void bincount(const Index* index, int64_t rows, int64_t n, int64_t bins, int32_t
 
 namespace {
 
-// The least and the greatest of n > 0 values, and whether one is NaN.
+// The smallest and the greatest of n > 0 values, and whether one is NaN.
 template <class T>
 struct Extent {
   T least, greatest;

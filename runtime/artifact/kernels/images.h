@@ -5,7 +5,7 @@
 
 namespace chiasm::kernels {
 
-// Rows of `width` values, of which neighbours are `step` apart: 1 in a plane, the number of channels if they
+// Rows of `width` values, in which neighbours are `step` apart: 1 in a plane, the number of channels if they
 // are interleaved. Borders count pixels: value i of a row belongs to pixel i / step.
 struct Planes {
   int64_t count, height, width, step = 1;

@@ -1,4 +1,4 @@
-// Runs of pixels whose channels lie next to each other, and of planes.
+// Runs of interleaved pixels, and of planes.
 #pragma once
 
 #include <array>

@@ -20,7 +20,7 @@ struct TwoForms {
   int second = 0;
 };
 
-// How many entries from `first` on the form describes.
+// The number of entries, from `first` on, that the form describes.
 int reach(const uint8_t* table, int first, const Form& form) {
   int i = first;
   while (i < 256 && table[i] == form(i)) ++i;

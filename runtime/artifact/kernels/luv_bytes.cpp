@@ -12,7 +12,7 @@ HWY_INLINE hn::Vec<D> entries(D d, const double* table, const uint8_t* x) {
   return hn::GatherIndex(d, table, hn::PromoteTo(hn::RebindToSigned<D>(), index));
 }
 
-// The nearest whole number from 0 to `most`, half up; 0 for NaN.
+// The nearest integer from 0 to `most`, half up; 0 for NaN.
 template <class D>
 HWY_INLINE hn::Vec<Integers<D>> nearest(D d, hn::Vec<D> x, double most) {
   const auto raised = hn::Add(x, hn::Set(d, 0.5));
@@ -34,7 +34,7 @@ HWY_INLINE hn::Vec<D> mixed(D d, const double* row, hn::Vec<D> a, hn::Vec<D> b, 
 
 struct ToLuv {
   const double *light, *matrix, *curve;
-  double last;  // of the curve's places
+  double last;  // the curve's last index
 };
 
 void luv_planes(const uint8_t* x, int64_t plane, const ToLuv& luv, int64_t n, uint8_t* out,

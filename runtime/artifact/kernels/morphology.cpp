@@ -91,7 +91,7 @@ void extreme_of_rows(const T* const* sources, int64_t count, int64_t n, T* out, 
   }
 }
 
-// The neutral element: every other value wins against it.
+// The neutral element of the extreme: every other value replaces it.
 template <class T, bool largest>
 constexpr T kLoser = largest ? (std::is_floating_point_v<T> ? -std::numeric_limits<T>::infinity()
                                                             : std::numeric_limits<T>::lowest())
@@ -125,7 +125,7 @@ class NoRows {
 // A window of height x width pixels that begins (row, column) before its pixel.
 struct Box {
   int64_t row, column, height, width;
-  // How far it reaches to the left or to the right.
+  // Its reach to the left or to the right.
   int64_t reach() const { return std::max<int64_t>({column, width - 1 - column, 0}); }
 };
 
@@ -333,7 +333,8 @@ class Window {
 
   // The pixels of a window of kh x kw and the heights that are added to them. A pixel with the height -absent
   // is outside of the window. Integers have no other heights, and such a pixel is skipped. For floats it is
-  // skipped only if the origin is in the window: the origin always has a pixel of the image, which wins.
+  // skipped only if the origin is in the window: the origin always has a pixel of the image, which replaces
+  // the neutral element.
   Window(const double* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, double absent)
       : box_{row, column, kh, kw} {
     const auto height = [=](int64_t k) { return static_cast<T>(heights[k]); };

@@ -21,7 +21,8 @@ struct Side {
   bool operator==(const Side& other) const { return y == other.y && x == other.x && side == other.side; }
 };
 
-// A border: its first side in the order of rows, the steps to it, the pixels inside, less than 0 for a hole.
+// A border: its first side in the order of rows, the two steps before it, and the area inside, which is
+// negative for a hole.
 struct Outline {
   Side first;
   Step before, second_before;
@@ -92,7 +93,7 @@ class Mask {
     Side side = first;
     do {
       if (side.side == 0) seen_[side.y * width_ + side.x] = 1;
-      // Green's theorem, of x along the sides that go up and down
+      // Green's theorem: the area is the sum of x along the vertical sides
       if (side.side == 3) made.area += side.x + 1;
       if (side.side == 1) made.area -= side.x;
       made.second_before = made.before;

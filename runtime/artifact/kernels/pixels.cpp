@@ -6,7 +6,7 @@
 namespace chiasm::kernels {
 namespace {
 
-// Pixels of kMade channels; each is one of the kChannels given ones, or the fill value.
+// Pixels with kMade channels; each is one of the kChannels input channels, or the fill value.
 template <class T, int kChannels, int kMade>
 void arrange_run(const T* x, int64_t n, const std::array<int32_t, 4>& order, T fill, T* out) {
   for_lanes<T>(n, [=](auto d, auto, int64_t k) {

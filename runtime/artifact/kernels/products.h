@@ -16,7 +16,7 @@ namespace chiasm::kernels {
 /** Columns of a panel: value k of column n is panel[k * kPanel + n]. */
 constexpr int64_t kPanel = 16;
 
-/** The tile of sums that fits in registers, beside the factors. */
+/** The tile of sums that fits in registers together with the factors. */
 template <class T>
 struct Block {
   static constexpr bool kManyRegisters = HWY_TARGET <= HWY_AVX3 || HWY_ARCH_ARM_A64;  // 32, otherwise 16

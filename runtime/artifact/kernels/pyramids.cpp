@@ -42,7 +42,7 @@ void weigh_down(const uint8_t* const* rows, int64_t n, Word* out) {
   });
 }
 
-// out[x] = the window of x[x + k * step] / 256, halves up.
+// out[x] = the window of x[x + k * step] / 256, rounded half up.
 void weigh_along(const Word* x, int64_t step, int64_t n, uint8_t* out) {
   for_lanes<Word, 2>(n, [=](auto d, auto vectors, int64_t k) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));

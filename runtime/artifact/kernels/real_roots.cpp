@@ -11,16 +11,16 @@ namespace {
 constexpr Lanes<double> kTag;
 using V = hn::Vec<Lanes<double>>;
 using Mask = hn::Mask<Lanes<double>>;
-constexpr double kNothing = 1e-15;  // negligible for places, which are from -1 to 1
+constexpr double kNothing = 1e-15;  // negligible for positions, which are from -1 to 1
 
 inline V all(double value) { return hn::Set(kTag, value); }
 inline Mask is_negative(V v) { return hn::Lt(v, hn::Zero(kTag)); }
 inline V middle(V low, V high) { return hn::Mul(all(0.5), hn::Add(low, high)); }
 
-// The distance of a place from -1 or 1.
+// The distance of a position from -1 or 1.
 inline V room_at(V u) { return hn::Sub(all(1.0), hn::Abs(u)); }
 
-// Coefficients from the constant on, of degree n.
+// A polynomial of degree n, with the constant coefficient first.
 struct Polynomial {
   const V* coefficients;
   int64_t degree;
@@ -31,7 +31,7 @@ struct Polynomial {
     return value;
   }
 
-  // The value, and in `slope` the derivative's.
+  // The value; `slope` becomes the derivative's value.
   V operator()(V x, V& slope) const {
     V value = coefficients[degree];
     slope = hn::Zero(kTag);
@@ -45,8 +45,8 @@ struct Polynomial {
   V at_place(V u) const { return (*this)(hn::Div(u, room_at(u))); }
 };
 
-// The root between places low and high, where the signs differ in the lanes of `wanted`; low in others.
-// Newton's steps, and bisection if a step leaves the interval or does not halve.
+// The root between the positions low and high, if the signs there differ in the lanes of `wanted`; low in
+// others. Newton's steps, and bisection if a step leaves the interval or does not halve.
 V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask wanted) {
   V u = hn::IfThenElse(wanted, middle(low, high), low), last = hn::Sub(high, low);
   for (int step = 0; step < 100 && any(kTag, wanted); ++step) {
@@ -58,7 +58,7 @@ V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask 
     high = hn::IfThenElse(after, u, high);
     const V newton = hn::Sub(u, hn::Mul(hn::Mul(hn::Div(value, slope), room), room)),
             moved = hn::Abs(hn::Sub(newton, u));
-    // NaN, if the slope is 0 too, is not taken as a step.
+    // A step of NaN (value and slope are 0) is not taken.
     const Mask taken =
         hn::And(hn::And(hn::Gt(newton, low), hn::Lt(newton, high)), hn::Lt(moved, hn::Mul(all(0.5), last)));
     const Mask small = hn::Or(hn::Lt(moved, all(kNothing)), hn::Lt(hn::Sub(high, low), all(kNothing)));
@@ -70,7 +70,7 @@ V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask 
   return u;
 }
 
-// Solves a vector of polynomials with coefficients c: sets each root's place, and whether the root exists.
+// Solves a vector of polynomials with coefficients c: sets each root's position, and whether the root exists.
 void solve(const V* c, int64_t n, V* places, Mask* exists) {
   V derivative[kMostTerms], ends[kMostTerms];
   const V end = all(1.0 - 1e-8);

@@ -15,7 +15,7 @@ struct Offsets {
   Offsets(const bool* element, int64_t kh, int64_t kw, int64_t stride) {
     for (int64_t i = 0; i < kh * kw; ++i) {
       const int64_t dy = i / kw - kh / 2, dx = i % kw - kw / 2, offset = dy * stride + dx;
-      // the caller's bytes: every value but 0 is true
+      // the caller's bytes: every value except 0 is true
       if (reinterpret_cast<const uint8_t*>(element)[i] == 0 || offset == 0) continue;
       all.push_back(offset);
       (dy < 0 ? above : dy > 0 ? below : dx < 0 ? beside : behind).push_back(offset);
@@ -27,7 +27,7 @@ struct Offsets {
 template <class T>
 struct Spreading {
   const Offsets& offsets;
-  int64_t height, width, stride, first;  // of the first pixel
+  int64_t height, width, stride, first;  // the offset of the first pixel
   T *values, *limits;
   uint8_t* waiting;
   int32_t* queue;
@@ -39,7 +39,7 @@ struct Spreading {
     queue[(head + count++) % room] = static_cast<int32_t>(i);
   }
 
-  // Raises a row to what it takes from other rows, and then to what it takes from itself.
+  // Raises a row to the values that it takes from other rows, and then to those from itself.
   void scan(int64_t row, const std::vector<int64_t>& others, const std::vector<int64_t>& own, bool back) {
     T* const to = values + row;
     const T* const most = limits + row;
@@ -109,7 +109,7 @@ void reconstructed(const T* seed, int64_t planes, int64_t height, int64_t width,
   const std::unique_ptr<T[]> numbers(new T[2 * room * threads]);
   const std::unique_ptr<uint8_t[]> flags(new uint8_t[room * threads]);
   const std::unique_ptr<int32_t[]> queues(new int32_t[static_cast<size_t>(size) * threads]);
-  const T sign = largest ? T(1) : T(-1);  // an erosion is a dilation of what is negated
+  const T sign = largest ? T(1) : T(-1);  // an erosion is a dilation of the negated image
 #pragma omp parallel for
   for (int64_t plane = 0; plane < planes; ++plane) {
     const int64_t thread = omp_get_thread_num(), first = kh / 2 * stride + kw / 2;

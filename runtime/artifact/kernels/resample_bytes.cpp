@@ -1,4 +1,4 @@
-// Resampling of bytes by any taps, along the rows and then down the columns, in whole numbers.
+// Resampling of bytes by any taps, along the rows and then down the columns, in integers.
 #include <array>
 
 #include "rows.h"
@@ -15,7 +15,7 @@ uint8_t rounded(uint32_t sum) {
   return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(sum) >> kBits, 0, 255));
 }
 
-// Which pixels are summed, with which taps, for each pixel along an axis.
+// The pixels that are summed, and their taps, for each pixel along an axis.
 struct Axis {
   Axis(const int64_t* numbers, const int32_t* taps, int64_t count, int64_t each, int64_t size)
       : count(count), each(each), taps(taps), index(static_cast<size_t>(count * each)) {
@@ -93,7 +93,7 @@ void sum_rows(const uint8_t* rows, int64_t stride, const int64_t* index, int64_t
 
 constexpr int64_t kRows = 32;
 
-// The rows of the image that some rows of the output are made of.
+// The rows of the image from which some rows of the output are made.
 struct RowsRead {
   RowsRead(const Axis& axis, int64_t top, int64_t bottom) {
     const auto ends = std::minmax_element(axis.of(top), axis.of(top) + (bottom - top) * axis.each);

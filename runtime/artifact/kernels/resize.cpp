@@ -27,7 +27,7 @@ struct Axis {
   enum class Runs : char { kAny, kWide, kNear, kDoubled, kMirrored };
 
   int64_t taps, count;
-  bool copies;  // each position is a pixel as it is
+  bool copies;  // each position is a pixel
   std::vector<int32_t> first;
   std::vector<T> weights;       // taps x count
   std::vector<bool> symmetric;  // for each position: whether its weights are
@@ -81,7 +81,7 @@ struct Axis {
         rising = rising && distance >= 0;
         furthest = std::max(furthest, distance);
       }
-      const int64_t vectors = furthest / lanes + 1;  // of pixels, from the first run's on
+      const int64_t vectors = furthest / lanes + 1;  // vectors of pixels, from the first run's on
       if (every_second) {
         const bool mirrored =
             std::all_of(symmetric.begin() + i, symmetric.begin() + i + lanes, [](bool same) { return same; });

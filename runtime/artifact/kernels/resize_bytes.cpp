@@ -13,14 +13,14 @@ namespace {
 using Word = uint16_t;
 using Eight = hn::FixedTag<Word, 8>;
 
-// Along an axis: which pixels of an image are resized to which pixels of the output: `count` pixels from
-// `begin` on to `length` pixels from `to` on. Both ranges may reach beyond their ends.
+// Along an axis: `count` pixels of an image, from `begin` on, are resized to `length` pixels of the output,
+// from `to` on. Both ranges may reach beyond the image or the output.
 struct Window {
   int64_t begin, count, to, length;
 };
 
-// The pixels that each position along an axis reads: pixel `first`, and the next one with `weight` / 256. For
-// those pixels of the output that are in a window, from `start` on.
+// The pixels that each position along an axis reads: pixel `first`, and the next one with `weight` / 256.
+// Only for the pixels of the output that are in a window, from `start` on.
 struct Axis {
   int64_t start = 0;
   std::vector<int64_t> first;
@@ -117,7 +117,7 @@ class Across {
   std::vector<Word> weights_;
 };
 
-// (upper * (256 - second) + lower * second) / 2^16, halves up.
+// (upper * (256 - second) + lower * second) / 2^16, rounded half up.
 void blend(const Word* upper, const Word* lower, int32_t second, int64_t n, uint8_t* out) {
   const auto above = static_cast<Word>(256 - second), below = static_cast<Word>(second);
   for_lanes<Word, 2>(n, [=](auto d, auto vectors, int64_t k) {

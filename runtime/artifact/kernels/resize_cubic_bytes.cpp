@@ -9,7 +9,7 @@ namespace chiasm::kernels {
 namespace {
 
 constexpr int kTaps = 4;
-constexpr int kBits = 22;  // of a product of two weights
+constexpr int kBits = 22;  // the fraction bits of a product of two weights
 constexpr uint32_t kHalf = uint32_t{1} << (kBits - 1);
 
 using Four = hn::FixedTag<int32_t, 4>;
@@ -31,7 +31,7 @@ HWY_INLINE void store_fours(D d, hn::Vec<D> values, int32_t* p, int64_t apart) {
   }
 }
 
-// Which pixels are summed, by which weights, for each pixel along an axis.
+// The pixels that are summed, and their weights, for each pixel along an axis.
 struct Axis {
   Axis(const int64_t* numbers, const int64_t* weights, int64_t count, int64_t size)
       : count(count), weights(weights), index(static_cast<size_t>(count * kTaps)) {
@@ -99,7 +99,7 @@ class Across {
   // Both return the end of the pixels that they have computed.
   template <int kStep>
   int64_t pixels(const uint8_t* row, int32_t* out) const {
-    const hn::CappedTag<uint8_t, 32> bytes;  // of one pixel, or of two
+    const hn::CappedTag<uint8_t, 32> bytes;  // one pixel, or two
     const hn::FixedTag<uint8_t, 16> part;
     const hn::Repartition<int16_t, decltype(bytes)> words;
     const hn::Repartition<int32_t, decltype(bytes)> d;
@@ -156,7 +156,7 @@ class Across {
   std::vector<int32_t> first_, even_, odd_;
 };
 
-// The sum of four rows over 2^22.
+// The weighted sum of four rows, divided by 2^22.
 void blend(const std::array<const int32_t*, kTaps>& rows, const int64_t* weights, int64_t n, uint8_t* out) {
   std::array<uint32_t, kTaps> by;
   for (size_t k = 0; k < kTaps; ++k) by[k] = static_cast<uint32_t>(weights[k]);

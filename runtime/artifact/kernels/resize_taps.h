@@ -1,4 +1,4 @@
-// Which pixels, with which weights, are summed along an axis by resizing and by blurring.
+// The pixels that resizing and blurring sum along an axis, and their weights.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct Taps {
   std::vector<T> weight;
 };
 
-// For resizing `in` pixels to `out`, as the kernel `resize` declares it.
+// For resizing `in` pixels to `out`, as declared for the kernel `resize`.
 template <class T>
 Taps<T> resize_taps(int64_t in, int64_t out, Interpolation mode, bool align_corners, bool antialias);
 
@@ -35,8 +35,8 @@ Taps<T> blurred_before(const Taps<T>& taps, const std::vector<T>& kernel, Border
 template <class T>
 Taps<T> blurred_after(const Taps<T>& taps, const std::vector<T>& kernel, Border border);
 
-// Pixel (y, x) of the output is the sum of what `down` has for y and `across` for x. Pixels with a weight of
-// 0 are not read.
+// Pixel (y, x) of the output is the sum by the taps of `down` for y and of `across` for x. Pixels with a
+// weight of 0 are not read.
 template <class T>
 void resample(const T* x, Planes planes, const Taps<T>& down, const Taps<T>& across, T* out);
 

@@ -63,7 +63,7 @@ HWY_INLINE uint32_t extrema(D d, const T* p, int64_t row, int64_t plane, bool mi
   widen(d, p - plane, row, false, most, least);
   widen(d, p + plane, row, false, most, least);
   const uint32_t set = bits(d, found());
-  return set ? set & ~unordered(d, p, row, plane) : 0;  // a value beside NaN is no extremum
+  return set ? set & ~unordered(d, p, row, plane) : 0;  // a value next to NaN is not an extremum
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Separable correlation of bytes in fixed point: taps are whole multiples of 1/256, so that sums are exact.
+// Separable correlation of bytes in fixed point: taps are multiples of 1/256, so sums are exact.
 //
 // Down the columns, sums of bytes fit into 16 bits. Along the rows they would need 24: the high and the low
 // byte of the first sum are weighted separately, so that both sums fit into 16 bits again.
@@ -32,7 +32,7 @@ void weigh_down(const uint8_t* const* rows, const Word* taps, int64_t radius, in
   });
 }
 
-// out[x] is the sum of (256 * high + low)[x + k * step] * taps[|k|] over 2^16, halves up.
+// out[x] is the sum of (256 * high + low)[x + k * step] * taps[|k|] divided by 2^16, rounded half up.
 void weigh_along(const Word* high, const Word* low, const Word* taps, int64_t radius, int64_t step, int64_t n,
                  uint8_t* out) {
   for_lanes<Word, 2>(n, [=](auto d, auto vectors, int64_t x) {

@@ -31,8 +31,8 @@ inline int32_t folded(int32_t at, int64_t size, int32_t scale, bool align_corner
   return static_cast<int32_t>(std::clamp<int64_t>(inside, 0, scale * (size - 1)));
 }
 
-// Positions along an axis as whole multiples of 1/scale pixel, half to even, limited to `least` and
-// `greatest`; NaN becomes `unknown`. Runs have room for whole vectors.
+// Positions along an axis in units of 1/scale pixel, rounded half to even, limited to `least` and `greatest`;
+// NaN becomes `unknown`. Runs have room for whole vectors.
 inline void limited_steps(const double* x, int64_t n, int32_t scale, double least, double greatest,
                           double unknown, int32_t* out) {
   const Lanes<double> d;
@@ -62,7 +62,7 @@ inline void quantise(const double* x, int64_t n, int64_t size, int32_t scale, Pa
     if (x[i] == x[i] && (out[i] < 0 || out[i] > last)) out[i] = folded(out[i], size, scale, align_corners);
 }
 
-// A run of positions: where the pixels that are read begin, and whether they are inside.
+// A run of positions: the place of the first pixel to read for each, and whether its pixels are inside.
 struct Places {
   int32_t x[kRun], y[kRun], index[kRun];
   uint8_t inside[kRun];
@@ -252,8 +252,8 @@ struct Bilinear : Places {
   }
 };
 
-// Weights of the four pixels along an axis around a position, by Keys' kernel with a = -0.75 (bicubic.h), for each
-// fraction of 1/32: whole numbers of 1/2^17.
+// Weights of the four pixels along an axis around a position, by Keys' kernel with a = -0.75 (bicubic.h), for
+// each fraction of 1/32, in units of 1/2^17.
 struct CubicWeights {
   // In two parts, `high` in units of 1/2^10 and `low` in units of 1/2^17, as words: those of the first and
   // the third pixel, and those of the second and the last.
@@ -382,7 +382,7 @@ struct Bicubic : Places {
       return;
     }
     if constexpr (kStep > 1) {
-      // Copies the pixels together, and reads them like adjacent ones.
+      // Gathers the pixels into one block, and reads them like adjacent ones.
       alignas(16) uint8_t pixels[4][16] = {}, made[4];
       for (size_t j = 0; j < 4; ++j)
         for (size_t k = 0; k < 4; ++k)

@@ -46,7 +46,7 @@ void* open_library(const MemoryFile& file) {
   const std::string path = unique_path(file);
   std::string reason;
   if (void* const library = base::open_library(path.c_str(), reason)) return library;
-  // 300 slashes and dots say nothing to a user
+  // the library's path, 300 slashes and dots, would not help a user
   if (reason.compare(0, path.size(), path) == 0)
     reason.replace(0, path.size(), "/proc/self/fd/" + std::to_string(file.fd()));
   throw Error(CHIASM_UNAVAILABLE, "cannot load the native code: " + reason);
@@ -145,7 +145,7 @@ int64_t CompiledOp::count_parts(const chiasm_tensor* inputs, const chiasm_tensor
   const auto parts = static_cast<int64_t>(
       (bytes_of(inputs, outputs, request_.batched_inputs, request_.batched_outputs) + kPart - 1) / kPart);
   if (parts < 2 || samples < 2 || samples < threads) return 1;
-  return std::min((parts + threads - 1) / threads * threads, samples);  // as many for each thread
+  return std::min((parts + threads - 1) / threads * threads, samples);  // equally many for each thread
 }
 
 void CompiledOp::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host,

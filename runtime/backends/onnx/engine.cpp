@@ -78,7 +78,7 @@ Ort::Env make_environment(int32_t num_threads) {
   Ort::ThreadingOptions threads;
   threads.SetGlobalIntraOpNumThreads(1 + workers).SetGlobalInterOpNumThreads(1).SetGlobalSpinControl(0);
   threads.SetGlobalCustomCreateThreadFn(begin_thread).SetGlobalCustomJoinThreadFn(join_thread);
-  // What goes wrong is in the statuses: errors would be printed besides.
+  // The statuses carry the errors; a lower level would also print them.
   Ort::Env env(threads, ORT_LOGGING_LEVEL_FATAL, "chiasm");
   env.DisableTelemetryEvents();
   constexpr int same_as_requested = 1;  // the default doubles what it holds

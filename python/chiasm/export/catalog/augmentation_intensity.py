@@ -10,7 +10,7 @@ _OUTPUT = [TensorSpec("output", layout="NCHW")]
 _FACTORS = {"brightness": (0.6, 1.4), "contrast": (0.6, 1.4), "saturation": (0.6, 1.4), "hue": (-0.1, 0.1)}
 
 
-#: The form for bytes, of settings that are the same: parts of white.
+#: The form for bytes with the same settings, which are relative to white.
 _BYTES = Frames()
 
 
@@ -22,7 +22,7 @@ def _add(
     colour: bool = False,
     **options: Any,
 ) -> None:
-    """An op of an image and a seed; `colour` where the image has to be RGB."""
+    """Add an op of an image and a seed; `colour`: the image must be RGB."""
     images = image(channels=3, color="RGB") if colour else image()
     add(
         Spec(
@@ -74,7 +74,7 @@ _add(
     "random_sharpness",
     {"sharpness": (0.0, 2.0), "p": 0.7},
     "torchvision's adjust_sharpness",
-    symbols={"H": (4, 32768), "W": (4, 32768)},  # a graph of 3 x 3 is another one: one pixel is smoothed
+    symbols={"H": (4, 32768), "W": (4, 32768)},  # 3 x 3 has another graph, in which one pixel is smoothed
     frames=Frames(reference="Pillow's enhancement, a level"),
 )
 _add(

@@ -39,7 +39,7 @@ _add(
 _add("random_perspective3d", {"p": 0.7}, _SCIPY)
 _add(
     "random_crop3d",
-    # a trace takes sizes that equal those of its inputs, such as 6 and 7, for the same
+    # not 6 or 7: a trace treats sizes that equal its inputs' as the same
     {"size": (4, 5, 9), "padding": (3, 2, 1, 0, 2, 2)},
     "numpy.pad and slices",
     least=8,

@@ -18,7 +18,7 @@ _ZERO_FACTORS = (
 _LOGARITHM = "powers in ONNX go by logarithms, and ONNX Runtime's logarithm of infinity is finite"
 
 
-#: What moves channels, moves them of bytes and of 16 bits; alpha is opaque.
+#: Ops that move channels support bytes and 16 bits; alpha is opaque.
 _DEEP = Frames(("uint8", "uint16"))
 _OPAQUE = Frames(config={"alpha_val": 255.0}, ranges={"alpha_val": None}, reference="OpenCV mixChannels")
 
@@ -33,7 +33,7 @@ def _in_radians(hsv):
 
 
 def _in_degrees(hue):
-    """The other way round."""
+    """The inverse conversion."""
     return (hue * np.array([180 / np.pi, 1.0, 1.0], np.float32),)
 
 
@@ -315,7 +315,7 @@ add(
         [_rgb()],
         _output("LAB", "L in [0, 100], a and b within [-128, 127]"),
         tolerances=_CIE,
-        # derivatives of a and b by a dark colour are in the hundreds
+        # derivatives of a and b with respect to a dark colour are in the hundreds
         gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
         special_values=_LOGARITHM,
         peer=cvt_color("COLOR_RGB2Lab", atol=0.5),
@@ -339,7 +339,7 @@ add(
 
 
 def _sample_cie(space):
-    """Colours that sRGB has, away from the gamut's faces, where clipping has a kink."""
+    """Colours in sRGB, away from the gamut's faces, where clipping has a kink."""
 
     def sample(generator, sizes, dtype):
         from chiasm import color
@@ -377,7 +377,7 @@ add(
 # --- video --------------------------------------------------------------------------------------------------
 
 _YUV = "Y in [0, 1], U in [-0.436, 0.436], V in [-0.615, 0.615]"
-# tracing wants to know that half of a size is not 1
+# the trace needs to know that half of a size is not 1
 _HALF = {"H": (3, 32768), "W": (3, 32768)}
 _PLANES = [
     TensorSpec("y", layout="NCHW", color="GRAY"),

@@ -37,7 +37,7 @@ add(
         [TensorSpec("output")],
         symbols={"N": (2, 1 << 20)},
         sample=_sample_interp,
-        # slopes amplify the rounding of x, and the gradient by a knot is a sum over all values beside it
+        # slopes amplify the rounding of x, and the gradient of a knot is a sum over all values next to it
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
         peer=Peer("numpy", lambda np, x, xp, fp: np.interp(x, xp, fp), "batch"),
@@ -71,7 +71,7 @@ add(
 
 
 def _shapes(generator, sizes, dtype):
-    """Binary images: two of five pixels are set, about where shapes are longest and most winding."""
+    """Binary images with two of five pixels set, a density at which shapes are longest and most winding."""
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {"image": (torch.rand(shape, generator=generator) < 0.4).to(dtype)}
 
@@ -83,7 +83,7 @@ def _sparse(generator, sizes, dtype):
 
 
 def _dense(generator, sizes, dtype):
-    """Binary images with few pixels clear, in every plane one at least: distances are finite."""
+    """Binary images with few clear pixels, at least one in every plane: distances are finite."""
     made = 1.0 - _sparse(generator, sizes, dtype)["image"]
     made[:, :, 3, 5] = 0.0
     return {"image": made}
@@ -218,7 +218,7 @@ add(
 
 
 def _sample_points(generator, sizes, dtype):
-    """Points about as many middles as there are centres, which begin nearby."""
+    """Points around as many middles as there are centres; the initial centres are nearby."""
     count, clusters, axes = sizes["N"], sizes["K"], sizes["C"]
     middles = torch.rand((clusters, axes), generator=generator, dtype=torch.float64) * 10
     which = torch.randint(0, clusters, (count,), generator=generator)

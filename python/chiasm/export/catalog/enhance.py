@@ -351,7 +351,7 @@ for _type in ("binary", "binary_inv", "trunc", "tozero", "tozero_inv"):
             reference="OpenCV threshold",
             frames=Frames(
                 ranges={"thresh": (70.0, 180.0), "maxval": (100.0, 255.0)},
-                # Of bytes OpenCV takes the whole number below the limit.
+                # For bytes, OpenCV rounds the limit down to an integer.
                 peer=_threshold(_type, atol=float(_type == "trunc")),
             ),
         ),
@@ -508,8 +508,7 @@ add(
         _OUTPUT,
         config={"clip_limit": 4.0, "grid_size": (3, 4), "slow_and_differentiable": True},
         symbols=STENCIL,
-        # the steepness of a tile's curve amplifies rounding, and so does the number of the pixels that make
-        # it
+        # the steepness of a tile's curve and the number of its pixels amplify rounding
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
         reference="enhance.equalize_clahe, from which it differs by the rounding that it leaves out",
@@ -521,7 +520,7 @@ add(
 
 _BINS = TensorSpec("bins", ("K",), description="centres of the bins")
 _BANDWIDTH = TensorSpec("bandwidth", (1,), range=(0.1, 0.2), description="standard deviation of the kernel")
-#: The gradient of what all values share is a sum over them.
+#: The gradient of a parameter that all values share is a sum over them.
 _DENSITY_SUMS = {"float32": Tolerance(1e-3, 1e-3)}
 
 add(
@@ -643,8 +642,8 @@ add(
 
 
 def _sample_jpeg(generator, sizes, dtype):
-    """Images of little contrast: fewer coefficients near the middle between two steps, where a rounding error
-    decides which."""
+    """Images of low contrast: fewer coefficients are near the middle between two steps, where rounding
+    decides."""
     import torch
 
     shape = (sizes["B"], 3, sizes["H"], sizes["W"])
@@ -666,7 +665,7 @@ add(
         symbols={
             "H": (17, 32768),
             "W": (17, 32768),
-        },  # more than one block: one row of them is broadcast in another way
+        },  # more than one block, because a single row of blocks is broadcast differently
         sample=_sample_jpeg,
         # steps of up to 100 levels times the cube of a rounding error
         tolerances={"float32": Tolerance(1e-4, 1e-4)},

@@ -1,4 +1,4 @@
-"""Features: how much of a corner or a blob each pixel is."""
+"""Features: corner and blob responses of pixels."""
 
 from ..spec import Frames, Spec, TensorSpec, image
 from . import STENCIL, add

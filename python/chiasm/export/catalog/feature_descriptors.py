@@ -8,13 +8,13 @@ from .feature_frames import frames
 
 _PATCHES = TensorSpec("patches", ("N", 1, 16, 16), layout="NCHW", range=(0.0, 1.0), description="patches")
 _DESCRIPTORS = TensorSpec("descriptors", description="unit vectors")
-#: Where a histogram has an entry near 0 the derivative of its root is large; random patches have many
-#: gradients near 0 themselves.
+#: The derivative of the root of a histogram's entry is large near 0, and random patches have many gradients
+#: near 0.
 _ROOT = {"float32": Tolerance(5e-2, 5e-3)}
 
 
 def _sample_patches(generator, sizes, dtype):
-    """Patches that change in one direction more than in others, as those around key points."""
+    """Patches that change more in one direction than in others, like those around key points."""
     grid = torch.arange(16, dtype=torch.float64)
     draw = torch.rand((sizes["N"], 3, 1, 1), generator=generator, dtype=torch.float64)
     wave = torch.sin(

@@ -7,8 +7,8 @@ from . import add
 
 
 def blobs(generator, batch, views, dtype):
-    """Pictures (B, 1, H, W) of the same 40 blobs, and of some noise: extrema that are clearly so, at many
-    scales. ``views`` are each one's height, width and how far it sees to the right of the first."""
+    """Pictures (B, 1, H, W) of the same 40 blobs, with some noise: clear extrema at many scales. ``views``
+    has the height and width of each picture, and its offset to the right of the first."""
     height, width, _ = views[0]
     draw = torch.rand((batch, 40, 4, 1, 1), generator=generator, dtype=torch.float64)
     radius = 1.5 + 6.0 * draw[:, :, 2] ** 2
@@ -50,12 +50,12 @@ for _response, _threshold, _reference in (
                 "mr_size": 3.0,
                 "threshold": _threshold,
             },
-            # In the last octave the widest Gaussian, of 27 taps, has to fit twice. An export can tell that
-            # halved sizes are more than 1 where the limits are 2 more than a multiple of the last octave's
+            # In the last octave, the widest Gaussian, of 27 taps, must fit twice. The exporter can prove that
+            # halved sizes are more than 1 if the limits are 2 more than a multiple of the last octave's
             # pixel.
             symbols={"H": (54, 32768), "W": (58, 32768)},
             gradients=() if _response in ("harris", "gftt") else None,
-            # where a quadratic is nearly flat, little changes of the image move its extremum far
+            # if a quadratic is nearly flat, small changes of the image move its extremum far
             tolerances={"float32": Tolerance(5e-3, 1e-3)},
             sample=_sample_blobs,
             reference=_reference,
@@ -68,7 +68,7 @@ _PROPOSALS = [
     TensorSpec("coordinates", description="x and y in pixels"),
     TensorSpec("scores", description="the largest response of each window"),
 ]
-#: Symbols: more than one window each way, since an export takes a single one for a constant.
+#: Symbols: more than one window along each axis, because an export would make a single one a constant.
 _PEAKS = {
     "reference": "a loop in NumPy",
     "tolerances": {"float32": Tolerance(2e-4, 1e-4)},

@@ -40,7 +40,7 @@ def _sample(generator, sizes, dtype):
 
 
 def _sample_moved(generator, sizes, dtype):
-    """Every fifth frame is not where a common similarity takes the others, descriptors nearly the same."""
+    """A common similarity maps all frames except every fifth; descriptors are nearly the same."""
     batch, count, others = (sizes[k] for k in ("B", "N", "M"))
     shared = min(count, others)
     made = _sample(generator, sizes, dtype)

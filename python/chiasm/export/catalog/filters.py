@@ -76,7 +76,7 @@ add(
     )
 )
 
-# Where sigma is a constant the kernels are too, and ONNX Runtime has its convolution.
+# If sigma is a constant, the kernels are constants too, and ONNX Runtime can use its convolution.
 add(
     Spec(
         "filters.gaussian_blur2d.constant",
@@ -221,8 +221,8 @@ add(
 
 SAME = [TensorSpec("output", layout="NCHW")]
 DEEP = {**STENCIL, "D": (8, 4096)}
-#: The gradient of a kernel, or of what makes it, is a sum over all pixels whose terms cancel: float32 loses
-#: digits of it.
+#: The gradient of a kernel, or of its parameters, is a sum over all pixels whose terms cancel, so float32
+#: loses digits.
 SUMMED = {"float32": Tolerance(1e-3, 1e-3)}
 VOLUME = TensorSpec("input", ("B", "C", "D", "H", "W"), "T", "NCDHW", range=(0.0, 1.0), description="volumes")
 
@@ -487,7 +487,7 @@ for _name in ("blur_pool2d", "max_blur_pool2d"):
 add(
     Spec(
         "filters.edge_aware_blur_pool2d",
-        [image(range=(0.55, 1.0))],  # where random pixels are edges here and there, not everywhere
+        [image(range=(0.55, 1.0))],  # a range in which random pixels have some edges
         SAME,
         config={"kernel_size": 3},
         symbols=STENCIL,
@@ -685,7 +685,7 @@ add(
         [image("guidance", channels=1, color="GRAY"), image()],
         [TensorSpec("output", layout="NCHW")],
         config={"kernel_size": (5, 5), "eps": 0.01, "border_type": "reflect", "subsample": 2},
-        # The small images must be stencils' images too.
+        # The small images must also be large enough for stencils.
         symbols={"H": (16, 32768), "W": (16, 32768)},
         reference="the definition in NumPy float64",
     ),

@@ -28,7 +28,7 @@ def _pillow(resample: str) -> Peer:
 
 
 def _pillow_frames(resample: str) -> Peer:
-    """Along the rows first; one call with both sizes would take them in the order that is faster."""
+    """Along the rows first: one call with both sizes would choose the faster order."""
     return Peer(
         "PIL.Image",
         lambda Image, x, size: x.resize((size[0], x.size[1]), getattr(Image, resample)).resize(
@@ -46,7 +46,7 @@ _PEERS = {
     "bilinear_antialias": _pillow("BILINEAR"),
     "bicubic_antialias": _pillow("BICUBIC"),
     "lanczos_antialias": _pillow("LANCZOS"),
-    # it reduces: where OpenCV enlarges by areas, it interpolates
+    # reductions only: OpenCV's INTER_AREA interpolates when it enlarges
     "area": _resized("INTER_AREA", sizes={"C": 3, "OH": 5, "OW": 4}),
 }
 _FRAMES = {

@@ -51,7 +51,7 @@ def _unit(q):
 
 
 def _near(generator, sizes, dtype):
-    """Pairs of rotations that are well below half a turn apart, where the shorter arc changes."""
+    """Pairs of rotations well below half a turn apart, because the shorter arc changes at half a turn."""
     q1 = quaternions(generator, sizes["N"])
     q2 = _unit(q1 + uniform(generator, -0.4, 0.4, sizes["N"], 4))
     return {"q1": q1.to(dtype), "q2": q2.to(dtype), "t": uniform(generator, 0.0, 1.0, sizes["N"]).to(dtype)}
@@ -72,7 +72,7 @@ add(
 
 
 def _clusters(generator, sizes, dtype):
-    """Rotations about a common one, whose w is not near the sign's change at 0."""
+    """Rotations near a common one, with w away from 0, where the sign changes."""
     centre = torch.tensor([1.0, -0.5, 0.3, 0.8], dtype=torch.float64)
     q = _unit(centre + 0.3 * normal(generator, sizes["B"], sizes["N"], 4))
     return {"Q": q.to(dtype), "w": uniform(generator, 0.5, 1.5, sizes["B"], sizes["N"]).to(dtype)}

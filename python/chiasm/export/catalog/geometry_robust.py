@@ -1,4 +1,4 @@
-"""Views of one scene where some correspondences are wrong, poses by least squares, and stereo pairs."""
+"""Views of one scene with some wrong correspondences, poses by least squares, and stereo pairs."""
 
 import torch
 
@@ -35,7 +35,7 @@ def _uniforms(size, batch="B"):
 
 
 def _with_wrong_ones(generator, points, size):
-    """A quarter of the points from the eleventh on are anywhere."""
+    """From the eleventh on, a quarter of the points are random."""
     count = points.shape[1]
     wrong = (torch.arange(count) >= 10) & (torch.arange(count) % 4 == 2)
     return torch.where(wrong[:, None], _uniform(generator, points.shape, 0.0, size), points)
@@ -155,7 +155,7 @@ add(
 
 
 def _sample_pose(generator, sizes, dtype):
-    """Points and a pose near the one they are seen from."""
+    """Points, and a pose near the true one."""
     parts = scene(generator, sizes["B"], sizes["N"])
     pose = torch.cat([parts["R"], parts["t"]], -1) + _uniform(generator, (sizes["B"], 3, 4), -0.03, 0.03)
     made = {
@@ -193,7 +193,7 @@ add(
 
 
 def _sample_rig(generator, sizes, dtype):
-    """Two cameras side by side, hardly turned."""
+    """Two cameras side by side, with small rotations."""
     parts = scene(generator, sizes["B"], 1, 50.0)
     v = _uniform(generator, (sizes["B"], 3), -0.05, 0.05)
     skew = torch.zeros((sizes["B"], 3, 3), dtype=_DOUBLE)

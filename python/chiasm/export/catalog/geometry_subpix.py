@@ -60,7 +60,7 @@ _QUADRATIC = {
     ],
     "reference": "a loop in NumPy",
     "symbols": _CUBE,
-    # where a quadratic is nearly flat, little changes of the input move its extremum far
+    # if a quadratic is nearly flat, small changes of the input move its extremum far
     "gradient_tolerances": {"float32": Tolerance(1e-2, 1e-3)},
 }
 _CHOSEN = TensorSpec("precomputed_nms_mask", ("B", "C", "D", "H", "W"), "bool", description="what to refine")

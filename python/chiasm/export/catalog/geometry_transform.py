@@ -39,7 +39,7 @@ def _boxes(generator, sizes):
     return (corners + _uniform(generator, (sizes["B"], 4, 2), -0.15, 0.15)) * extent
 
 
-#: How to make the arguments that independent uniform values would not do for.
+#: Makers of arguments for which independent uniform values are not suitable.
 _MAKERS = {
     "M": lambda g, s: _homographies(g, s["B"])[:, :2],
     "matrix": lambda g, s: _homographies(g, s["B"])[:, :2],
@@ -78,8 +78,7 @@ _MAKERS = {
 
 
 def _with(inputs, **makers):
-    """A sampler for `inputs`: by _MAKERS, or by those named here; what neither has is uniform in its
-    range."""
+    """A sampler for `inputs`, by _MAKERS or by `makers`; other inputs are uniform in their range."""
 
     def sample(generator, sizes, dtype):
         made = {}

@@ -41,7 +41,7 @@ def _boxes(generator, sizes):
     return (0.2 + 0.6 * _CORNERS + _uniform(generator, (sizes["B"], 8, 3), -0.1, 0.1)) * extent
 
 
-#: How to make the arguments that independent uniform values would not do for.
+#: Makers of arguments for which independent uniform values are not suitable.
 _MAKERS = {
     "M": lambda g, s: _homographies(g, s["B"], 2.0, 1e-3)[:, :3],
     "matrix": lambda g, s: _homographies(g, s["B"], 2.0, 1e-3)[:, :3],
@@ -275,7 +275,7 @@ _WEIGHTS = [
 
 
 def _sample_splines(generator, sizes, dtype):
-    """Points near the corners and the middle of the square from -1 to 1, and where they move."""
+    """Points near the corners and the centre of the square from -1 to 1, and their new positions."""
     anchors = torch.tensor(
         [[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8], [0.0, 0.0], [0.1, -0.7]], dtype=torch.float64
     )

@@ -49,8 +49,8 @@ _SUM = {"float32": Tolerance(1e-3, 1e-4)}
 
 
 def _places(generator, shape, sizes):
-    """Whole coordinates (x, y) in and a little around the image; drawing rounds, and a half may go either
-    way."""
+    """Integer coordinates (x, y) in and slightly around the image: drawing rounds, and halves could round
+    either way."""
     span = torch.tensor([sizes["W"] + 6, sizes["H"] + 6], dtype=torch.float64)
     return torch.floor(torch.rand((*shape, 2), generator=generator, dtype=torch.float64) * span) - 3
 

@@ -214,7 +214,7 @@ _LOGITS = image("pred", description="logits", range=(-3.0, 3.0))
 
 
 def _segmentation(ignored=0.2, **more):
-    """Logits, labels of which some are -100, and what else is asked for, as (shape, low, high)."""
+    """Logits, labels with some -100, and further inputs, given as (shape, low, high)."""
 
     def sample(generator, sizes, dtype):
         logits = _uniform(generator, (sizes["B"], sizes["C"], sizes["H"], sizes["W"]), -3.0, 3.0, dtype)
@@ -327,7 +327,8 @@ def _probabilities(channels, axes):
         classes, extent = sizes["C"] if channels == "C" else 1, [sizes[d] for d in axes]
         pred = _uniform(generator, (sizes["B"], classes, *extent), 0.0, 1.0, dtype)
         target = torch.randint(0, max(classes, 2), (sizes["B"], 1, *extent), generator=generator)
-        # The first third of the rows is one class, and missed: there is something to erode.
+        # The first third of the rows is one class that the prediction misses, so that erosions have an
+        # effect.
         top = max(extent[-2] // 3, 1)
         target[..., :top, :] = 1
         pred[..., :top, :] *= 0.2

@@ -21,7 +21,7 @@ add(
         [TensorSpec("similarity", layout="NCHW")],
         config={"window_size": 11},
         symbols={"H": (12, 32768), "W": (12, 32768)},
-        # In flat parts variances are what rounding leaves, 1e-7 of the values' squares, over (0.03)^2.
+        # In flat parts, variances are only rounding errors, 1e-7 of the values' squares, divided by 0.03^2.
         tolerances={"float32": Tolerance(2e-4, 1e-4)},
         reference="scikit-image structural_similarity (gaussian weights)",
         picture="comparison",

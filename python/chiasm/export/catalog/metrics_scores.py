@@ -1,4 +1,4 @@
-"""Metrics: how far results are from the truth."""
+"""Metrics: errors of results against the truth."""
 
 import torch
 
@@ -13,7 +13,7 @@ def _uniform(generator, low, high, *shape):
 
 
 def _whole(generator, low, high, *shape):
-    """Whole numbers, low and high among them."""
+    """Integers, including low and high."""
     return torch.randint(low, high + 1, shape, generator=generator)
 
 
@@ -22,7 +22,7 @@ def _whole(generator, low, high, *shape):
 
 def _sample_accuracy(generator, sizes, dtype):
     batch, classes = sizes["B"], sizes["C"]
-    # one in eight scores is another's, and labels lie beyond the classes, too
+    # one in eight scores is a tie, and some labels are outside the classes
     scores = torch.floor(_uniform(generator, 0, 8, batch, classes)) / 8
     return {"pred": scores.to(dtype), "target": _whole(generator, -1, classes, batch)}
 
@@ -121,7 +121,7 @@ add(
 
 
 def _sample_detections(generator, sizes, dtype):
-    """Three of four true boxes are detected, not quite where they are; the others and the rest of the
+    """Three of four true boxes are detected, slightly displaced; the other boxes are not, and the other
     detections are elsewhere."""
     batch, found, there = sizes["B"], sizes["N"], sizes["M"]
     gt_boxes, gt_labels = _boxes(generator, batch, there), _whole(generator, 0, 4, batch, there)

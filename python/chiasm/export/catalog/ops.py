@@ -1,4 +1,4 @@
-"""Boxes of detectors, and what networks give as boxes."""
+"""Boxes of detectors, and decoders of networks' boxes."""
 
 from types import SimpleNamespace
 
@@ -84,7 +84,7 @@ for _name in ("generalized_box_iou_loss", "distance_box_iou_loss", "complete_box
 
 
 def clusters(generator, sizes):
-    """Boxes around a third as many places, as centre, width and height."""
+    """Boxes clustered around a third as many places, as centre, width and height."""
     batch, count = sizes["B"], sizes["N"]
     places = 100 * torch.rand((batch, count // 3 + 1, 2), generator=generator, dtype=torch.float64)
     centres = places.repeat_interleave(3, 1)[:, :count]
@@ -119,7 +119,7 @@ add(
             TensorSpec("kept", description="which slots hold a box"),
         ],
         config={"iou_threshold": 0.45, "max_output": 300, "score_threshold": 0.25},
-        symbols={"B": (1, 64), "N": (1, 1 << 14)},  # elsewhere than in native code all pairs are compared
+        symbols={"B": (1, 64), "N": (1, 1 << 14)},  # except in native code, all pairs are compared
         gradients=(),
         sample=scored,
         reference="torchvision.ops.batched_nms",
@@ -145,7 +145,7 @@ def _yolo(places_last: bool):
     return sample
 
 
-# Two classes at least: of one, which size it is decides how a graph is traced.
+# At least two classes: the graph for a single class differs.
 for _name, _shape, _least in (("yolov8", ("B", "C", "N"), 6), ("yolov5", ("B", "N", "C"), 7)):
     add(
         Spec(
@@ -188,7 +188,7 @@ def _anchored(generator, sizes, dtype):
 
 
 def _torchvisions_ssd(ssd, logits, deltas, anchors):
-    # The method alone, of settings: the class has a network besides.
+    # Only the method, with settings, because the class also needs a network.
     settings = SimpleNamespace(
         box_coder=ssd.det_utils.BoxCoder((10.0, 10.0, 5.0, 5.0)),
         score_thresh=0.01,
@@ -225,7 +225,7 @@ add(
         symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (3, 1024)},
         gradients=(),
         sample=_anchored,
-        # Of more classes, or fewer, other candidates are left out.
+        # With another number of classes, other candidates would be dropped.
         peer=Peer(
             "torchvision.models.detection.ssd",
             _torchvisions_ssd,

@@ -1,4 +1,4 @@
-"""What networks give: key points, label sequences, tiles of large images, text boxes."""
+"""Decoders of networks' outputs: key points, label sequences, tiles of large images, text boxes."""
 
 import torch
 
@@ -10,7 +10,7 @@ from .ops import clusters
 
 
 def _heatmaps(generator, sizes, dtype):
-    """A Gaussian each, and a little noise, which has no part in where the largest value is."""
+    """One Gaussian per map, with noise too small to move the maximum."""
     shape = (sizes["B"], sizes["K"])
     height, width = sizes["H"], sizes["W"]
 
@@ -111,7 +111,7 @@ add(
             TensorSpec("positions", description="x and y of their upper left pixels"),
         ],
         config={"size": (8, 5), "overlap": (3, 2)},
-        # One tile is another graph than several; and no size is one of the sizes that are traced.
+        # A single tile has another graph; and no size may equal one of the traced sizes.
         symbols={"H": (9, 32768), "W": (9, 32768)},
         reference="NumPy slices",
         picture="windows",
@@ -153,7 +153,7 @@ add(
             TensorSpec("found", ("B", "M", "N"), "bool", description="which slots hold an object"),
             TensorSpec("origins", ("M", 2), "int64", description="where the tiles begin, x and y"),
         ],
-        # Inputs have the names that the other decoders' outputs have.
+        # The inputs have the names of the other decoders' outputs.
         [
             TensorSpec("merged_boxes", description="x1, y1, x2, y2 in pixels of the image"),
             TensorSpec("merged_scores", description="by falling score"),
@@ -172,7 +172,7 @@ add(
 
 
 def _lines(generator, sizes, dtype):
-    """Turned bars on a noisy ground."""
+    """Rotated bars on a noisy background."""
     height, width = sizes["H"], sizes["W"]
     y, x = torch.meshgrid(torch.arange(height) + 0.0, torch.arange(width) + 0.0, indexing="ij")
     shape = (4, sizes["B"], 1, 1, 1)
@@ -198,7 +198,7 @@ add(
             TensorSpec("found", description="which slots hold a box"),
         ],
         symbols={"B": (1, 256)} | STENCIL,
-        # a corner may be at 0 but for what has been taken off from positions in the image
+        # a corner may be at 0, as a difference of positions in the image
         tolerances={"float32": Tolerance(1e-4, 1e-5)},
         gradients=(),
         sample=_lines,

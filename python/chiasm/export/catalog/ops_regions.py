@@ -1,4 +1,4 @@
-"""Regions of images, masks, turned boxes, suppression of scores, deformable convolution."""
+"""Regions of images, masks, rotated boxes, soft suppression, deformable convolution."""
 
 from functools import partial
 
@@ -11,7 +11,7 @@ from .ops import scored, torchvision
 
 
 def _regions(generator, sizes, dtype):
-    """Boxes that reach out of images."""
+    """Boxes that extend beyond images."""
     count = sizes["N"]
     corner = torch.rand((count, 2), generator=generator, dtype=torch.float64) * 30 - 5
     extent = 2 + 20 * torch.rand((count, 2), generator=generator, dtype=torch.float64)
@@ -66,7 +66,7 @@ for _name, _config, _settings, _also in (
     add(
         Spec(
             f"ops.{_name}",
-            # Of a number of channels that is a symbol no exporter knows that it is a multiple of the bins.
+            # A fixed number of channels: for a symbol, no exporter knows that it is a multiple of the bins.
             [image(channels=18), _REGIONS],
             _POOLED,
             config={"output_size": (3, 3), "spatial_scale": 0.5, **_config},
@@ -82,7 +82,7 @@ for _name, _config, _settings, _also in (
 
 
 def _filled_masks(generator, sizes, dtype):
-    """Of which none is empty: torchvision refuses those."""
+    """Masks of which none is empty, because torchvision rejects empty ones."""
     masks = torch.rand((sizes["N"], sizes["H"], sizes["W"]), generator=generator) < 0.05
     masks[:, sizes["H"] // 2, sizes["W"] // 2] = True
     return {"masks": masks}

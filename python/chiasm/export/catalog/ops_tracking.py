@@ -1,4 +1,4 @@
-"""What follows objects from frame to frame: assignment, Kalman filters, trackers."""
+"""Ops that track objects from frame to frame: assignment, Kalman filters, trackers."""
 
 import torch
 
@@ -9,7 +9,7 @@ from . import add
 
 
 def _costs(generator, sizes, dtype):
-    """Of which some are of pairs that cannot be."""
+    """Costs, some of them of impossible pairs."""
     batch, n, m = sizes["B"], sizes["N"], sizes["M"]
     cost = torch.rand((batch, n, m), generator=generator, dtype=torch.float64)
     cannot = torch.rand((batch, n, m), generator=generator) < 0.2
@@ -45,7 +45,7 @@ add(
 
 
 def _covariances(generator, *shape):
-    """Symmetric and positive definite."""
+    """Symmetric positive definite matrices."""
     factor = torch.randn((*shape, shape[-1]), generator=generator, dtype=torch.float64)
     return factor @ factor.mT / shape[-1] + 0.5 * torch.eye(shape[-1], dtype=torch.float64)
 
@@ -113,7 +113,7 @@ def _corners(centres, sides):
 
 
 def _followed(generator, sizes, dtype):
-    """Tracks of which most have a detection near them, and detections of which some have no track."""
+    """Tracks, most with a detection near them, and detections, some without a track."""
     batch, slots, count = sizes["B"], sizes["K"], sizes["M"]
 
     def uniform(*shape):

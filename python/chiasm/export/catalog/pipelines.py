@@ -41,7 +41,7 @@ add(
         symbols=STENCIL,
         tolerances={
             "uint8": Tolerance(1, 0)
-        },  # a float result on the border between two integers may round either way
+        },  # a float result halfway between two integers may round either way
         reference="OpenCV cvtColor, GaussianBlur, Sobel, magnitude",
     )
 )
@@ -53,7 +53,7 @@ _TO_FRAME = TensorSpec("to_frame", description="from coordinates in the output t
 
 
 def _opencv_letterbox(cv2, frame):
-    """As the authors of YOLO do it; `chiasm` may be a level away, by INTER_LINEAR_EXACT."""
+    """The method of YOLO's authors; chiasm uses INTER_LINEAR_EXACT and may differ by a level."""
     height, width = frame.shape[:2]
     ratio = min(640 / height, 640 / width)
     new_width, new_height = max(round(width * ratio), 1), max(round(height * ratio), 1)
@@ -86,7 +86,7 @@ def _chroma(name: str, channels: int):
 
 
 def _opencv_camera_letterbox(code: str):
-    """Conversion, then as `_opencv_letterbox`, of the parts of one frame."""
+    """Conversion of the parts of one frame, then `_opencv_letterbox`."""
 
     def call(cv2, y, *pairs):
         frame = (
@@ -123,7 +123,7 @@ add(Spec("pipelines.center_crop", [_FRAMES], [_INPUT, _TO_FRAME], reference="Ope
 
 
 def _sample_boxes(generator, sizes, dtype):
-    """Some reach beyond the frame."""
+    """Boxes, some of which extend beyond the frame."""
     height, width = sizes["H"], sizes["W"]
     corners = torch.rand((sizes["N"], 2, 2), generator=generator) * 1.2 - 0.1
     boxes = torch.cat([corners.amin(1), corners.amax(1)], 1) * torch.tensor([width, height, width, height])
@@ -179,7 +179,7 @@ add(
         config={"max_keypoints": 500, "num_octaves": 2, "mr_size": 3.0, "double_image": True},
         symbols={"H": (54, 32768), "W": (58, 32768), "OH": (54, 32768), "OW": (58, 32768), "S": (1, 1 << 16)},
         gradients=(),
-        # of points, in pixels; see the detector and the estimator
+        # points, in pixels; see the detector and the estimator
         tolerances={"float32": Tolerance(2e-2, 1e-3)},
         sample=_sample_views,
         reference="OpenCV SIFT, BFMatcher, findHomography",

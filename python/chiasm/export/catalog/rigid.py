@@ -17,7 +17,7 @@ def uniform(generator: Generator, low: float, high: float, *shape: int) -> Tenso
 
 
 def quaternions(generator: Generator, count: int) -> Tensor:
-    """(count, 4), of unit length, w away from the sign's change at 0."""
+    """(count, 4), of unit length, with w away from 0, where the sign changes."""
     q = normal(generator, count, 4)
     q[:, 0] += torch.where(q[:, 0] < 0, -0.2, 0.2)
     return q / q.norm(dim=-1, keepdim=True)

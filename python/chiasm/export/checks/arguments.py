@@ -33,8 +33,8 @@ _INSTEAD = {
 
 
 def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> None:
-    """Refuse wrong arguments of `export`."""
-    given_time()  # what is written last
+    """Reject wrong arguments of `export`."""
+    given_time()  # checked here, because it is used only at the end
     if not isinstance(spec, Spec):
         raise ExportError(
             f"spec: expected a chiasm.export.Spec, got {type(spec).__name__}: export(fn, Spec('my.op',"
@@ -249,7 +249,7 @@ def _check_function(fn: Any, spec: Spec) -> None:
 
 
 def _check_module(module: nn.Module, spec: Spec) -> None:
-    """Refuse a module that stands for another, and one whose values are not here."""
+    """Reject a module that wraps another one, and a module without values (on the meta device)."""
     what = f"{spec.name}: fn ({type(module).__name__})"
     if isinstance(module, (nn.DataParallel, nn.parallel.DistributedDataParallel)):
         raise ExportError(f"{what} has the module inside it: export fn.module")

@@ -19,7 +19,7 @@ from ..patches.tracing import Guard
 from ..sizes import evaluate
 from ..spec import Spec, TensorSpec
 
-#: How many allowed sizes are tried, beside the limits.
+#: The number of allowed sizes that are tried, besides the limits.
 _TRIALS = 200
 #: With more elements in an input, sizes are not tried: the op may take hours for them.
 _MOST_ELEMENTS = 1 << 22
@@ -27,8 +27,9 @@ _MOST_ELEMENTS = 1 << 22
 
 @dataclass(frozen=True)
 class Doubt:
-    """Sizes that a graph was not made for, and may still be right for: a slice is one, whether or not it
-    takes all that there is. `text` says why, for the error where the graph is wrong for them."""
+    """Sizes for which a graph was not made, although it may be right for them: for example, a slice may or
+    may not cover its whole axis. `text` is the reason, for the error if the graph is wrong for these
+    sizes."""
 
     sizes: dict[str, int]
     text: str
@@ -69,7 +70,7 @@ def doubts_of(
 
 
 class _Shape:
-    """What a condition asks of a tensor."""
+    """The parts of a tensor that conditions read."""
 
     def __init__(self, tensor: TensorSpec, sizes: dict[str, int]) -> None:
         self._sizes = [int(evaluate(d, sizes)) if isinstance(d, str) else d for d in tensor.shape]
@@ -79,8 +80,8 @@ class _Shape:
 
 
 def _allowed(spec: Spec) -> Iterator[dict[str, int]]:
-    """Sizes within the limits: the ends, each symbol at its ends alone, and others at random, small ones as
-    often as large."""
+    """Sizes within the limits: all ends, each symbol at its ends alone, and random sizes, small ones as often
+    as large ones."""
     limits = spec.used_symbols()
     chance = random.Random(0)
 
@@ -99,7 +100,7 @@ def _holds(condition: str, shapes: dict[str, _Shape]) -> bool:
     try:
         # torch.export's own text, a comparison of sizes.
         return bool(eval(condition, {"L": shapes, "torch": torch}))
-    except (NameError, TypeError, AttributeError, KeyError):  # of what is no size
+    except (NameError, TypeError, AttributeError, KeyError):  # the condition is not about sizes
         return True
     except ZeroDivisionError:
         return False

@@ -30,15 +30,15 @@ def independent(
 ) -> bool:
     """Whether each sample gives the same results alone as in its batch, whatever the other samples are.
 
-    Tried on one batch: on each sample alone; and with values in the first sample that would change a sum, an
-    extreme or a comparison over the batch, after which the results of the others must be the same to the bit.
+    This is tested on one batch: with each sample alone; and with values in the first sample that would change
+    a sum, an extremum or a comparison over the batch. With these, the results of the other samples must stay
+    the same bit for bit.
 
     Args:
         run: the method, from named inputs to outputs, eager.
         inputs: the tensors that it takes.
         made: a batch of two samples or more.
-        tolerances: of each output, since a vector's last elements may be rounded differently; None means
-            exact.
+        tolerances: per output, because a vector's last elements may be rounded differently; None means exact.
     """
     batched = [t.name for t in inputs if t.shape[:1] == (SYMBOL,)]
     whole = run(made)

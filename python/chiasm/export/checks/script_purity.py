@@ -47,7 +47,7 @@ def check_script(name: str, scripted: torch.jit.ScriptModule, dtypes: Mapping[st
     for node in nodes:
         where = quoted_line(str(node.sourceRange()))
         if node.kind() == "prim::SetAttr" and next(node.inputs()).node().kind() != "prim::CreateObject":
-            # Of an object that the op makes itself, such as torch.no_grad(), it is no state
+            # An attribute of an object that the op creates, such as torch.no_grad(), is not a state
             inputs = (quoted_line(str(v.node().sourceRange())) for v in node.inputs())
             raise impure(
                 name,
@@ -150,7 +150,7 @@ def _flows(
         "prim::TupleConstruct",
         "prim::ListConstruct",
     ):
-        # Of another length where the branch cannot be taken
+        # The lengths differ only in a branch that cannot be taken
         yield from ((o, origins[v.debugName()]) for o, v in zip(outputs, inputs[0].node().inputs()))
     elif schema is None:
         yield from ((o, whole) for o in outputs)

@@ -1,7 +1,8 @@
-"""Every artifact is run before it is delivered: at sizes beside the exported one, compared with eager Python.
+"""Every artifact is run before it is delivered: at other sizes than the exported one, and compared with eager
+Python.
 
-A tracer or a compiler that takes a part of an op for something else says nothing. The artifacts run in a
-process of their own, which wrong code may end without ending the export.
+A tracer or a compiler that misinterprets a part of an op reports nothing. The artifacts run in a separate
+process, so wrong code that ends the process does not end the export.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ from ..bundle import Golden, Writer
 from ..errors import ExportError, explain
 from ..job import ExportJob, Method, run_eager
 
-#: Beside the golden vectors': higher than wide, in a batch; and square, of one channel.
+#: The sizes in addition to the golden vectors': taller than wide, in a batch; and square, with one channel.
 SIZES = (
     samples.TESTS[1],
     {"B": 2, "C": 1, "H": 25, "W": 25, "N": 1, "OD": 12, "OH": 12, "OW": 12},
 )
 #: An op that takes longer in eager Python is compared at one size.
 _SLOW = 5.0
-#: For all artifacts of a backend at all sizes.
+#: The most seconds for all artifacts of a backend at all sizes.
 _MOST_SECONDS = 600
 _PROCESS = Path(__file__).with_name("trial_process.py")
 
@@ -46,11 +47,11 @@ class Case:
 
 
 def try_artifacts(job: ExportJob, writer: Writer) -> list[Golden]:
-    """Compare what `writer` has with eager Python; what needs a machine, an engine or a CPU that is not here
-    is left out.
+    """Compare the artifacts in `writer` with eager Python; those that need a machine, an engine or a CPU that
+    is not available are skipped.
 
     Returns:
-        The golden vectors, of each method at each dtype.
+        The golden vectors of each method and dtype.
 
     Raises:
         ExportError: names the artifact, the sizes and the difference.
@@ -68,7 +69,7 @@ def try_artifacts(job: ExportJob, writer: Writer) -> list[Golden]:
 
 
 def _cases(method: Method) -> Iterator[Case]:
-    """The golden vectors; then sizes in doubt, before the others, whose error would not say why."""
+    """The golden vectors; then the sizes in doubt; then the others, whose errors would not give a reason."""
     spec, slow, tried = method.job.spec, False, []
     golden, *others = [(samples.fit(spec, sizes), "") for sizes in (samples.GOLDEN, *SIZES)]
     for sizes, text in [golden, *((doubt.sizes, doubt.text) for doubt in method.doubts), *others]:
@@ -131,7 +132,7 @@ class _Process:
 
     @classmethod
     def of_this(cls) -> _Process:
-        """The one of this process, which may be a fork of one that had another."""
+        """The process that belongs to this one; a fork does not use its parent's."""
         kept = cls._kept
         if kept is None or kept._parent != os.getpid() or kept._process.poll() is not None:
             cls._kept = kept = cls()
@@ -148,7 +149,7 @@ class _Process:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            start_new_session=True,  # an interrupt is for the export, which ends it
+            start_new_session=True,  # the export handles an interrupt, and ends the process
         )
 
     def rows(self, bundle: Path, backend: str) -> list[dict]:

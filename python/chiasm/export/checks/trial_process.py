@@ -4,7 +4,7 @@ import json
 import os
 import sys
 
-# What an engine prints is no answer.
+# Output of engines must not mix with the answers.
 answers = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)
 

@@ -1,4 +1,5 @@
-"""The formats that a method is exported to, a module each with `lower(job, method)`, which yields artifacts.
+"""The formats to which a method is exported. Each has a module with `lower(job, method)`, which yields
+artifacts.
 
 | module | makes | for the backend |
 |---|---|---|

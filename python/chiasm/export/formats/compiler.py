@@ -1,4 +1,4 @@
-"""Runs the C++ compiler while Python goes on, with headers that were precompiled with the package."""
+"""Runs the C++ compiler in parallel with Python, with headers that were precompiled with the package."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ class Build:
         sources = [word for word in words if word.endswith(".cpp")]
         if "-shared" in words:
             kept = [word for word in words if word not in self.dropped]
-            # glibc 2.41 loads no library that asks for an executable stack, which the assembly of Inductor's
-            # constants does by saying nothing.
+            # glibc 2.41 does not load a library that requires an executable stack, which is the default of
+            # assembly, such as that of Inductor's constants.
             given = [self._made.get(word) or self._kept(word) for word in kept]
             self._link = [*given, *self.objects, "-Wl,-z,noexecstack"]
             self._link[self._link.index(str(target))] = "library.so"

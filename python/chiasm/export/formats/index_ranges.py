@@ -190,7 +190,7 @@ class _Ranges:
 
     @staticmethod
     def _represented(found: _Range, dtype: torch.dtype) -> _Range:
-        """What a floating type makes of whole numbers: a bound that it has to round is none."""
+        """The range of integers as a floating type: a bound that would be rounded is dropped."""
         if not dtype.is_floating_point:
             return found
         exact = _EXACT[dtype]

@@ -74,7 +74,7 @@ ISAS = {
     "armv8.2-a": Isa("aarch64", 128),
     **{name: Isa("x86_64", 0, int(name.removeprefix("sm_"))) for name in GPUS},
 }
-#: Of code that needs libtorch: no exception may leave a parallel region.
+#: Settings for code that needs libtorch: no exception may leave a parallel region.
 _ONE_THREAD = {"cpp.threads": 1, "cpp.dynamic_threads": False}
 _ENTRY = "chiasm_native_entry"
 #: The options after the libraries on the linker's command line, except the version script. glibc has vector
@@ -112,8 +112,8 @@ class NativeArtifact:
 
 
 def cache_folder() -> Path:
-    """Where compiled artifacts are kept between exports: $CHIASM_CACHE, or ~/.cache/chiasm; made where it is
-    not there yet."""
+    """The cache folder of compiled artifacts: $CHIASM_CACHE, or ~/.cache/chiasm; created if it does not
+    exist."""
     folder = Path(os.environ.get("CHIASM_CACHE") or Path.home() / ".cache" / "chiasm")
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -280,7 +280,7 @@ class NativeCode:
 
 
 def _kept(entry: Path) -> NativeArtifact | None:
-    """What the cache has under this name; None of what is not there, or is not as it was written."""
+    """The artifact with this name in the cache; None if it is missing or damaged."""
     try:
         data = read_regular(entry, MOST_OF_FILE)
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -290,12 +290,12 @@ def _kept(entry: Path) -> NativeArtifact | None:
         if "chiasm/op.so" in names:
             return NativeArtifact(data, needs_libtorch=False)
         return NativeArtifact(data, True, read_regular(_why(entry), MOST_OF_FILE).decode())
-    except Exception:  # of a damaged archive, of many kinds
+    except Exception:  # a damaged archive raises many kinds of exceptions
         return None
 
 
 def _why(entry: Path) -> Path:
-    """The file beside an artifact that says why it needs libtorch."""
+    """The file next to an artifact with the reason why it needs libtorch."""
     return entry.with_suffix(".why")
 
 
@@ -303,8 +303,8 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
     """Everything that the compiled code depends on."""
     digest = hashlib.sha256()
     for part in (
-        # without the comments, which say where the graph was traced: in generated code, whose numbers depend
-        # on what the process did before
+        # without the comments on where the graph was traced: they contain numbers that depend on what the
+        # process did before
         re.sub(r"(?m)^\s*# File: .*\n", "", program.graph_module.print_readable(print_output=False)),
         # sizes and dtypes of the inputs, which the listing does not have
         str([(n.name, str(n.meta.get("val"))) for n in program.graph.nodes if n.op == "placeholder"]),
@@ -374,7 +374,7 @@ def _hash(files: Iterable[Path]) -> str:
 
 
 def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
-    """The operators of the program that are kernels of our own."""
+    """The operators of the program that are chiasm's kernels."""
     # Including the bodies of loops
     modules = [m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]
     targets = {
@@ -545,7 +545,7 @@ def _inductor(
     torch.set_num_threads(64)
     try:
         minima = short_minima(spec.without_nan) if build.include else nullcontext()
-        # libtorch has no place to note a wrong index in: there the check throws
+        # libtorch has no place to record a wrong index: there the check throws
         checks = checked_native_code(
             None if build.include else LIBRARIES / "include" / "chiasm" / "checked.h"
         )

@@ -105,13 +105,14 @@ class _Layer:
         return filled.view(self.groups * panels, PANEL, depth, *window).permute(0, 3, 4, 2, 1).contiguous()
 
     def subpixel(self) -> tuple[list[list[tuple[_Layer, list[int]]]], list[int]]:
-        """Equal convolutions of the image itself, without the zeros of input_dilation, each with how many
-        rows and columns of a block it makes; and the numbers of surplus rows and columns of the result.
+        """Equivalent convolutions of the image itself, without the zeros of input_dilation, each with the
+        numbers of rows and columns of a block that it computes; and the numbers of surplus rows and columns
+        of the result.
 
         One pixel of their results has the channels of a whole block of pixels (W. Shi et al., Is the
-        deconvolution layer the same as a convolutional layer?, arXiv:1609.07009, 2016). A convolution makes
-        the neighbouring pixels of a block that read the same pixels of the image: with zeros for weights it
-        could make all of them, and NaN where a zero meets an infinity.
+        deconvolution layer the same as a convolutional layer?, arXiv:1609.07009, 2016). One convolution
+        computes neighbouring pixels of a block that read the same pixels of the image. With weights of 0, it
+        could compute all pixels of the block, but zero times infinity would give NaN.
         """
         block = self.input_dilation
         surplus = [-(g + 1) % b for g, b in zip(self.growth, block, strict=True)]
@@ -161,14 +162,14 @@ class _Layer:
         return self.weight.shape[1] == 1 and self.weight.shape[0] == self.groups > 1
 
 
-#: So far outside of every image that a tap reads no pixel of it.
+#: A position so far outside of every image that a tap there reads no pixel.
 _NOWHERE = -(1 << 31) + 1
 
 
 @dataclass
 class _Phases:
-    """Neighbouring pixels of a block along an axis: where they read the image, and the taps that do, of each
-    pixel."""
+    """Neighbouring pixels of a block along an axis: the positions at which they read the image, and the taps
+    that read there, for each pixel."""
 
     offsets: list[int]
     taps: list[list[int]]

@@ -3,9 +3,9 @@
 # pyright: reportCallIssue=false, reportAttributeAccessIssue=false
 """Quotients and remainders of integers in ONNX.
 
-torch.onnx divides integers in float32, where 16777217 is 16777216, and a negative size by cutting off the
-fraction. ONNX Runtime's own division of integers ends the process for a divisor of 0, and for the least
-integer over -1.
+torch.onnx divides integers in float32, where 16777217 is 16777216, and truncates quotients of negative sizes.
+ONNX Runtime's own division of integers ends the process for a divisor of 0, and for the smallest integer
+divided by -1.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def floor_quotient(self: Any, other: Any) -> Any:
 
 
 def size_quotient(self: Any, other: Any) -> Any:
-    """`a // b` of sizes, of which b is positive and a may be negative."""
+    """`a // b` of sizes; b is positive, a may be negative."""
     return op.Div(op.Sub(self, op.Mod(self, other)), other)
 
 
@@ -47,7 +47,7 @@ def natural_quotient(self: Any, other: Any) -> Any:
 
 
 def limits_of(size: int | torch.SymInt) -> tuple[float, float]:
-    """The least and the greatest number that a size may be."""
+    """The smallest and the greatest value of a size."""
     if not isinstance(size, torch.SymInt):
         return size, size
     bounds = bound_sympy(size.node.expr, size.node.shape_env.var_to_range)
@@ -55,7 +55,7 @@ def limits_of(size: int | torch.SymInt) -> tuple[float, float]:
 
 
 def mark_natural_quotients(graph: Graph) -> None:
-    """Tell the translation which quotients of sizes are of no negative number, by the sizes' limits."""
+    """Mark the quotients of sizes without negative numbers, by the sizes' limits, for the translation."""
     for node in graph.find_nodes(op="call_function", target=operator.floordiv):
         dividend = node.args[0].meta["val"] if isinstance(node.args[0], Node) else node.args[0]
         if limits_of(dividend)[0] >= 0:
@@ -93,8 +93,8 @@ def _truncated(a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def _divisor(a: Any, b: Any) -> tuple[Any, Any]:
-    """What ONNX Runtime can divide by, with 1 in place of 0 and -1; and a number to add to the result: it is
-    0, or the error of a Gather where a divisor is 0. A constant divisor stays, and needs no number."""
+    """A divisor that is safe for ONNX Runtime, with 1 in place of 0 and -1; and a number to add to the
+    result: 0, or the error of a Gather if a divisor is 0. A constant divisor stays, and needs no number."""
     if not isinstance(b, onnx_ir.Value) or b.const_value is not None:
         return (b if isinstance(b, onnx_ir.Value) else _number(a, b)), None
     one, zero = _number(a, 1), _number(a, 0)

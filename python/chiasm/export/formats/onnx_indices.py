@@ -1,11 +1,11 @@
 # torch declares a node's argument as a union of all possible types.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportAttributeAccessIssue=false
 # pyright: reportGeneralTypeIssues=false, reportOptionalMemberAccess=false, reportOptionalIterable=false
-"""Indices in ONNX, which counts a negative one from the end, in every operator.
+"""Indices in ONNX, in which every operator counts negative indices from the end.
 
-`gather`, `scatter`, `index_select`, `embedding` and their like refuse a negative index, so it becomes one
-that ONNX refuses too. An index that cannot be negative stays as it is: one of positions, or one that is
-clamped.
+`gather`, `scatter`, `index_select`, `embedding` and similar operators reject a negative index, so it is
+replaced with one that ONNX rejects too. An index that cannot be negative, such as a position or a clamped
+index, is unchanged.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ Interval = tuple[float, float]
 
 
 def check_indices(program: ExportedProgram) -> None:
-    """Make, in place, negative indices of operators that take none indices that are out of range, and
-    indices of shorter types int64."""
+    """In place: for operators that reject negative indices, replace these with indices that are out of range;
+    convert indices of shorter types to int64."""
     for module in list(program.graph_module.modules()):
         if not isinstance(module, GraphModule):
             continue
@@ -82,7 +82,7 @@ def _widened(index: Node) -> Node:
 
 
 class _Intervals:
-    """Between which numbers the values of a graph's nodes are."""
+    """The intervals of the values of a graph's nodes."""
 
     def __init__(self, program: ExportedProgram, graph: Graph) -> None:
         self._constants = {
@@ -91,7 +91,7 @@ class _Intervals:
             if spec.target in program.constants
         }
         self._known: dict[Node, Interval] = {}
-        # A value that is written to later may be that of another node, whose part it is.
+        # A later write may change the value of another node of which this one is a part.
         self._written = any(
             isinstance(n.target, torch._ops.OpOverload)
             and n.target._schema.is_mutable
@@ -123,7 +123,7 @@ class _Intervals:
         if constant is not None and constant.numel():
             return constant.min().item(), constant.max().item()
         low, high = _RULES.get(node.target, _unknown)(self, node)
-        # What does not fit wraps around.
+        # Values that do not fit wrap around.
         return (low, high) if limits[0] <= low and high <= limits[1] else limits
 
 
@@ -177,7 +177,7 @@ def _chosen(of: _Intervals, node: Node) -> Interval:
 
 
 def _by_ends(compute: Callable[[float, float], float]) -> Callable[[_Intervals, Node], Interval]:
-    """Of an operation that is monotonic in each of its arguments."""
+    """The interval of an operation that is monotonic in each argument."""
 
     def rule(of: _Intervals, node: Node) -> Interval:
         a, b = of.of(node.args[0]), of.of(node.args[1])
@@ -203,7 +203,7 @@ def _remainder(of: _Intervals, node: Node) -> Interval:
 
 
 def _taken(of: _Intervals, node: Node) -> Interval:
-    """Where a largest or least value is, or was before sorting."""
+    """The indices of extreme values, or of values before sorting."""
     made, which = node.args
     return _place(of, node) if which == 1 and made.target in _WITH_PLACES else _unknown(of, node)
 

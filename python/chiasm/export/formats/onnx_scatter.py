@@ -51,7 +51,8 @@ class _Steps:
 def _scattered(
     step: _Steps, data: onnx_ir.Value, indices: onnx_ir.Value, updates: onnx_ir.Value, count: int
 ) -> onnx_ir.Value:
-    """As ONNX defines ScatterND: `updates` belong to the first `count` dimensions of `data`."""
+    """The result of ScatterND by ONNX's definition: `updates` belong to the first `count` dimensions of
+    `data`."""
     zero, rest = step.numbers(0), step.numbers(-1)
     shape = step("Shape", data)
     place = step("Gather", indices, zero, axis=-1)
@@ -63,7 +64,7 @@ def _scattered(
         place = index if outside is None else step("Add", step("Mul", place, size), index)
         wrong = step("Or", step("Less", index, zero), step("GreaterOrEqual", index, size))
         outside = wrong if outside is None else step("Or", outside, wrong)
-    if outside is not None:  # which may be inside of the flattened dimensions
+    if outside is not None:  # it may be in range after flattening
         place = step("Where", outside, step.numbers(np.iinfo(np.int64).min), place)
     indexed = step("ReduceProd", step("Slice", shape, zero, step.numbers(count)), keepdims=1)
     rows = step("Reshape", data, step("Concat", indexed, rest, axis=0))

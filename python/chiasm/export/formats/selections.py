@@ -1,9 +1,8 @@
 """Selections in forms whose indices native code checks (patches/index_checks.py).
 
-Of a selection by a number that comes from data, `x[i.item()]`, AOTInductor computes the place in memory
-without a check; `x[i]` by a tensor is checked. `index_select`, `index_add` and `index_copy` refuse negative
-indices, and AOTInductor makes an indexing of them that takes some; `gather` and `scatter` refuse them there
-too.
+For a selection by a number from data, `x[i.item()]`, AOTInductor computes the address without a check; `x[i]`
+with a tensor is checked. `index_select`, `index_add` and `index_copy` reject negative indices, but
+AOTInductor converts them to an indexing that accepts some; `gather` and `scatter` reject them there too.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ _ITEMS = (aten.item.default, aten._local_scalar_dense.default)
 
 
 def select_by_tensors(program: ExportedProgram, name: str) -> ExportedProgram:
-    """The program with selections by tensors; it may be the one that is given, changed.
+    """The program with selections by tensors; it may be the given program, changed.
 
     Raises:
         ExportError: data decide about strides, which no check can follow.
@@ -69,8 +68,8 @@ def select_by_tensors(program: ExportedProgram, name: str) -> ExportedProgram:
 
 
 def refuse_negative(program: ExportedProgram) -> ExportedProgram:
-    """The program with operators that refuse negative indices in a form that does so in native code; it may
-    be the one that is given, changed."""
+    """The program in which operators that reject negative indices have a form that also rejects them in
+    native code; it may be the given program, changed."""
     if any(n.target in _IN_PLACE for n in program.graph.nodes):
         program = program.run_decompositions({})
     expand_all(program, _REFUSING)

@@ -1,4 +1,4 @@
-"""What chiasm replaces inside PyTorch and onnxscript while it exports, for the versions in `VERSIONS`.
+"""The parts of PyTorch and onnxscript that chiasm replaces during an export, for the versions in `VERSIONS`.
 
 Each replacement is declared here, with its reason and a digest of the source that it replaces. `replaced`
 accepts only declared replacements. `tests/export/test_patches.py` compares the digests with the installed

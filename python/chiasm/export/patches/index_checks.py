@@ -33,14 +33,14 @@ _DIVISION_POINTER = re.compile(r"^\s*inductor_cpu_integer_div_error_flag = .*\n"
 
 @contextmanager
 def checked_native_code(header: Path | None = None) -> Iterator[None]:
-    """While this lasts, AOTInductor writes loops that check what comes from data. With a `header`
-    (checked.h), the code is libtorch's: it holds that text, and its checks throw."""
+    """Inside this context, AOTInductor writes loops that check values from data. With a `header` (checked.h),
+    the code is for libtorch: it contains that text, and its checks throw."""
     from torch._inductor.codegen import cpp
 
     group = cpp.KernelGroup.codegen_group
     include = "#include <chiasm/checked.h>\n"
     if header is not None:
-        # Without the folder that it lies in, in which there are other headers
+        # As text, not by its folder, which has other headers too
         text = header.read_text().replace("#pragma once\n", "")
         include = f"#ifndef CHIASM_CHECKS_THROW\n#define CHIASM_CHECKS_THROW\n{text}#endif\n"
 
@@ -69,7 +69,7 @@ def checked_native_code(header: Path | None = None) -> Iterator[None]:
             "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(truncdiv),
             "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(truncdiv),
         }
-        # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
+        # The needed part of it is compiled with the package (runtime/artifact/aoti/entry.cpp).
         | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": lambda self: None})
     ):
         yield

@@ -14,7 +14,7 @@ import torch
 from ..errors import own_line
 from . import replaced
 
-#: What a trace assumed of sizes, and the line of the op that it assumed it for.
+#: A trace's assumption about sizes, and the op's line that caused it.
 Guard = tuple[sympy.Basic, str]
 
 
@@ -41,7 +41,7 @@ def fast_tracing() -> Iterator[None]:
 
 @contextmanager
 def noted_guards(guards: list[Guard]) -> Iterator[None]:
-    """Note what the trace assumes of sizes, and the user's line that it does so for."""
+    """Record the trace's assumptions about sizes, and the user's line that causes each."""
     from torch.fx.experimental.symbolic_shapes import ShapeEnv
 
     log_guard = ShapeEnv._log_guard

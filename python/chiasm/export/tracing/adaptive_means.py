@@ -47,8 +47,8 @@ def _means_backward(gradient: Tensor, input: Tensor, spatial: int) -> Tensor:
 
 
 def _windows(extent: int, parts: int, device: torch.device) -> tuple[Tensor, Tensor]:
-    """Where each of the windows begins, and where it ends."""
-    # By float64, which is exact: Inductor knows no limits of a quotient of integers.
+    """The begin and the end of each window."""
+    # In float64, which is exact: Inductor knows no limits of integer quotients.
     ends = (torch.arange(1, parts + 1, device=device) * extent).to(torch.float64) / parts
     return stored_index(nearest_index(extent, parts, device)), stored_index(torch.ceil(ends).to(torch.int64))
 
@@ -70,7 +70,7 @@ def _sum_dtype(x: Tensor) -> torch.dtype:
     return torch.float32 if x.dtype in (torch.float16, torch.bfloat16) else x.dtype
 
 
-#: Decompositions of what gradients have.
+#: Decompositions of the operators in gradients.
 MEANS: dict[Any, Any] = {
     aten._adaptive_avg_pool2d.default: means,
     aten._adaptive_avg_pool3d.default: means,

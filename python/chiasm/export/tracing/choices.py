@@ -12,7 +12,7 @@ from .expansion import replace
 
 _ATEN = torch.ops.aten
 _WHERE = _ATEN.where.self
-#: What gives a tensor the values of its first argument, in another shape.
+#: Operators whose result has the values of the first argument, in another shape.
 _MOVES = {
     _ATEN.unsqueeze.default,
     _ATEN.view.default,

@@ -123,7 +123,7 @@ def _cubic(coeffs: Tensor) -> Tensor:
     x = _polished(coeffs, _outer_root(coeffs)[..., None])[..., 0]
     rest, bound = _deflated(coeffs, x)
     sums = 2.0 * rest[..., 1].abs() * bound[..., 1] + 4.0 * a.abs() * bound[..., 2]
-    # What x's own rounding makes of the discriminant: its derivative is -2 a (3 a x + b), unless the
+    # The discriminant's error due to the rounding of x: its derivative by x is -2 a (3 a x + b), unless the
     # quadratic is from the last coefficients.
     error = _rounding_of_root(coeffs, x)
     steep = 2.0 * (a * (3.0 * a * x + coeffs[..., 1])).abs() * error
@@ -179,8 +179,8 @@ def _third_of_angle(x: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
 def _quartic(coeffs: Tensor) -> Tensor:
     """One root that is found well, and those of the cubic that is left without it."""
     a = coeffs[..., 0]
-    # Of roots of very different sizes Ferrari's method finds the large ones, and of the equation for 1 / x
-    # the small ones.
+    # If the roots have very different sizes, Ferrari's method finds only the large ones, and the small ones
+    # from the equation for 1 / x.
     found = _by_ferrari(torch.stack([coeffs, coeffs.flip(-1)], 0))
     turned = torch.where(
         found[1] == 0,

@@ -1,5 +1,4 @@
-"""What minimal solvers of relative pose are made of: null vectors, and polynomials as vectors of
-coefficients.
+"""The parts of minimal solvers of relative pose: null vectors, and polynomials as vectors of coefficients.
 
 D. Nister, An efficient solution to the five-point relative pose problem, IEEE TPAMI 26(6), 2004.
 """

@@ -1,4 +1,4 @@
-"""Settings that are one number for all or one for each sample."""
+"""Settings with one number for all samples or one per sample."""
 
 from typing import Union
 
@@ -98,7 +98,8 @@ def where_chosen(chosen: Tensor, changed: Tensor, other: Tensor) -> Tensor:
     return torch.where(each(chosen, changed), changed, other)
 
 
-# Compiled tensor code has masks of floats, and takes bytes out of them one by one: 10 times the time.
+# Compiled tensor code has masks of floats and extracts bytes from them one by one, which takes 10 times as
+# long.
 @where_chosen.lowering("native", when=lambda _, changed, __: changed.dtype == torch.uint8)
 def _bytes_of_chosen(chosen: Tensor, changed: Tensor, other: Tensor) -> Tensor:
     bits = materialised(torch.where(chosen, 255, 0).to(torch.uint8), 0)

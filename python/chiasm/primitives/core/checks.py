@@ -61,7 +61,7 @@ def check_floating(value: Tensor, name: str) -> None:
 
 
 def check_values(value: Tensor, name: str) -> None:
-    """Raise TypeError unless ``value`` has a floating-point dtype or is of bytes."""
+    """Raise TypeError unless ``value`` has a floating-point dtype or is uint8."""
     check_tensor(value, name)
     if not value.is_floating_point() and value.dtype != torch.uint8:
         raise TypeError(f"{name}: expected a floating-point or uint8 tensor, got dtype {value.dtype}")
@@ -83,7 +83,7 @@ def check_image(value: Tensor, name: str) -> None:
 
 
 def check_pixels(value: Tensor, name: str, deep: bool = False) -> None:
-    """Raise unless ``value`` is a (B, C, H, W) tensor, floating point or uint8; with ``deep`` also of 16
+    """Raise unless ``value`` is a (B, C, H, W) tensor, floating point or uint8; ``deep`` also allows 16
     bits."""
     check_rank(value, 4, "(B, C, H, W)", name)
     if not deep:

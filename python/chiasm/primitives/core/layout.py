@@ -24,8 +24,8 @@ def interleaved(x: Tensor) -> bool:
 
 
 def as_rows(x: Tensor) -> Tuple[Tensor, int]:
-    """(B, C, H, W) as rows (N, H, L) for a kernel, and how many values lie between neighbours in a row: 1 in
-    planes, C in frames.
+    """(B, C, H, W) as rows (N, H, L) for a kernel, and the distance between neighbours in a row: 1 in planes,
+    C in frames.
 
     >>> import torch
     >>> [

@@ -128,7 +128,7 @@ def _while_loop(
         after = step(state, k, *fixed)
         return k + 1, _changed(after, state) if may_end else moved.clone(), after
 
-    # clone: a loop may not begin with a tensor that the caller owns
+    # clone: the initial state of a loop must not be a tensor that the caller owns
     return while_loop(
         moving,
         body,

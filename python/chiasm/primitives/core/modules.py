@@ -124,7 +124,7 @@ def class_name(function_name: str) -> str:
     )
 
 
-# Words that a function's name runs together, and those that Kornia writes in capitals.
+# Spellings of words that a function's name joins, or that Kornia writes in capitals.
 _SPELLED = {
     "aepe": "AEPE",
     "hausdorff_er_loss": "HausdorffERLoss",

@@ -1,5 +1,5 @@
-"""What is being traced: nothing (eager use), a forward pass for ONNX or for native code (AOTInductor) on the
-CPU or on a GPU, or a backward pass."""
+"""The target that is being traced: none (eager use), a forward pass for ONNX or for native code (AOTInductor)
+on the CPU or on a GPU, or a backward pass."""
 
 from contextlib import contextmanager
 from typing import Iterator

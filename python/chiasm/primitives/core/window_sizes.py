@@ -1,4 +1,4 @@
-"""Window sizes that need not be odd; ``checks`` has the odd ones."""
+"""Window sizes that need not be odd; ``checks`` validates odd ones."""
 
 from typing import Tuple, Union
 

@@ -19,10 +19,12 @@ from ..kernels import operators as kernels
 
 @primitive
 def outlines(mask: Tensor, polygons: int, points: int) -> Tensor:
-    """(N, polygons, 2 + points), int64: of the borders of (N, H, W) bool, those with the most pixels inside
-    first, how many points are given, whether it is around a hole, and the numbers of the pixels where the
-    8-connected path along it changes its direction, y * W + x, evenly chosen where there are more. In
-    places left over stands -1.
+    """The borders of (N, H, W) bool that enclose the most pixels, largest first: (N, polygons, 2 + points),
+    int64.
+
+    Each row has the number of points, 1 if the border is around a hole, and the points: the pixels, as
+    numbers y * W + x, where the 8-connected path along the border changes direction. If a border has more
+    than ``points``, they are chosen evenly. Unused entries are -1.
 
     >>> outlines(torch.tensor([[[True, True]]]), 1, 3)
     tensor([[[ 2,  0,  0,  1, -1]]])
@@ -34,11 +36,12 @@ def outlines(mask: Tensor, polygons: int, points: int) -> Tensor:
     facing, none = side // count, torch.zeros_like(side)
     pixel = side - facing * count
     x = pixel - pixel // width * width
-    # Green's theorem, of x along the sides that go up and down.
+    # Green's theorem: the area is the sum of x along the vertical sides.
     strip = torch.where(facing == 3, x + 1, torch.where(facing == 1, -x, none))
     strip = torch.where(successor == side, none, strip)
     root, corners, area = border_sums(successor, is_corner.to(torch.int64), strip)
-    # A border's first side is at the top of its first pixel, which orders those of one size.
+    # A border's first side is the top of its first pixel. Borders of equal area are in the order of these
+    # pixels.
     key = area[:, :count].abs() * count + (count - 1 - side[:, :count])
     key = torch.where((root == side)[:, :count] & (key >= count), key, none[:, :count])
     # A small mask may have fewer pixels than there are slots.
@@ -48,7 +51,7 @@ def outlines(mask: Tensor, polygons: int, points: int) -> Tensor:
     first = torch.where(used, count - 1 - (key - key // count * count), torch.zeros_like(key))
     number = torch.where(used, corners.gather(1, first).clamp(max=points), torch.zeros_like(first))
     is_hole = used & (area.gather(1, first) < 0)
-    # What is in no slot begins at a side beyond the last.
+    # An unused slot begins at a side beyond the last.
     begin = torch.where(used, first, torch.full_like(first, 4 * count))
     slots = torch.full([mask.size(0), 4 * count + 1], polygons, dtype=torch.int64, device=mask.device)
     slot = slots.scatter(1, begin, torch.arange(polygons, device=mask.device).expand_as(first)).gather(
@@ -73,9 +76,10 @@ def _outlines_kernel(mask: Tensor, polygons: int, points: int) -> Tensor:
 
 
 def border_successors(mask: Tensor) -> Tuple[Tensor, Tensor]:
-    """Of the sides of the pixels of (N, H, W) bool the side that comes next, (N, 4 H W) int64, their own
-    where they are no border; and from which of them the 8-connected path through the pixels leaves one where
-    it has changed its direction.
+    """For each side of the pixels of (N, H, W) bool, two tensors (N, 4 H W).
+
+    The first has the next side of the border, int64, or the side itself if it is not in a border. The second
+    is true if the 8-connected path through the pixels leaves the side in a new direction.
 
     >>> successor, is_corner = border_successors(torch.tensor([[[True, True]]]))
     >>> successor, is_corner
@@ -86,7 +90,8 @@ def border_successors(mask: Tensor) -> Tuple[Tensor, Tensor]:
     count = height * width
     pixel = torch.arange(count, device=mask.device).reshape(1, height, width)
     successors, straights, diagonals, turns = [], [], [], []
-    # What the sides face, (y, x); from a side a border goes on to what the next one faces.
+    # The direction (y, x) that each side faces. From a side, a border goes on in the direction that the next
+    # side faces.
     facing = [(-1, 0), (0, -1), (1, 0), (0, 1)]
     for side in range(4):
         out_y, out_x = facing[side]
@@ -102,7 +107,7 @@ def border_successors(mask: Tensor) -> Tuple[Tensor, Tensor]:
         straights.append(straight.flatten(1))
         diagonals.append(diagonal.flatten(1))
         turns.append((is_border & ~straight & ~diagonal).flatten(1))
-    # A pixel alone is left by none of its sides: the first stands for it.
+    # The path of a single pixel leaves none of its sides: its first side is the corner.
     alone = turns[0] & turns[1] & turns[2] & turns[3]
     no = torch.zeros_like(alone)
     alone = torch.cat([alone, no, no, no], 1)
@@ -110,15 +115,16 @@ def border_successors(mask: Tensor) -> Tuple[Tensor, Tensor]:
     straight, diagonal = torch.cat(straights, 1), torch.cat(diagonals, 1)
     own = torch.arange(4 * count, device=mask.device).expand_as(successor)
     before = torch.zeros_like(successor).scatter(1, successor, own)
-    # In one direction go two straight steps, and two diagonal ones between which lies one turn.
+    # The direction stays the same in two straight steps, and in two diagonal steps with one turn between
+    # them.
     same = straight & straight.gather(1, before)
     same = same | (diagonal & turn.gather(1, before) & diagonal.gather(1, before.gather(1, before)))
     return successor, ((straight | diagonal) & ~same) | alone
 
 
 def border_sums(successor: Tensor, first: Tensor, second: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """The least side of each side's border, (N, S) int64; and of two weights (N, S), int64, the sums from a
-    side on to the end of its border, the least side's being those of the whole border.
+    """The lowest side of each side's border, (N, S) int64, and the sums of two weights (N, S), int64, from
+    each side to the end of its border. At the lowest side they are the sums of the whole border.
 
     >>> ones = torch.ones(1, 4, dtype=torch.int64)
     >>> border_sums(torch.tensor([[1, 2, 0, 3]]), ones, 2 * ones)
@@ -135,23 +141,23 @@ def border_sums(successor: Tensor, first: Tensor, second: Tensor) -> Tuple[Tenso
 
 
 def _shifted(around: Tensor, y: int, x: int, height: int, width: int) -> Tensor:
-    """Which pixels have one of the set at (y, x) from them."""
+    """The pixels that have a pixel of the set at the offset (y, x)."""
     return around[:, 1 + y : 1 + y + height, 1 + x : 1 + x + width] > 0
 
 
 @until_stable
 def _least(state: Tensor, k: Tensor) -> Tensor:
-    """state: the least side seen, and the side after those seen."""
+    """state: the lowest side seen so far, and the side after those seen."""
     least, ahead = state[0], state[1]
     lower = torch.minimum(least, least.gather(1, ahead))
-    # Where nothing is lower all of each border was seen.
+    # If nothing is lower, each border has been seen whole.
     moved = (lower != least).any()
     return torch.where(moved, torch.stack([lower, ahead.gather(1, ahead)]), state)
 
 
 @until_stable
 def _summed(state: Tensor, k: Tensor) -> Tensor:
-    """state: the side after those summed, and two sums."""
+    """state: the side after those summed so far, and the two sums."""
     ahead = state[0]
     first, second = state[1] + state[1].gather(1, ahead), state[2] + state[2].gather(1, ahead)
     return torch.stack([ahead.gather(1, ahead), first, second])

@@ -12,8 +12,8 @@ from .connected_components import reached
 
 @primitive
 def canny_nms(x: Tensor, eps: float) -> Tensor:
-    """The magnitude of the unnormalised Sobel gradient of (B, 1, H, W) where it is a maximum across the edge,
-    otherwise 0.
+    """The magnitude of the unnormalised Sobel gradient of (B, 1, H, W) at its maxima across the edge, 0
+    elsewhere.
 
     The border is replicated; beyond it the magnitude is 0. ``eps`` is added to the squared magnitude.
     """
@@ -50,11 +50,11 @@ def _thinned(p: Tensor) -> Tensor:
     above, below = m[:, 0:height, 1 : width + 1], m[:, 2 : height + 2, 1 : width + 1]
     falling = torch.maximum(m[:, 0:height, 0:width], m[:, 2 : height + 2, 2 : width + 2])
     rising = torch.maximum(m[:, 0:height, 2 : width + 2], m[:, 2 : height + 2, 0:width])
-    # Two equal adjacent pixels are the two sides of an ideal step: the first of them is the ridge.
+    # An ideal step has two equal adjacent pixels: the first of them is the ridge.
     across = (centre > left) & (centre >= right)
     along = (centre > above) & (centre >= below)
     diagonal = centre > torch.where((dx > 0) == (dy > 0), falling, rising)
-    tangent = 0.41421356237309503  # of 22.5 degrees
+    tangent = 0.41421356237309503  # tan(22.5 degrees)
     horizontal = dy.abs() < dx.abs() * tangent
     vertical = dx.abs() < dy.abs() * tangent
     ridge = (horizontal & across) | (vertical & along) | (~horizontal & ~vertical & diagonal)
@@ -63,8 +63,8 @@ def _thinned(p: Tensor) -> Tensor:
 
 @primitive
 def canny_hysteresis(x: Tensor, low: float, high: float, limit: int) -> Tensor:
-    """Which values of (B, 1, H, W) above ``low`` are 8-connected through such values to a value above
-    ``high``, bool; ``limit`` as for ``reached``."""
+    """True for the values of (B, 1, H, W) above ``low`` that are 8-connected through such values to a value
+    above ``high``. ``limit`` is as in ``reached``."""
     return reached(x[:, 0] > low, x[:, 0] > high, limit)[:, None]
 
 

@@ -40,7 +40,7 @@ def component_labels(mask: Tensor, limit: int) -> Tensor:
     """The lowest flat index in the 8-connected component of each pixel of (N, H, W) bool, as (N, H * W)
     int32.
 
-    Pixels outside the mask are their own. ``limit`` bounds the steps.
+    Pixels outside the mask have their own index. ``limit`` bounds the steps.
 
     >>> component_labels(torch.tensor([[[True, False, True], [True, False, True]]]), 9)
     tensor([[0, 1, 2, 0, 4, 2]], dtype=torch.int32)
@@ -52,8 +52,8 @@ def component_labels(mask: Tensor, limit: int) -> Tensor:
 
 
 def reached(mask: Tensor, seeds: Tensor, limit: int) -> Tensor:
-    """Which pixels of ``mask`` are 8-connected within it to a pixel of ``seeds``, a subset of it; (N, H, W)
-    bool."""
+    """The pixels of ``mask`` that are 8-connected within it to a pixel of ``seeds``, a subset of ``mask``;
+    (N, H, W) bool."""
     roots = component_labels(mask, limit)
     seeded = seeds.reshape(roots.size(0), roots.size(1))
     none = torch.zeros_like(roots)
@@ -65,11 +65,11 @@ def reached(mask: Tensor, seeds: Tensor, limit: int) -> Tensor:
 
 @primitive
 def lower_at(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> Tensor:
-    """values (N, P) int32, each lowered to the least of the ``active`` offers whose ``index`` is its
+    """values (N, P) int32, each lowered to the smallest of the ``active`` offers whose ``index`` is its
     position.
 
-    Compiled code has no atomic minimum: there *some* active offer wins instead of the least, which is the
-    same where all are equal, and does as well where the caller repeats until nothing changes.
+    Compiled code has no atomic minimum: there *some* active offer is taken instead of the smallest. The
+    result is the same if all offers are equal, and suffices if the caller repeats until nothing changes.
     """
     own = torch.arange(values.size(1), device=values.device, dtype=torch.int32)
     slot = torch.where(active, index, own)
@@ -79,8 +79,7 @@ def lower_at(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> T
 @lower_at.lowering("native")
 def _lower_to_any(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> Tensor:
     own = torch.arange(values.size(1), device=values.device, dtype=torch.int32)
-    # An inactive offer gets its own slot beyond the end, so that threads do not write to the same place in
-    # vain.
+    # An inactive offer gets its own slot beyond the end, so that threads do not all write to one place.
     slot = torch.where(active, index, own + values.size(1))
     offered = torch.cat([values, values], 1).scatter(1, slot.to(torch.int64), offers)
     return torch.minimum(values, offered[:, : values.size(1)])

@@ -14,8 +14,8 @@ from ..kernels import operators as kernels
 
 @primitive
 def euclidean_distances(x: Tensor) -> Tensor:
-    """The distance from each pixel of (B, C, H, W), float32 or float64, that is above 0 to the nearest that
-    is not: infinite where there is none, and 0 for other pixels.
+    """The distance from each pixel of (B, C, H, W), float32 or float64, that is above 0 to the nearest pixel
+    that is not. It is infinite if there is no such pixel, and 0 for the other pixels.
 
     The squared distance is a minimum over rows of a minimum over columns. Each is taken by erosions with (2k
     + 1, 0, 2k + 1), k = 0, 1, ..., whose sum is the parabola (F. Shih, O. Mitchell, A mathematical morphology
@@ -47,8 +47,8 @@ def _eroded_by_parabola(x: Tensor, k: Tensor, dim: int) -> Tensor:
 
 @primitive
 def grown_distances(shape: Tensor, limit: int, taps: List[float], kernel_size: int, h: float) -> Tensor:
-    """When a shape (B, C, H, W) of ones reaches each pixel, growing by half a kernel a step, at most
-    ``limit`` times: see ``contrib.distance_transform``.
+    """The time at which a shape (B, C, H, W) of ones reaches each pixel, if it grows by half a kernel per
+    step, at most ``limit`` times: see ``contrib.distance_transform``.
 
     ``taps`` are the kernel_size x kernel_size values of exp(-d / h).
 
@@ -69,7 +69,7 @@ def _grown_distances_kernel(
 
 @until_stable
 def _grown(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: float) -> Tensor:
-    """The distances found so far and the shape they were found for, a step later."""
+    """One step: the distances found so far, and the shape that they reach."""
     distance, shape = state[0], state[1]
     radius = kernel_size // 2
     p = padded(shape, (radius, radius), (radius, radius), "replicate")
@@ -78,7 +78,7 @@ def _grown(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: flo
     for i in range(kernel_size):
         for j in range(kernel_size):
             near = near + p[:, :, i : i + height, j : j + width] * taps[i * kernel_size + j]
-    # On the shape the sum is 1 or more, out of reach it is 0.
+    # The sum is 1 or more on the shape, and 0 out of reach.
     reached = (near > 0) & (near < 1)
     beyond = -h * torch.log(torch.where(reached, near, torch.ones_like(near)))
     found = reached & (beyond > 0)

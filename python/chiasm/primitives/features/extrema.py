@@ -14,8 +14,8 @@ from ..numbers.ranking import stable_topk
 
 
 def strict_maxima(x: Tensor, slices: int, rows: int, columns: int) -> Tensor:
-    """Which voxels of (N, D, H, W) exceed all others of their windows."""
-    # An infinite border: where the window reaches out, nothing exceeds it.
+    """The voxels of (N, D, H, W) that exceed all others of their windows."""
+    # The border is infinite: no voxel whose window reaches beyond the image is a maximum.
     beyond = float("inf")
     if slices > 1:
         plane = torch.full_like(x[:, 0:1], beyond)
@@ -30,14 +30,14 @@ def strict_maxima(x: Tensor, slices: int, rows: int, columns: int) -> Tensor:
 
 @stencil
 def _largest_neighbour(p: Tensor, slices: int, rows: int, columns: int) -> Tensor:
-    """The largest of each valid window's voxels apart from its centre."""
+    """The largest voxel of each valid window, without its centre."""
     depth, height, width = p.size(1) - slices + 1, p.size(2) - rows + 1, p.size(3) - columns + 1
     middle_slice, middle_row, middle_column = (slices - 1) // 2, (rows - 1) // 2, (columns - 1) // 2
     each_row = [p[:, :, i : i + height] for i in range(rows)]
     whole_column = largest(each_row)
     each_column = [whole_column[..., j : j + width] for j in range(columns)]
-    # In the centre's plane: whole columns, which neighbouring windows share, and the centre's column without
-    # it.
+    # In the centre's plane: whole columns, which neighbouring windows share, and the middle column without
+    # the centre.
     around = _without(each_column, middle_column)
     if rows > 1:
         around.append(largest(_without(each_row, middle_row))[..., middle_column : middle_column + width])
@@ -66,9 +66,9 @@ def _without(values: List[Tensor], k: int) -> List[Tensor]:
 
 @primitive
 def scale_space_nms(volume: Tensor, radii: List[float], signed: bool, count: int) -> Tensor:
-    """Where in each volume (B, L, H, W) the strongest positive maxima among 3x3x3 voxels are, if signed also
-    negative minima: (B, count), of equals the first, -1 where there are no more. A disk of its level's radius
-    around each lies in the image."""
+    """The positions (B, count) of the strongest positive maxima among 3x3x3 voxels of each volume (B, L, H,
+    W); if ``signed``, also of the negative minima. The first of equal extrema counts; unused entries are -1.
+    A disk with its level's radius around each position lies in the image."""
     extreme = strict_maxima(volume, 3, 3, 3) & (volume > 0)
     if signed:
         extreme = extreme | (strict_maxima(-volume, 3, 3, 3) & (volume < 0))

@@ -30,10 +30,10 @@ def _squared_distances_kernel(a: Tensor, b: Tensor) -> Tensor:
 
 @primitive
 def two_smallest(x: Tensor, along_rows: bool) -> Tensor:
-    """(B, N, 2): where the least and the second least number of each row of x (B, N, M) is, or of each
-    column: (B, M, 2).
+    """(B, N, 2): the positions of the smallest and the second smallest number in each row of x (B, N, M), or
+    in each column: (B, M, 2).
 
-    Of equal numbers the first counts. -1 if no number, or no second one, is less than infinity.
+    The first of equal numbers counts. A position is -1 if no number, or no second one, is less than infinity.
 
     >>> two_smallest(torch.tensor([[[3.0, 1.0, 2.0], [1.0, 1.0, float("inf")]]]), True)
     tensor([[[1, 2],
@@ -41,7 +41,7 @@ def two_smallest(x: Tensor, along_rows: bool) -> Tensor:
     """
     rows = x if along_rows else x.transpose(1, 2)
     infinity = torch.full_like(rows, float("inf"))
-    rows = torch.where(rows < infinity, rows, infinity)  # NaN is not the least
+    rows = torch.where(rows < infinity, rows, infinity)  # NaN counts as infinite
     first = torch.argmin(rows, -1, keepdim=True)
     others = torch.where(first == torch.arange(rows.size(-1), device=x.device), infinity, rows)
     second = torch.argmin(others, -1, keepdim=True)

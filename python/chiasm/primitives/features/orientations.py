@@ -30,8 +30,8 @@ def polar_gradient(image: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def directed(length: Tensor, direction: Tensor, bins: int) -> Tensor:
-    """(N, bins, H, W): each length shared by the two of ``bins`` directions around its own; the first is 0
-    radians."""
+    """(N, bins, H, W): each length, divided between the two of the ``bins`` directions that are next to its
+    own. The first direction is 0 radians."""
     place = direction * (bins / (2.0 * math.pi))
     place = torch.where(place < 0, place + bins, place)[:, None]
     bin = torch.arange(bins, device=length.device).to(length.dtype)[:, None, None]
@@ -41,8 +41,9 @@ def directed(length: Tensor, direction: Tensor, bins: int) -> Tensor:
 
 @primitive
 def orientation_histograms(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
-    """(N, bins, P, P): lengths of the gradients of patches (N, 1, PS, PS), weighed by window (PS, PS), by
-    their ``directed`` and by the places that rows and columns are near to: nearness (P, PS)."""
+    """(N, bins, P, P): histograms of the gradient directions in patches (N, 1, PS, PS). The lengths, as
+    ``directed``, are weighted by ``window`` (PS, PS) and added to the P x P cells by ``nearness`` (P, PS),
+    for rows and for columns."""
     length, direction = polar_gradient(patches)
     planes = directed(length * window, direction, bins)
     return small_matmul(small_matmul(nearness, planes), nearness.transpose(-1, -2))

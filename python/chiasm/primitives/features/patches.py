@@ -12,8 +12,7 @@ from ..numbers.rounding import known_or
 
 
 def patch_positions(frame: Tensor, PS: int) -> Tuple[Tensor, Tensor]:
-    """Where the pixels of each patch are in the image: x and y, (B, N * PS, PS) after flattening; here (B, N,
-    PS, PS)."""
+    """The positions x and y, each (B, N, PS, PS), of each patch's pixels in the image."""
     side = (2.0 * torch.arange(PS, device=frame.device).to(frame.dtype) + 1.0) / PS - 1.0
     m = frame[..., None, None]
     x = m[:, :, 0, 0] * side + m[:, :, 0, 1] * side[:, None] + m[:, :, 0, 2]
@@ -25,8 +24,9 @@ def patch_positions(frame: Tensor, PS: int) -> Tuple[Tensor, Tensor]:
 def read_patches(
     pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frame: Tensor, PS: int
 ) -> Tensor:
-    """(B, C, N, PS, PS): patches of frames (B, N, 2, 3), each of the image in pixels (B, C, S) that begins at
-    ``start`` and is so large, (B, N) each."""
+    """(B, C, N, PS, PS): a patch for each frame (B, N, 2, 3). ``pixels`` (B, C, S) holds several images; a
+    patch is read from the one that begins at ``start`` and has the size ``height`` x ``width``, each (B,
+    N)."""
     x, y = patch_positions(frame, PS)
     index, weight = _level_taps(x, y, start, height, width)
     return reshaped(_gather(pixels, index, weight), [pixels.size(0), pixels.size(1), frame.size(1), PS, PS])
@@ -45,14 +45,14 @@ def _read_patches_kernel(
 def _level_taps(
     x: Tensor, y: Tensor, start: Tensor, height: Tensor, width: Tensor
 ) -> Tuple[List[Tensor], List[Tensor]]:
-    """Indices and weights (B, N, PS, PS) of the four pixels around positions in images that begin at
-    ``start`` and are so large, (B, N) each."""
+    """Indices and weights (B, N, PS, PS) of the four pixels around positions, in the images that begin at
+    ``start`` and have the size ``height`` x ``width``, each (B, N)."""
     start, height, width = start[..., None, None], height[..., None, None], width[..., None, None]
     x = torch.minimum(x.clamp(min=0), (width - 1).to(x.dtype))
     y = torch.minimum(y.clamp(min=0), (height - 1).to(y.dtype))
     left, upper = torch.floor(x.detach()), torch.floor(y.detach())
     fx, fy = x - left, y - upper
-    # In the image also where a position is not a number.
+    # The index is in the image even if a position is NaN.
     column = torch.minimum(known_or(left, 0.0).to(torch.int64), width - 1)
     row = torch.minimum(known_or(upper, 0.0).to(torch.int64), height - 1)
     right = torch.minimum(column + 1, width - 1)

@@ -10,7 +10,8 @@ from ..core.lowering import primitive
 from ..filters.minmax import morphology
 from ..kernels import operators as kernels
 
-# Values are of magnitude below 1e4, which stands where an element has no pixel, and beyond the border.
+# The magnitude of values is below 1e4. This number stands for absent pixels: outside the element and beyond
+# the border.
 
 
 @primitive
@@ -24,8 +25,8 @@ def reconstructed(
     >>> reconstructed(seed, mask, torch.ones(3, 3), None, True)
     tensor([[[[2., 2., 1.]]]])
     """
-    # No path from pixel to pixel is longer than the image; an element without its centre could go to and fro
-    # for ever.
+    # No path between pixels is longer than the number of pixels. Without this limit, an element that lacks
+    # its centre could alternate for ever.
     limit = mask.size(2) * mask.size(3) if num_iters is None else num_iters
     heights = torch.zeros_like(element)
     heights = torch.where(element == 0, torch.full_like(heights, -1e4), heights)

@@ -13,8 +13,8 @@ from ..kernels import operators as kernels
 
 @primitive
 def thinned(x: Tensor, limit: int, zhang: bool) -> Tensor:
-    """1 for what at most ``limit`` rounds leave of the pixels of (B, C, H, W) above 0, and 0 elsewhere, by
-    the rules of Zhang and Suen or of Guo and Hall: see ``morphology.skeletonize`` and ``morphology.thin``.
+    """1 for the pixels of (B, C, H, W) above 0 that are left after at most ``limit`` rounds, and 0 elsewhere,
+    by the rules of Zhang and Suen or of Guo and Hall: see ``morphology.skeletonize`` and ``morphology.thin``.
 
     >>> thinned(torch.ones(1, 1, 3, 5), 9, True)
     tensor([[[[0., 0., 0., 0., 0.],
@@ -31,7 +31,7 @@ def _thinned_kernel(x: Tensor, limit: int, zhang: bool) -> Tensor:
 
 @until_stable
 def _peeled(state: Tensor, k: Tensor, zhang: bool) -> Tensor:
-    """A round: the outline on two sides, then on the other two."""
+    """One round: removes the outline on two sides, then on the other two."""
     for first in [True, False]:
         state = _without_outline(state, (1, 1), (1, 1), "constant", zhang, first)
     return state
@@ -53,8 +53,8 @@ def _ring(p: Tensor) -> List[Tensor]:
 
 
 def _zhang_suen(ring: List[Tensor], first: bool) -> Tensor:
-    """Which pixels go: the ends of no line, that break none, on the south-east outline first, then on the
-    north-west one."""
+    """The pixels to remove: those that are not the end of a line and whose removal breaks no line. First on
+    the south-east outline, then on the north-west one."""
     count = torch.zeros_like(ring[0])
     rises = torch.zeros_like(ring[0])
     for n in range(8):
@@ -66,8 +66,8 @@ def _zhang_suen(ring: List[Tensor], first: bool) -> Tensor:
 
 
 def _guo_hall(ring: List[Tensor], first: bool) -> Tensor:
-    """Which pixels go, by the conditions G1, G2 and G3 of the paper, whose neighbours run counter-clockwise
-    from the east."""
+    """The pixels to remove, by the conditions G1, G2 and G3 of the paper, which numbers neighbours
+    counter-clockwise from the east."""
     x = [ring[(10 - n) % 8] for n in range(8)]
     parts = torch.zeros_like(x[0])
     pairs = torch.zeros_like(x[0])

@@ -88,11 +88,11 @@ def bilateral_bytes(
     squares: bool,
     border_type: str,
 ) -> Tensor:
-    """``bilateral_mean`` of bytes by a guide of bytes, rounded halves up; kernels and falloff are float64.
+    """``bilateral_mean`` of bytes by a guide of bytes, rounded half up; kernels and falloff are float64.
 
-    Both factors of a weight are rounded to 1/2^16, so that a weight is a whole number of 1/2^32, and sums
-    over up to 4096 pixels are whole numbers that float64 holds. Distances are whole numbers, by which the
-    factor of the colour is looked up.
+    Both factors of a weight are rounded to multiples of 1/2^16. A weight is then a multiple of 1/2^32, and
+    float64 holds the sums over up to 4096 pixels exactly. Distances are integers, which index a table of the
+    colour's factor.
     """
     ry, rx = kernel_y.size(1) // 2, kernel_x.size(1) // 2
     relative_y, relative_x = kernel_y / kernel_y[:, ry : ry + 1], kernel_x / kernel_x[:, rx : rx + 1]
@@ -101,7 +101,7 @@ def bilateral_bytes(
     distance = torch.arange(largest + 1, device=x.device).to(torch.float64)
     exponent = (distance if squares else distance * distance) * falloff.reshape(-1, 1)
     alike = known_or(torch.round(65536.0 * torch.exp(exponent)), 0.0)
-    # Of its own colour a pixel has the whole weight, also where only that has any.
+    # A pixel of the same colour has the whole weight, even if all other colours have none.
     alike = torch.where(distance == 0.0, torch.full_like(alike, 65536.0), alike)
     return _mean_of_bytes(x, guide, materialised(nearness, 0), materialised(alike, 0), squares, border_type)
 
@@ -111,8 +111,8 @@ def _mean_of_bytes(
     x: Tensor, guide: Tensor, nearness: Tensor, alike: Tensor, squares: bool, border_type: str
 ) -> Tensor:
     """Means of bytes (B, C, H, W) weighted by ``nearness`` (B or 1, ky, kx) times the entry of ``alike``
-    (B or 1, K) at the distance between the colours of ``guide`` (B or 1, D, H, W), rounded halves up. Both
-    are whole numbers in float64, which holds all sums; the nearness is equal on opposite sides."""
+    (B or 1, K) at the distance between the colours of ``guide`` (B or 1, D, H, W), rounded half up. Both are
+    integers in float64, which holds all sums exactly; ``nearness`` is symmetric about its centre."""
     batch, ky, kx = x.size(0), nearness.size(1), nearness.size(2)
     height, width = x.size(2), x.size(3)
     ry, rx = ky // 2, kx // 2

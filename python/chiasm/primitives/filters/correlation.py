@@ -14,7 +14,7 @@ from .stencil import along_columns, along_rows, separable_by_kernel, separable_s
 
 
 def centred(size: int) -> Tuple[int, int]:
-    """How far a window of ``size`` pixels reaches before and after its pixel; an even one reaches further
+    """The number of pixels before and after its pixel in a window of ``size``; an even window has one more
     after it.
 
     >>> centred(5), centred(4)
@@ -38,7 +38,7 @@ def correlate2d_valid(p: Tensor, kernel: Tensor) -> Tensor:
 
 
 def _is_shared(_: Tensor, kernel: Tensor) -> bool:
-    # A symbolic batch is not asked whether it is 1, which would freeze the answer.
+    # Do not compare a symbolic batch size with 1: the trace would keep the answer as a constant.
     batch = kernel.size(0)
     return isinstance(batch, int) and batch == 1
 
@@ -76,7 +76,7 @@ def correlate3d_valid(p: Tensor, kernel: Tensor) -> Tensor:
 
 @correlate3d_valid.lowering("onnx", when=_is_shared)
 def _convolution3d(p: Tensor, kernel: Tensor) -> Tensor:
-    # The exporter makes a wrong bias where there is none.
+    # Without a bias, the exporter would add a wrong one.
     flat = F.conv3d(
         p.flatten(0, 1)[:, None], kernel[:, None], torch.zeros([1], dtype=p.dtype, device=p.device)
     )
@@ -102,8 +102,7 @@ def _sum_of_rows3d(p: Tensor, kernel: Tensor) -> Tensor:
 def _shifts(p: Tensor, kernel: Tensor) -> Tuple[Tensor, Tensor]:
     """All shifts along the last axis, stacked in front, and the kernel with its last axis in front.
 
-    A sum over a stack is a fraction of the operators that as many products are, and its gradient even more
-    so.
+    A sum over a stack needs far fewer operators than separate products, and its gradient fewer still.
     """
     last = kernel.dim() - 1
     width = p.size(-1) - kernel.size(-1) + 1
@@ -119,7 +118,7 @@ correlated3d = stencil3d(correlate3d_valid)
 
 @primitive
 def correlated2d(x: Tensor, kernel: Tensor, border_type: str) -> Tensor:
-    """Correlate (B, C, H, W) with (B or 1, kh, kw), centred at each pixel. A border of constants is 0."""
+    """Correlate (B, C, H, W) with (B or 1, kh, kw), centred at each pixel. A constant border is 0."""
     return _bordered2d(x, centred(kernel.size(1)), centred(kernel.size(2)), border_type, kernel)
 
 
@@ -148,16 +147,16 @@ def box_sums(
     """``scale`` times the sums over windows of ky x kx pixels, plus ``centre`` times the pixel: (B, C, H, W)
     to the same.
 
-    A border of constants is 0. Sums of integers are exact while they fit the dtype.
+    A constant border is 0. Sums of integers are exact while they fit the dtype.
     """
-    # Also in native code, of a small window: to sum it anew for every pixel is cheaper than to store the
+    # Native code does this for small windows too: a new sum for every pixel is cheaper than storing the
     # columns' sums.
     return _window_sums(x, centred(ky), centred(kx), border_type, ky, kx, scale, centre)
 
 
 @stencil
 def _window_sums(p: Tensor, ky: int, kx: int, scale: float, centre: float) -> Tensor:
-    # The pixel is weighted here and not in what comes of it: what native code puts together is stored.
+    # The pixel is weighted here and not in the joined result, because native code stores that first.
     return _weighted(
         sum_shifts(sum_shifts(p, 2, ky), 3, kx), p[:, :, centred(ky)[0] :, centred(kx)[0] :], scale, centre
     )
@@ -199,8 +198,8 @@ def _sums_of_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float, c
 def separable_plus(
     x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float, centre: float
 ) -> Tensor:
-    """``scale`` times ``separable_shared`` plus ``centre`` times x, in native code without storing the
-    former."""
+    """``scale`` times ``separable_shared`` plus ``centre`` times x. Native code does not store the first
+    term."""
     return _weighted(separable_shared(x, taps_y, taps_x, border_type), x, scale, centre)
 
 
@@ -218,7 +217,7 @@ def sum_shifts(p: Tensor, dim: int, count: int) -> Tensor:
     >>> sum_shifts(torch.arange(6.0), 0, 3)
     tensor([ 3.,  6.,  9., 12.])
     """
-    # Windows of 1, 2, 4, ... are made of pairs; those that are count's binary digits are put end to end.
+    # Sums over 1, 2, 4, ... entries are made of pairs; those of count's binary digits are put end to end.
     size = p.size(dim) - count + 1
     window = p
     width = 1
@@ -251,7 +250,7 @@ def max_shifts(p: Tensor, dim: int, count: int) -> Tensor:
 
 @primitive
 def weigh_and_thin(p: Tensor, taps_y: List[float], taps_x: List[float], stride: int) -> Tensor:
-    """Valid separable correlation of (B, C, H, W), of which every stride-th row and column is kept."""
+    """Valid separable correlation of (B, C, H, W); keeps every stride-th row and column of the result."""
     return _thin(_weigh(_thin(_weigh(p, 2, taps_y), 2, stride), 3, taps_x), 3, stride)
 
 
@@ -260,7 +259,7 @@ def _strided_convolution(p: Tensor, taps_y: List[float], taps_x: List[float], st
     flat = p.reshape(-1, 1, p.size(2), p.size(3))
     column = torch.tensor(taps_y, dtype=p.dtype, device=p.device).reshape(1, 1, -1, 1)
     row = torch.tensor(taps_x, dtype=p.dtype, device=p.device).reshape(1, 1, 1, -1)
-    # Without the axis of 1, over which a reshape to sizes that were divided would stumble.
+    # Drop the axis of size 1: with it, a reshape to divided sizes fails.
     flat = F.conv2d(flat, column * row, stride=[stride, stride])[:, 0]
     return flat.reshape(p.size(0), p.size(1), flat.size(1), flat.size(2))
 
@@ -276,5 +275,5 @@ def _weigh(p: Tensor, dim: int, taps: List[float]) -> Tensor:
 def _thin(x: Tensor, dim: int, stride: int) -> Tensor:
     if stride == 1:
         return x
-    # By index: the end of a slice with a step would have to be proved to lie inside for every size.
+    # By index: for a slice with a step, the trace would have to prove for every size that its end is inside.
     return x.index_select(dim, torch.arange((x.size(dim) - 1) // stride + 1, device=x.device) * stride)

@@ -31,7 +31,7 @@ def first_derivatives(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, T
     return dx * scale, dy * scale
 
 
-# ONNX Runtime has no Conv of other types for the CPU.
+# ONNX Runtime has no Conv for other types on the CPU.
 @first_derivatives.lowering("onnx", when=lambda p, *_: p.dtype == torch.float32)
 def _one_convolution(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, Tensor]:
     smooth, scale = ([0.0, 1.0, 0.0], 0.5) if mode == "diff" else ([1.0, 2.0, 1.0], 0.125)
@@ -44,7 +44,7 @@ def _one_convolution(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, Te
 
 
 def sobel_sums(p: Tensor) -> Tuple[Tensor, Tensor]:
-    """Sobel's sums without a scale, added in the same order in every form: of equal pixels they are equal."""
+    """Sobel's sums without a scale. Every form adds in the same order, so equal pixels give equal sums."""
     height, width = p.size(2) - 2, p.size(3) - 2
     smooth = p[:, :, 0:height] + 2.0 * p[:, :, 1 : height + 1] + p[:, :, 2 : height + 2]
     slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
@@ -73,15 +73,15 @@ def _magnitude(p: Tensor, normalized: bool, eps: float) -> Tensor:
 
 @stencil
 def gradient(p: Tensor, mode: str, normalized: bool) -> Tensor:
-    """(B, C, 2, H, W): d/dx and d/dy, of margins of one pixel."""
+    """(B, C, 2, H, W): d/dx and d/dy of an image padded by one pixel."""
     dx, dy = first_derivatives(p, mode, normalized)
     return torch.stack([dx, dy], 2)
 
 
 @primitive
 def magnitude_of_bytes(x: Tensor, normalized: bool) -> Tensor:
-    """``sobel_magnitude`` of bytes (B, C, H, W), to the nearest byte, halves to even, and saturated: sums of
-    whole numbers below 2^24, whose roots float32 tells from halves."""
+    """``sobel_magnitude`` of bytes (B, C, H, W), rounded to the nearest byte, half to even, and saturated.
+    The sums are integers below 2^24, so float32 distinguishes their roots from halves."""
     lengths = sobel_magnitude(in_planes(x).to(torch.float32), False, 0.0)
     return torch.round(lengths * (0.125 if normalized else 1.0)).clamp(max=255.0).to(torch.uint8)
 
@@ -94,8 +94,8 @@ def _magnitude_of_bytes_kernel(x: Tensor, normalized: bool) -> Tensor:
 
 @primitive
 def derivatives_of_bytes(x: Tensor, mode: str) -> Tensor:
-    """(B, C, 2, H, W) of int16: d/dx and d/dy of bytes (B, C, H, W) without a scale, whole numbers that
-    float32 holds; the border is replicated."""
+    """(B, C, 2, H, W), int16: d/dx and d/dy of bytes (B, C, H, W) without a scale, integers that float32
+    holds exactly; the border is replicated."""
     exact = in_planes(x).to(torch.float32)
     return gradient(exact, (1, 1), (1, 1), "replicate", mode, False).to(torch.int16)
 

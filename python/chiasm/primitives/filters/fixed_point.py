@@ -1,6 +1,6 @@
 """Linear filters on bytes in fixed point: taps are multiples of 1/256 or of another power of two, so that
-sums are whole numbers below 2^24. float32 holds them, so every engine gives the same bytes, in whatever order
-it adds."""
+sums are integers below 2^24. float32 holds these exactly, so every engine gives the same bytes, in whatever
+order it adds."""
 
 from typing import List, Tuple
 
@@ -18,11 +18,11 @@ from .stencil import separable
 
 
 def fixed_taps(taps: Tensor) -> Tensor:
-    """Taps (N, K) that sum to 1 and are the same from both ends, as whole multiples (N, K // 2 + 1) of 1/256
-    from the middle outwards.
+    """Symmetric taps (N, K) that sum to 1, as integer multiples (N, K // 2 + 1) of 1/256 from the middle
+    outwards.
 
-    From the ends inwards, each tap takes the rounding error of the one before (error diffusion), and the
-    middle one takes what is left of 256. These are the taps of OpenCV's GaussianBlur of 8 bits.
+    From the ends inwards, each tap takes the rounding error of the one before (error diffusion); the middle
+    tap takes the rest of 256. These are the taps of OpenCV's GaussianBlur of 8 bits.
 
     >>> fixed_taps(torch.tensor([[0.05, 0.25, 0.4, 0.25, 0.05]]))
     tensor([[102,  64,  13]], dtype=torch.int32)
@@ -42,7 +42,7 @@ def fixed_taps(taps: Tensor) -> Tensor:
 
 
 def both_sides(taps: Tensor) -> Tensor:
-    """All taps (N, K) of those from the middle outwards, as float32."""
+    """All taps (N, K) from those of the middle outwards, as float32."""
     all_taps = taps.to(torch.float32)
     return torch.cat([all_taps[:, 1:].flip(1), all_taps], 1)
 
@@ -50,12 +50,12 @@ def both_sides(taps: Tensor) -> Tensor:
 @primitive
 def separable_bytes(x: Tensor, taps_y: Tensor, taps_x: Tensor, border_type: str) -> Tensor:
     """Correlate uint8 (B, C, H, W) with ``fixed_taps`` (B or 1, ky) down the columns and (B or 1, kx) along
-    the rows; rounded halves up."""
+    the rows; rounded half up."""
     return rounded_sums(separable(x.to(torch.float32), both_sides(taps_y), both_sides(taps_x), border_type))
 
 
 def rounded_sums(sums: Tensor) -> Tensor:
-    """Sums over 2^16 to the nearest byte, halves up: exact in float32."""
+    """Sums divided by 2^16, rounded to the nearest byte, half up: exact in float32."""
     return torch.floor(sums * (1.0 / 65536.0) + 0.5).to(torch.uint8)
 
 
@@ -76,13 +76,14 @@ def _two_convolutions(x: Tensor, taps_y: Tensor, taps_x: Tensor, border_type: st
 
 @primitive
 def box_bytes(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
-    """Means of uint8 (B, C, H, W) over windows of ky x kx pixels, at most 65536; rounded halves to even.
+    """Means of uint8 (B, C, H, W) over windows of ky x kx pixels, at most 65536; rounded half to even.
 
     An even window reaches one pixel further down and right.
     """
     sums = box_sums(x.to(torch.float32), ky, kx, border_type)
-    # A quotient and not a product with the reciprocal: float32 has the halves among the quotients, and rounds
-    # no other to one. By a tensor, because by a number some devices multiply.
+    # Divide, do not multiply by the reciprocal: float32 quotients are exact at halves, and no other quotient
+    # rounds to one. The divisor is a tensor, because some devices replace division by a number with
+    # multiplication.
     area = torch.full([1], float(ky * kx), dtype=torch.float32, device=x.device)
     return torch.round(sums / area).to(torch.uint8)
 
@@ -94,18 +95,17 @@ def _box_bytes_kernel(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
 
 
 def whole_taps(taps: Tensor) -> Tuple[Tensor, Tensor]:
-    """Taps (N, kh, kw) as whole numbers, and the power of two (N,) that those of a window are multiples of:
-    the least of 2^-23 to 2^23 with which sums of bytes are below 2^24. NaN becomes 0, and what is beyond 2^31
-    is 2^31.
+    """Taps (N, kh, kw) as integers, and the power of two (N,) of which they are multiples: the smallest from
+    2^-23 to 2^23 for which sums of bytes are below 2^24. NaN becomes 0; magnitudes above 2^31 become 2^31.
 
     >>> whole_taps(torch.tensor([[[0.5, 0.3]]], dtype=torch.float64))
     (tensor([[[32768., 19661.]]]), tensor([1.5259e-05]))
     """
     wanted = known_or(taps.to(torch.float64), 0.0).clamp(-2147483648.0, 2147483648.0)
     count = taps.size(1) * taps.size(2)
-    # Chosen, not computed: engines' logarithms differ in the last digits.
+    # Chosen from a list, not computed: engines' logarithms differ in the last digits.
     steps = torch.tensor([2.0**k for k in range(-23, 24)], dtype=torch.float64, device=taps.device)
-    # rounded, each is half a step larger at most
+    # rounding adds at most half a step to each
     largest = 255.0 * (wanted.abs().sum([1, 2])[:, None] / steps + 0.5 * count)
     step = torch.where(largest < 16777216.0, steps, torch.full_like(steps, 2.0**23)).amin(1)
     whole = torch.round(wanted / step[:, None, None])
@@ -114,13 +114,13 @@ def whole_taps(taps: Tensor) -> Tuple[Tensor, Tensor]:
 
 @primitive
 def correlated_bytes(x: Tensor, taps: Tensor, scale: Tensor, border_type: str) -> Tensor:
-    """Correlate uint8 (B, C, H, W) with ``whole_taps`` (B or 1, kh, kw) and (B or 1,); rounded halves to even
+    """Correlate uint8 (B, C, H, W) with ``whole_taps`` (B or 1, kh, kw) and (B or 1,); rounded half to even
     and saturated."""
     return bytes_of_sums(correlated2d(x.to(torch.float32), taps, border_type), scale)
 
 
 def bytes_of_sums(sums: Tensor, scale: Tensor) -> Tensor:
-    """Sums (B, C, H, W) times powers of two (B or 1,) to the nearest byte, halves to even."""
+    """Sums (B, C, H, W) times powers of two (B or 1,), rounded to the nearest byte, half to even."""
     return torch.round(sums * scale[:, None, None, None]).clamp(0.0, 255.0).to(torch.uint8)
 
 

@@ -10,7 +10,8 @@ from ..kernels import operators as kernels
 
 @primitive
 def integral(x: Tensor) -> Tensor:
-    """Sums over all that is above and to the left of each pixel of (*, H, W), and the pixel.
+    """For each pixel of (*, H, W), the sum over all pixels above and to the left, including its own row and
+    column.
 
     >>> integral(torch.ones(2, 3))
     tensor([[1., 2., 3.],
@@ -24,7 +25,7 @@ integral.lowering("native", when=kernels.has_kernel)(kernels.integral)
 
 @primitive
 def integral_of_bytes(x: Tensor) -> Tensor:
-    """`integral` of bytes as int32, beyond its largest number that.
+    """`integral` of bytes as int32; larger sums become the largest int32.
 
     >>> integral_of_bytes(torch.ones(2, 3, dtype=torch.uint8))
     tensor([[1, 2, 3],
@@ -42,7 +43,7 @@ def _integral_kernel(x: Tensor) -> Tensor:
 
 
 def whole_sums(sums: Tensor) -> Tensor:
-    """Sums of bytes in float64, which holds them, as int32: beyond its largest number that.
+    """Sums of bytes, exact in float64, as int32; larger sums become the largest int32.
 
     >>> whole_sums(torch.tensor([3.0, 2.0**31], dtype=torch.float64))
     tensor([         3, 2147483647], dtype=torch.int32)

@@ -1,4 +1,4 @@
-"""Maxima and minima over windows, of floating-point numbers and of whole numbers of 8 and 16 bits."""
+"""Maxima and minima over windows, for floating-point numbers and integers of 8 and 16 bits."""
 
 import torch
 from torch import Tensor
@@ -30,7 +30,7 @@ def minmax_filter(
 def _minmax_filter_in_int32(
     x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0
 ) -> Tensor:
-    """ONNX Runtime has no minima of the types."""
+    """ONNX Runtime has no minima for these types."""
     return minmax_filter(x.to(torch.int32), rows, columns, border_type, largest, value).to(x.dtype)
 
 
@@ -48,7 +48,7 @@ def _along(p: Tensor, dim: int, count: int, largest: bool) -> Tensor:
     size = p.size(dim) - count + 1
     length = 1
     while length < count:
-        # Two windows of this length make one of up to twice the length; what they share does no harm.
+        # Two windows of this length make one of up to twice the length; they may overlap.
         step = min(length, count - length)
         left, right = p.narrow(dim, 0, p.size(dim) - step), p.narrow(dim, step, p.size(dim) - step)
         p = torch.maximum(left, right) if largest else torch.minimum(left, right)
@@ -70,14 +70,15 @@ def morphology(
     """The largest x + height or smallest x - height over a window that begins (row, column) before each pixel
     of (B, C, H, W).
 
-    As in a dilation the largest take the heights (kh, kw) from the other end. A height of -``absent`` is
-    none. Of whole numbers all others count as 0.
+    The heights are (kh, kw); the largest take them reversed, as in a dilation. A height of -``absent``
+    excludes its pixel. For integers, all other heights count as 0.
     """
     kh, kw = heights.size(0), heights.size(1)
     above, beside = (row, kh - row - 1), (column, kw - column - 1)
     if x.is_floating_point():
         return _structured(x, above, beside, border_type, heights, largest, value)
-    # What is left out is beyond all pixels, and brought back where there is nothing else.
+    # An excluded pixel is beyond the range of pixels; if all are excluded, the result is clamped to the
+    # range.
     flat = -1048576 * (heights == -absent).to(torch.int32)
     return saturated(_structured(x.to(torch.int32), above, beside, border_type, flat, largest, value), x)
 
@@ -116,8 +117,8 @@ def morphology_gradient(
     low_value: float,
     absent: float,
 ) -> Tensor:
-    """The largest minus the smallest ``morphology``; beyond a constant border is ``high_value`` for the one,
-    ``low_value`` for the other. Of whole numbers it is the nearest that their type has."""
+    """The largest minus the smallest ``morphology``. A constant border is ``high_value`` for the first and
+    ``low_value`` for the second. Integers saturate."""
     high = morphology(x, heights, row, column, border_type, high_value, absent, True)
     return difference(high, morphology(x, heights, row, column, border_type, low_value, absent, False))
 

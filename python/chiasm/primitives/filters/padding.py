@@ -68,7 +68,7 @@ def _padded_by_index(
 def padded_parts(
     x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
 ) -> List[Tensor]:
-    """``padded`` in parts, of which a valid stencil's outputs, put together by ``join_columns``, are the
+    """``padded`` in parts: a valid stencil is applied to each, and ``join_columns`` joins the outputs to the
     filtered image."""
     return [padded(x, margin_y, margin_x, border_type, value)]
 
@@ -88,7 +88,8 @@ def _native_parts(
     if left == 0:
         return [_pad_rows(x, top, bottom, border_type, value)]
     width = x.size(3)
-    # Both padded strips, 3 * left wide each, in one part: of its 4 * left valid outputs the outer ones count.
+    # Both padded strips, each 3 * left wide, form one part; only the outer ones of its 4 * left valid outputs
+    # are used.
     first = _before(x, 3, left, border_type, value) + [x[..., : 2 * left]]
     last = [x[..., width - 2 * left :]] + _after(x, 3, left, border_type, value)
     ends = torch.cat(first + last, 3)
@@ -96,7 +97,7 @@ def _native_parts(
 
 
 def join_columns(parts: List[Tensor]) -> Tensor:
-    """Put together the outputs computed from the ``padded_parts``."""
+    """Join the outputs computed from the ``padded_parts``."""
     if len(parts) == 1:
         return parts[0]
     ends, middle = parts[0], parts[1]
@@ -113,7 +114,7 @@ def volume_parts(
     value: float,
 ) -> List[Tensor]:
     """``padded_parts`` of a (B, C, D, H, W) volume."""
-    # The depth is padded as the rows of a transposed volume, which are no different.
+    # The depth is padded as the rows of a transposed volume.
     deep = padded_parts(x.flatten(0, 1).transpose(1, 2), margin_z, (0, 0), border_type, value)[0].transpose(
         1, 2
     )
@@ -125,8 +126,8 @@ def stencil(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Te
     """The filter ``filter(image, margin_y, margin_x, border_type, *settings, value=0.0)`` of a stencil
     ``valid(padded, *settings)``.
 
-    ``valid`` makes (..., H, W) of (B, C, H, W) with the margins around it, each output from a window of its
-    own; the margins are (before, after) and ``value`` is that of a constant border.
+    ``valid`` computes (..., H, W) from (B, C, H, W) with the margins around it, each output from its own
+    window. The margins are (before, after); ``value`` is the value of a constant border.
 
     >>> @stencil
     ... def rise(p: Tensor, step: float) -> Tensor:
@@ -139,7 +140,7 @@ def stencil(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Te
 
 
 def stencil3d(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Tensor]:
-    """``stencil`` of volumes (B, C, D, H, W), as ``filter(volume, margin_z, margin_y, margin_x, border_type,
+    """``stencil`` for volumes (B, C, D, H, W), as ``filter(volume, margin_z, margin_y, margin_x, border_type,
     *settings, value=0.0)``."""
     return _filter(valid, ["margin_z", "margin_y", "margin_x"], volume_parts)
 

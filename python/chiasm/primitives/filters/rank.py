@@ -74,11 +74,12 @@ def select_ranks(values: List[Tensor], ranks: List[int]) -> List[Tensor]:
 
 
 def rank_candidates(rows: int, columns: int, rank: int) -> Tuple[List[List[int]], int]:
-    """Which entries of a rows x columns matrix with sorted rows and sorted columns can be of the given rank.
+    """The entries of a rows x columns matrix with sorted rows and sorted columns that can have the given
+    rank.
 
-    Entry (i, j) has (i+1)(j+1)-1 entries known not to exceed it and (rows-i)(columns-j)-1 known not to be
-    below it; it is out as soon as either count is too large. Returns, for each i, the js, and how many fall
-    out from below: by so much the rank among the others is less.
+    Of the other entries, (i+1)(j+1)-1 are known not to exceed entry (i, j) and (rows-i)(columns-j)-1 not to
+    be below it. The entry is excluded if either count is too large. Returns the js of each i, and how many
+    entries are excluded as too small: the rank among the candidates is lower by this number.
 
     >>> rank_candidates(3, 3, 4)
     ([[2], [1], [0]], 3)
@@ -106,7 +107,7 @@ def window_rank(x: Tensor, rows: int, columns: int, rank: int, border_type: str)
 
 @window_rank.lowering("onnx", when=narrow)
 def _window_rank_in_int32(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
-    """ONNX Runtime has no minima of the types."""
+    """ONNX Runtime has no minima for these types."""
     return window_rank(x.to(torch.int32), rows, columns, rank, border_type).to(x.dtype)
 
 
@@ -128,7 +129,7 @@ def _median_filter(x: Tensor, rows: int, columns: int, rank: int, border_type: s
     ),
 )
 def _rank_of_bytes(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
-    """The network grows with the window, and histograms of bytes do not."""
+    """The cost of the network grows with the window, that of histograms of bytes does not."""
     values, step = as_rows(x)
     return from_rows(kernels.rank_of_bytes(values, step, rows, columns, rank, border_type), x)
 
@@ -136,8 +137,8 @@ def _rank_of_bytes(x: Tensor, rows: int, columns: int, rank: int, border_type: s
 @stencil
 def _ranked(p: Tensor, rows: int, columns: int, rank: int) -> Tensor:
     # Neighbouring windows share columns: sort each column once, then, for each rank, sort the ranks across
-    # the window's columns. The window is then a matrix with sorted rows and columns, of which few entries can
-    # be the one.
+    # the window's columns. The window is then a matrix with sorted rows and columns, in which few entries can
+    # have the rank.
     height = p.size(2) - rows + 1
     width = p.size(3) - columns + 1
     keep, below = rank_candidates(rows, columns, rank)

@@ -52,7 +52,7 @@ def separable_by_kernel(
     scale: float = 1.0,
     centre: float = 0.0,
 ) -> Tensor:
-    """``scale`` times ``separable_shared`` plus ``centre`` times x, where there is a kernel."""
+    """``scale`` times ``separable_shared`` plus ``centre`` times x, for which a kernel exists."""
     column = torch.tensor([taps_y], dtype=x.dtype, device=x.device)
     row = torch.tensor([taps_x], dtype=x.dtype, device=x.device)
     return kernels.separable(x, column, row, border_type, scale, centre)
@@ -62,9 +62,9 @@ def separable_by_kernel(
 def _two_convolutions(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str) -> Tensor:
     ry = len(taps_y) // 2
     rx = len(taps_x) // 2
-    # Channels are folded into the batch: a group count that comes from a size is silently wrong in some
-    # backends. The new dimension apart from the merging: a reshape that does both asks whether the height
-    # divides 1.
+    # Channels are folded into the batch, because some backends silently compute wrong results if the group
+    # count comes from a size. The new dimension is added separately: a reshape that does both asks whether
+    # the height divides 1.
     flat = padded(x.flatten(0, 1)[:, None], (ry, ry), (rx, rx), border_type)
     column = torch.tensor(taps_y, dtype=x.dtype, device=x.device).reshape(1, 1, -1, 1)
     row = torch.tensor(taps_x, dtype=x.dtype, device=x.device).reshape(1, 1, 1, -1)
@@ -77,7 +77,7 @@ def separable_each(
 ) -> List[Tensor]:
     """``separable_shared`` of several images of one shape, as one pass over all their channels.
 
-    Native code makes a pass of each, which it fuses with the arithmetic that made the image.
+    Native code makes one pass per image, which it fuses with the arithmetic that produced the image.
     """
     together = separable_shared(torch.cat(images, 1), taps_y, taps_x, border_type)
     channels = images[0].size(1)
@@ -118,7 +118,7 @@ def _weighed(p: Tensor, dim: int, taps: List[float]) -> Tensor:
 
 
 def weigh_shifts(p: Tensor, dim: int, taps: List[float]) -> Tensor:
-    """Valid correlation along ``dim`` with an odd number of symmetric taps, one product for each pair."""
+    """Valid correlation along ``dim`` with an odd number of symmetric taps, one product per pair."""
     last = len(taps) - 1
     size = p.size(dim) - last
     out = p.narrow(dim, last // 2, size) * taps[last // 2]

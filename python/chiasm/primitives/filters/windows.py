@@ -13,11 +13,11 @@ from ..core.lowering import primitive
 def windows(
     x: Tensor, count: Tuple[int, int], size: Tuple[int, int], stride: Tuple[int, int], first: Tuple[int, int]
 ) -> Tensor:
-    """``count`` (down, right) windows of (B, C, H, W), the first of them beginning at ``first``; beyond the
-    image is 0.
+    """``count`` (down, right) windows of (B, C, H, W), the first of which begins at ``first``; pixels outside
+    the image are 0.
 
     Returns (B, C, down, rows, right, columns). Eager code pads and takes a view by ``unfold``, which has no
-    form in ONNX: there pixels are indexed by (windows, pixels of a window), for an axis of symbolic size
+    form in ONNX. There pixels are indexed by (windows, pixels of a window), because an axis of symbolic size
     cannot be split into two.
 
     >>> windows(torch.ones(1, 1, 2, 3), (1, 2), (2, 2), (2, 2), (0, 0))[0, 0, 0]
@@ -49,7 +49,7 @@ def _by_index(
 
 
 def _positions(like: Tensor, count: int, size: int, stride: int, first: int) -> Tensor:
-    """(count, size): where along an axis the pixels of each window are."""
+    """(count, size): the positions of each window's pixels along an axis."""
     return (
         torch.arange(count, device=like.device)[:, None] * stride
         + torch.arange(size, device=like.device)

@@ -10,8 +10,8 @@ from ..core.lowering import primitive
 
 @primitive
 def angle_of(y: Tensor, x: Tensor) -> Tensor:
-    """``torch.atan2``. Its form in ONNX makes NaN and two infinities 0, and -pi of a zero above a negative
-    number, where PyTorch has pi.
+    """``torch.atan2``, correct in ONNX too. The exporter's own form gives 0 for NaN and for two infinities,
+    and -pi for a zero y and a negative x, for which PyTorch has pi.
 
     >>> angle_of(torch.tensor([1.0, 0.0, torch.nan]), torch.tensor([0.0, -1.0, 1.0]))
     tensor([1.5708, 3.1416,    nan])
@@ -21,6 +21,6 @@ def angle_of(y: Tensor, x: Tensor) -> Tensor:
 
 @angle_of.lowering("onnx")
 def _by_quotient(y: Tensor, x: Tensor) -> Tensor:
-    # Two zeros and two infinities have no ratio but 0, 1 or -1.
+    # For two zeros or two infinities the ratio is set to 0, 1 or -1.
     angle = torch.atan(torch.where(y.abs() == x.abs(), torch.sign(y) * torch.sign(x), y / x))
     return torch.where(x < 0, torch.where(y < 0, angle - math.pi, angle + math.pi), angle)

@@ -1,4 +1,4 @@
-"""Boxes x1, y1, x2, y2: how much two of them overlap, and which of some are kept."""
+"""Boxes x1, y1, x2, y2: overlaps of pairs, and non-maximum suppression."""
 
 from typing import Tuple
 
@@ -11,7 +11,7 @@ from ..kernels import operators as kernels
 
 
 def box_areas(boxes: Tensor) -> Tensor:
-    """The areas (...) of boxes (..., 4); negative where just one side is.
+    """The areas (...) of boxes (..., 4); negative if exactly one side is.
 
     >>> box_areas(torch.tensor([1.0, 1.0, 3.0, 4.0]))
     tensor(6.)
@@ -20,7 +20,7 @@ def box_areas(boxes: Tensor) -> Tensor:
 
 
 def intersections(a: Tensor, b: Tensor) -> Tensor:
-    """The areas (...) that boxes (..., 4) have in common; they broadcast.
+    """The areas (...) of the intersections of boxes (..., 4); they broadcast.
 
     >>> intersections(torch.tensor([0.0, 0.0, 2.0, 2.0]), torch.tensor([1.0, 0.0, 3.0, 2.0]))
     tensor(2.)
@@ -30,23 +30,23 @@ def intersections(a: Tensor, b: Tensor) -> Tensor:
 
 
 def intersections_and_unions(a: Tensor, b: Tensor) -> Tuple[Tensor, Tensor]:
-    """The areas (...) that boxes (..., 4) have in common, and those that they cover together."""
+    """The areas (...) of the intersections and of the unions of boxes (..., 4)."""
     common = intersections(a, b)
     return common, box_areas(a) + box_areas(b) - common
 
 
 def boxes_at(boxes: Tensor, index: Tensor) -> Tensor:
-    """Of boxes (B, N, 4) those with the numbers (B, M): (B, M, 4)."""
+    """The boxes (B, M, 4) with the numbers (B, M), out of boxes (B, N, 4)."""
     return boxes.gather(1, index[:, :, None].expand(-1, -1, 4))
 
 
 @primitive
 def kept_boxes(boxes: Tensor, groups: Tensor, threshold: float, most: int) -> Tensor:
-    """(B, N), bool: which of the boxes (B, N, 4), x1, y1, x2, y2, are overlapped by none of their group that
-    is kept before them by more than ``threshold`` of the union, and are among the first ``most`` that are
-    kept.
+    """(B, N), bool: the boxes that non-maximum suppression keeps of (B, N, 4), x1, y1, x2, y2, at most
+    ``most``.
 
-    All pairs are compared at once, and the decisions repeated until none changes.
+    A box is dropped if an earlier box of its group is kept and their intersection is more than ``threshold``
+    of their union. All pairs are compared at once, and the decisions are repeated until none changes.
 
     >>> boxes = torch.tensor([[[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [5.0, 0.0, 6.0, 1.0]]])
     >>> kept_boxes(boxes, torch.zeros(1, 3, dtype=torch.int64), 0.5, 3)
@@ -62,7 +62,7 @@ def kept_boxes(boxes: Tensor, groups: Tensor, threshold: float, most: int) -> Te
 
 @until_stable
 def _undropped(kept: Tensor, k: Tensor, drops: Tensor) -> Tensor:
-    """Which boxes are dropped by none of those kept; drops[b, i, j] says that i drops j."""
+    """The boxes that no kept box drops; drops[b, i, j] says that i drops j."""
     return ~(drops & kept[:, :, None]).any(1)
 
 

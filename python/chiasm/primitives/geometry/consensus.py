@@ -1,10 +1,10 @@
-"""Helpers of robust estimators: samples from uniform numbers, and the costs of models for all
+"""Helpers of robust estimators: samples drawn from uniform numbers, and the costs of models for all
 correspondences.
 
 A model is a 3x3 matrix, of one of two kinds: a homography, whose error is the squared distance in the second
 image, or a fundamental matrix (``epipolar``), whose error is Sampson's squared distance (R. Hartley, A.
-Zisserman, Multiple View Geometry, 2nd ed., 11.4.3). A model's cost is the sum of its errors, each no more
-than the bound: MSAC, P. Torr, A. Zisserman, MLESAC, CVIU 78(1), 2000.
+Zisserman, Multiple View Geometry, 2nd ed., 11.4.3). A model's cost is the sum of its errors, each limited to
+a bound: MSAC, P. Torr, A. Zisserman, MLESAC, CVIU 78(1), 2000.
 """
 
 from typing import List, Optional, Tuple
@@ -20,12 +20,12 @@ from ..numbers.rounding import known_or
 
 
 def draw_samples(uniforms: Tensor, count: int) -> Tensor:
-    """Indices (*, m), int64, of m different ones of ``count`` things, of uniform numbers (*, m) in [0, 1).
+    """Indices (*, m), int64: m different numbers below ``count``, drawn by uniform numbers (*, m) in [0, 1).
 
     R. Floyd's algorithm (J. Bentley, B. Floyd, Programming pearls: a sample of brilliance, CACM 30(9), 1987):
-    the k-th number u (from 0) draws floor(u (l + 1)) with l = count - m + k, and l itself where that was
-    drawn before. All sets are as likely. In float64, where the product of a float32 number and a count is
-    exact.
+    the k-th number u (from 0) draws floor(u (l + 1)) with l = count - m + k, or l itself if that was drawn
+    before. All sets are equally likely. Computed in float64, in which the product of a float32 number and a
+    count is exact.
 
     >>> draw_samples(torch.tensor([[0.0, 0.99, 0.5], [0.3, 0.3, 0.3]]), 5)
     tensor([[0, 3, 2],
@@ -35,15 +35,15 @@ def draw_samples(uniforms: Tensor, count: int) -> Tensor:
 
 
 def draw_present(uniforms: Tensor, mask: Tensor) -> Tensor:
-    """``draw_samples`` (B, S, m) of those of N things that a mask (B, N) says are there; the same one several
-    times where they are fewer than m.
+    """``draw_samples`` (B, S, m) among the numbers below N for which a mask (B, N) is True; if these are
+    fewer than m, the same one several times.
 
     >>> draw_present(torch.tensor([[[0.0, 0.9]]]), torch.tensor([[False, True, True, False, True]]))
     tensor([[[1, 4]]])
     """
     place = torch.cumsum(mask.to(torch.int64), 1)
     count = place[:, -1:]
-    # The k-th that is there goes to place k, the others behind.
+    # The k-th present entry goes to place k, the absent ones behind.
     behind = count + torch.cumsum((~mask).to(torch.int64), 1)
     index = torch.arange(mask.size(1), device=mask.device).expand_as(place)
     order = torch.zeros_like(place).scatter(1, torch.where(mask, place, behind) - 1, index)
@@ -68,7 +68,7 @@ def _draw(uniforms: Tensor, count: Tensor) -> Tensor:
 
 
 def drawn(points: Tensor, index: Tensor) -> Tensor:
-    """Points (B, S, m, 2) of (B, N, 2) at indices (B, S, m)."""
+    """The points (B, S, m, 2) of (B, N, 2) at indices (B, S, m)."""
     flat = index.flatten(1)[..., None].expand([index.size(0), index.size(1) * index.size(2), 2])
     return points.gather(1, flat).unflatten(1, [index.size(1), index.size(2)])
 
@@ -77,8 +77,8 @@ def common_frame(points1: Tensor, points2: Tensor, mask: Optional[Tensor] = None
     """Similarities (B, 3, 3), float64, that move both images' points to centroid 0 and their mean distance to
     sqrt(2).
 
-    Both scale by the same factor, so that distances of both images still compare. Of the points that a mask
-    (B, N) says are there. Not differentiated: results are moved back.
+    Both scale by the same factor, so that distances in the two images stay comparable. With a mask (B, N),
+    only its points count. The similarities carry no gradient, because results are moved back.
     """
     p, q = points1.detach().to(torch.float64), points2.detach().to(torch.float64)
     share = torch.ones_like(p[..., 0]) if mask is None else mask.to(torch.float64)
@@ -110,11 +110,10 @@ def in_frame(points: Tensor, similarity: Tensor) -> Tensor:
 def score_planes(
     p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype: torch.dtype, mask: Optional[Tensor] = None
 ) -> Tensor:
-    """What errors are computed of (B, 7, N): x, y, 1 of both images' moved points, and the bound, inl_th
-    squared in moved pixels.
+    """The planes (B, 7, N) from which errors are computed: x, y, 1 of both images' moved points, and the
+    bound, inl_th squared in moved pixels.
 
-    The bound is 0, so that nothing costs and nothing is within it, of points that a mask (B, N) says are not
-    there.
+    With a mask (B, N), the bound of absent points is 0: they cost nothing and are never inliers.
     """
     p, q = p.detach(), q.detach()
     one = torch.ones_like(p[..., 0])
@@ -155,20 +154,20 @@ def _products_and_denominators(models: Tensor, planes: Tensor) -> Tuple[Tensor, 
 
 
 def model_costs(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
-    """Costs (B, S) of models (B, S, 3, 3), any scale; infinite for what is not finite."""
+    """Costs (B, S) of models (B, S, 3, 3) of any scale; infinite for models that are not finite."""
     cost = _summed_cost(_unit(models, planes), planes, epipolar)
     return _or_infinite(cost, cost < float("inf"))
 
 
 @primitive
 def _summed_cost(unit: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
-    """``_cost`` in so many parts that what is computed for one fits into the cache."""
+    """``_cost`` in parts, each small enough that its intermediate results fit into the cache."""
     count = 32
     return _with_parts(torch.zeros_like(unit[:, :, 0, 0]), count, unit, _in_parts(planes, count), epipolar)
 
 
 def _unit(models: Tensor, planes: Tensor) -> Tensor:
-    """Models scaled to length 1, zeros apart, in the precision of the planes, without gradient."""
+    """Models scaled to length 1 (zeros stay zeros), in the precision of the planes, without gradient."""
     fixed = models.detach()
     length = torch.sqrt((fixed * fixed).sum(-1, keepdim=True).sum(-2, keepdim=True))
     return (fixed / torch.where(length > 0, length, torch.ones_like(length))).to(planes.dtype)
@@ -187,10 +186,10 @@ _summed_cost.lowering("native", "vjp")(_cost)
 
 
 def _in_parts(planes: Tensor, parts: int) -> Tensor:
-    """(parts, B, 7, n): the points in parts of equal size, filled up with points whose bound of 0 makes them
-    cost nothing."""
+    """(parts, B, 7, n): the points in parts of equal size, padded with points that cost nothing because their
+    bound is 0."""
     count = planes.size(2)
-    # more than one whatever the count, for a tracer takes a size of 1 for a constant
+    # more than one for any count, because a tracer makes a size of 1 a constant
     size = count // parts + 2
     index = torch.arange(size * parts, device=planes.device)
     inside = (index < count).to(planes.dtype)
@@ -205,10 +204,10 @@ def _with_parts(cost: Tensor, k: Tensor, models: Tensor, parts: Tensor, epipolar
 
 
 def best_of_each(models: Tensor, exists: Tensor, planes: Tensor) -> Tuple[Tensor, Tensor]:
-    """Of the solutions (B, S, c, 3, 3) of each sample the one that costs least at 32 points, and whether
-    there is one: (B, S, 3, 3), (B, S).
+    """For each sample, the solution of (B, S, c, 3, 3) with the lowest cost at 32 points, and whether one
+    exists: (B, S, 3, 3), (B, S).
 
-    The points are spread by the golden ratio, so that a regular order of them does no harm.
+    The 32 points are spread by the golden ratio, so that a regular order of the points does not bias them.
     """
     place = torch.arange(1, 33, device=planes.device).to(torch.float64) * 0.6180339887498949
     index = torch.floor((place - torch.floor(place)) * planes.size(2)).to(torch.int64)
@@ -222,22 +221,21 @@ def best_of_each(models: Tensor, exists: Tensor, planes: Tensor) -> Tuple[Tensor
 
 
 def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
-    """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is
-    none."""
+    """The model (B, 3, 3) of (B, S, 3, 3) with the lowest cost, the first of equals; zeros if none exists."""
     return best_models(models, exists, planes, epipolar, 1)[:, 0]
 
 
 def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
-    """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first; zeros
-    where there is none."""
+    """The ``count`` models (B, count, 3, 3) with the lowest costs, ascending, equals in their order; zeros
+    for missing ones."""
     models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
     return chosen(models, _cheapest(models, exists, planes, epipolar, count))
 
 
 @primitive
 def _cheapest(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
-    """Where the ``count`` models (B, S, 3, 3) are that cost least: (B, count); those that do not exist are
-    zeros."""
+    """The indices (B, count) of the ``count`` models (B, S, 3, 3) with the lowest costs; models that do not
+    exist are zeros."""
     return least(_or_infinite(model_costs(models, planes, epipolar), exists), count)
 
 
@@ -247,7 +245,7 @@ def _cheapest_kernel(models: Tensor, exists: Tensor, planes: Tensor, epipolar: b
 
 
 def least(cost: Tensor, count: int) -> Tensor:
-    """Where the ``count`` least costs of (B, S) are, (B, count), of equals the first.
+    """The indices (B, count) of the ``count`` lowest costs of (B, S), equals in their order.
 
     >>> least(torch.tensor([[3.0, 1.0, 2.0, 1.0]]), 3)
     tensor([[1, 3, 2]])
@@ -261,22 +259,23 @@ def least(cost: Tensor, count: int) -> Tensor:
 
 
 def chosen(models: Tensor, index: Tensor) -> Tensor:
-    """Of models (B, S, 3, 3) those at indices (B, n)."""
+    """The models of (B, S, 3, 3) at indices (B, n)."""
     return models.gather(1, index[:, :, None, None].expand([models.size(0), index.size(1), 3, 3]))
 
 
 def inliers(model: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
-    """Which points (B, N) a model (B, 3, 3) errs at by less than the bound; none where it is zeros."""
+    """The points (B, N) at which the error of a model (B, 3, 3) is less than the bound; none if the model is
+    zeros."""
     return model_errors(_unit(model[:, None], planes), planes, epipolar)[:, 0] < planes[:, 6]
 
 
 def near_weights(model: Tensor, planes: Tensor, epipolar: bool, least: int, k: Tensor, steps: int) -> Tensor:
-    """One for the points (B, N) that the k-th of so many refinements of a model (B, 3, 3) is fitted to, zero
+    """1 for the points (B, N) to which the k-th of ``steps`` refinements of a model (B, 3, 3) is fitted, 0
     for others, in float64.
 
-    Those within the threshold times what goes from nearly 3 down to 1: a sample's model is too far off for
-    all inliers to be within the threshold (O. Chum, J. Matas, J. Kittler, Locally optimized RANSAC, DAGM
-    2003). All where they are fewer than ``least``.
+    These are the points within a multiple of the threshold, which falls from nearly 3 to 1: the model of a
+    sample is too far off for all inliers to be within the threshold itself (O. Chum, J. Matas, J. Kittler,
+    Locally optimized RANSAC, DAGM 2003). If they are fewer than ``least``, all points are used.
     """
     factor = 1.0 + 2.0 * (1.0 - (k + 1).to(planes.dtype) / steps)
     mask = (
@@ -287,15 +286,15 @@ def near_weights(model: Tensor, planes: Tensor, epipolar: bool, least: int, k: T
 
 
 def costs_less(model: Tensor, fitted: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
-    """Whether (B,) a model costs less than what was fitted to its inliers; zeros do not."""
+    """Whether (B,) a model costs less than the one fitted to its inliers; False for zeros."""
     cost = _cost(_unit(torch.stack([model, fitted], 1), planes), planes, epipolar)
-    # What is not finite costs NaN.
+    # The cost of a model that is not finite is NaN.
     return (cost[:, 0] < float("inf")) & ~(cost[:, 1] <= cost[:, 0])
 
 
 def sampson_denominators(model: Tensor, planes: Tensor) -> Tensor:
-    """What squared products x2^T F x1 are divided by for Sampson's distances, (B, N), up to a common factor,
-    in float64."""
+    """The denominators (B, N) of Sampson's distances, by which the squares of x2^T F x1 are divided, up to a
+    common factor, in float64."""
     denominators = _products_and_denominators(_unit(model[:, None], planes), planes)[1]
     return torch.clamp(denominators[:, 0].to(torch.float64), min=1e-30)
 

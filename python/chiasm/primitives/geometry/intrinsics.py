@@ -1,4 +1,5 @@
-"""Between pixels and the plane z = 1 in front of a camera, by focal lengths and principal point."""
+"""Conversion between pixels and the plane z = 1 in front of a camera, by focal lengths and principal
+point."""
 
 import torch
 from torch import Tensor
@@ -32,7 +33,7 @@ def principal_point(camera_matrix: Tensor) -> Tensor:
 
 
 def to_pixels(xy: Tensor, camera_matrix: Tensor) -> Tensor:
-    """Pixels (*, 2) of points (*, 2) of the plane z = 1.
+    """The pixels (*, 2) of points (*, 2) on the plane z = 1.
 
     >>> to_pixels(torch.ones(2), torch.tensor([[2.0, 0.0, 3.0], [0.0, 4.0, 5.0], [0.0, 0.0, 1.0]]))
     tensor([5., 9.])
@@ -41,7 +42,8 @@ def to_pixels(xy: Tensor, camera_matrix: Tensor) -> Tensor:
 
 
 def from_pixels(uv: Tensor, camera_matrix: Tensor) -> Tensor:
-    """Points (*, 2) of the plane z = 1 that are seen at pixels (*, 2); the inverse of :func:`to_pixels`."""
+    """The points (*, 2) on the plane z = 1 that are seen at pixels (*, 2); the inverse of
+    :func:`to_pixels`."""
     return (uv - principal_point(camera_matrix)) / focal_lengths(camera_matrix)
 
 
@@ -59,8 +61,8 @@ def over_depth(xyz: Tensor, eps: float) -> Tensor:
 
 
 def moved(transform: Tensor, xyz: Tensor) -> Tensor:
-    """Points (*, 3) under affine transformations (*, 3, 4) or (*, 4, 4), whose last row is taken to be (0, 0,
-    0, 1)."""
+    """Points (*, 3) under affine transformations (*, 3, 4) or (*, 4, 4), whose last row is assumed to be (0,
+    0, 0, 1)."""
     return (transform[..., 0:3, 0:3] * xyz[..., None, :]).sum(-1) + transform[..., 0:3, 3]
 
 

@@ -1,7 +1,7 @@
-"""Lens distortion on the plane z = 1: D. Brown's radial and tangential terms, and what OpenCV adds to them.
+"""Lens distortion on the plane z = 1: D. Brown's radial and tangential terms, and OpenCV's further terms.
 
 Coefficients are a list of 4, 5, 8, 12 or 14, each of which broadcasts with the points: k1, k2, p1, p2, k3,
-k4, k5, k6, s1, s2, s3, s4 and the tilt of the sensor about x and y. What a list leaves out is not computed.
+k4, k5, k6, s1, s2, s3, s4 and the tilt of the sensor about x and y. Terms that a list omits are not computed.
 Sources: D. Brown, Close-range camera calibration, Photogrammetric Engineering 37(8), 1971; OpenCV's
 documentation of calib3d; T. Louhichi et al., Self-calibration of Scheimpflug cameras, Meas. Sci. Technol. 18,
 2007, for the tilt.
@@ -21,7 +21,7 @@ def coefficients(dist: Tensor) -> List[Tensor]:
 
 
 def distort(x: Tensor, y: Tensor, k: List[Tensor]) -> Tuple[Tensor, Tensor]:
-    """Where the lens takes points of the plane z = 1 (the tilt apart)."""
+    """Points of the plane z = 1 after the lens distortion, without the tilt."""
     q = x * x + y * y
     ratio = _polynomial(q, k, 0)
     if len(k) > 5:
@@ -46,7 +46,7 @@ def undistort(x: Tensor, y: Tensor, k: List[Tensor], steps: int) -> Tuple[Tensor
 
 
 def _polynomial(q: Tensor, k: List[Tensor], first: int) -> Tensor:
-    """1 + k1 q + k2 q^2 + k3 q^3, or with ``first`` 5 that of k4, k5 and k6."""
+    """1 + k1 q + k2 q^2 + k3 q^3, or, with ``first`` 5, the same of k4, k5 and k6."""
     third = 4 if first == 0 else 7
     if third < len(k):
         return 1.0 + q * (k[first] + q * (k[first + 1] + q * k[third]))

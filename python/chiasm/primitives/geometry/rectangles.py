@@ -2,11 +2,11 @@
 
 A rectangle of least area has a side along an edge of the convex hull (H. Freeman, R. Shapira, Determining the
 minimum-area encasing rectangle for an arbitrary closed curve, Communications of the ACM 18(7), 1975). A
-rectangle is turned by a quarter from edge to edge (G. Toussaint, Solving geometric problems with the rotating
-calipers, MELECON 1983); the next edge at each of its sides is found among all points, as a wrapped gift finds
-it, so there is no list of the hull's corners, whose number depends on data. Coordinates are whole numbers,
-and so are directions, differences of points turned by quarters: nothing is rounded but the quotients that are
-compared.
+rectangle is rotated from edge to edge, by 90 degrees in total (G. Toussaint, Solving geometric problems with
+the rotating calipers, MELECON 1983). The next edge at each of its sides is found among all points, as in gift
+wrapping, so the hull's corners, whose number depends on data, are never listed. Coordinates are integers, and
+so are the directions, which are differences of points rotated by multiples of 90 degrees: only the quotients
+that are compared are rounded.
 """
 
 from typing import List
@@ -19,9 +19,10 @@ from ..core.loops import until_stable
 
 def smallest_rectangle_direction(x: Tensor, y: Tensor) -> Tensor:
     """The direction (..., 2), not of length 1, of a side of the rectangle of least area around each set of
-    points x and y (..., P): from that of x to less than that of y, of equals the first.
+    points x and y (..., P). Its angle is at least that of the x axis and below that of the y axis; of equal
+    areas the first counts.
 
-    Points are whole numbers of magnitude up to 2^15, in float64. A point may occur several times.
+    Points are integers of magnitude up to 2^15, in float64. A point may occur several times.
 
     >>> x, y = torch.tensor([0.0, 2.0, 6.0, 4.0]).double(), torch.tensor([0.0, -1.0, 7.0, 8.0]).double()
     >>> smallest_rectangle_direction(x, y)
@@ -30,20 +31,20 @@ def smallest_rectangle_direction(x: Tensor, y: Tensor) -> Tensor:
     none = torch.zeros_like(x[..., :1])
     start = torch.cat([none + 1.0, none], -1)
     state = torch.cat([start, _area(start, x, y), start], -1)
-    # Each turn ends at an edge of its own, of which there are no more than points.
+    # Each turn ends at a different edge, and there are no more edges than points.
     return _turned(state, x.size(-1), x, y)[..., 3:]
 
 
 @until_stable
 def _turned(state: Tensor, k: Tensor, x: Tensor, y: Tensor) -> Tensor:
-    """The calipers (..., 5) at the next edge: their direction; and the least area until now and its
-    direction. The same as before where a quarter is done."""
+    """The calipers (..., 5) at the next edge: their direction, and the smallest area so far with its
+    direction. Unchanged after a turn of 90 degrees."""
     a, b = state[..., 0:1], state[..., 1:2]
     along, across = a * x + b * y, a * y - b * x
     ratios: List[Tensor] = []
     falls: List[Tensor] = []
     runs: List[Tensor] = []
-    # At each side: how far points are from it, and along it from the last one that it touches.
+    # For each side: the distance of points from it, and along it from the last point that it touches.
     for height, way in [(along, across), (across, -along), (-along, -across), (-across, along)]:
         top = height.amax(-1, keepdim=True)
         touching = torch.where(height == top, way, torch.full_like(way, -float("inf")))
@@ -60,14 +61,14 @@ def _turned(state: Tensor, k: Tensor, x: Tensor, y: Tensor) -> Tensor:
     ratio = torch.cat(ratios, -1)
     first = ratio.argmin(-1, keepdim=True)
     fall, run = torch.cat(falls, -1).gather(-1, first), torch.cat(runs, -1).gather(-1, first)
-    # Both hold the old direction's length once too often; without it they are whole numbers again.
+    # Both contain the old direction's squared length as a factor; divided by it, they are integers again.
     length = a * a + b * b
     turned = torch.cat([a * run - b * fall, a * fall + b * run], -1) / length
     goes_on = (ratio.gather(-1, first) < float("inf")) & (turned[..., :1] > 0)
     turned = torch.where(goes_on, turned, state[..., :2])
     area = _area(turned, x, y)
     least = state[..., 2:3]
-    # Equal areas of different quotients may be rounded to different numbers.
+    # Equal areas that come from different quotients may round to different numbers.
     better = area < least * (1.0 - 1e-12)
     best = torch.where(better, turned, state[..., 3:])
     after = torch.cat([turned, torch.where(better, area, least), best], -1)

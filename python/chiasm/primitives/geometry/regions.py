@@ -1,4 +1,4 @@
-"""Regions of images, each a row of image number, x1, y1, x2, y2: their bins, and what is read in them."""
+"""Regions of images, each a row of image number, x1, y1, x2, y2: their bins, and the values read in them."""
 
 from typing import List, Tuple
 
@@ -29,7 +29,7 @@ def check_bin_channels(input: Tensor, rows: int, columns: int) -> None:
 
 
 def image_numbers(input: Tensor, boxes: Tensor) -> Tensor:
-    """(K,), int64, in range whatever the boxes hold."""
+    """The image numbers (K,), int64, always in range."""
     return to_index(boxes[:, 0].detach(), input.size(0))
 
 
@@ -40,24 +40,24 @@ def scaled_sides(input: Tensor, boxes: Tensor, spatial_scale: float) -> Tuple[Te
 
 
 def whole(x: Tensor) -> Tensor:
-    """x rounded, halves away from zero, as C's ``round`` does it.
+    """x rounded, half away from zero, like C's ``round``.
 
     >>> whole(torch.tensor([-0.5, 0.5, 1.5, 0.49999997]))
     tensor([-1.,  1.,  2.,  0.])
     """
     size = x.abs()
     below = torch.floor(size)
-    # The difference is exact, where adding a half would round.
+    # The difference is exact; adding a half would round.
     return torch.where(size - below >= 0.5, below + 1.0, below) * torch.sign(x)
 
 
 @primitive
 def window_maxima(rows: Tensor, image: Tensor, first: Tensor, last: Tensor) -> Tensor:
-    """Of rows (B, H, D) the maxima (M, D) of the rows ``first`` (M,) to before ``last`` of one image each,
-    (M,): all int64, 0 <= first < last <= H.
+    """The maxima (M, D) of the rows from ``first`` (M,) up to, but without, ``last`` (M,) of ``rows`` (B, H,
+    D), each in the image ``image`` (M,): all int64, 0 <= first < last <= H.
 
-    The maxima of windows of 1, 2, 4 and so on rows from each row on are a table; two of them, which may
-    overlap, cover any window (M. Bender, M. Farach-Colton, The LCA Problem Revisited, LATIN 2000).
+    A table holds the maxima of 1, 2, 4, ... rows from each row on; two of these windows, which may overlap,
+    cover any window (M. Bender, M. Farach-Colton, The LCA Problem Revisited, LATIN 2000).
 
     >>> x = torch.tensor([[[3.0], [1.0], [4.0], [1.0], [5.0]]])
     >>> of = torch.zeros(2, dtype=torch.int64)

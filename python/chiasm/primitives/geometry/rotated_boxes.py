@@ -1,4 +1,4 @@
-"""Boxes cx, cy, width, height, angle in degrees, as OpenCV's RotatedRect: what two of them have in common."""
+"""Boxes cx, cy, width, height, angle in degrees, like OpenCV's RotatedRect: overlaps of pairs."""
 
 import math
 from typing import Tuple
@@ -8,12 +8,12 @@ from torch import Tensor
 
 
 def rotated_intersections(a: Tensor, b: Tensor) -> Tensor:
-    """The areas (...) that boxes (..., 5) have in common; they broadcast.
+    """The areas (...) of the intersections of boxes (..., 5); they broadcast.
 
-    In the frame of the second box, whose sides are axes there, the corners of the first are cut by one side
-    after the other: I. Sutherland, G. Hodgman, Reentrant Polygon Clipping, CACM 17(1), 1974. Each cut of a
-    convex polygon adds one corner at most, so that there are 8 slots in the end; a slot that is not needed
-    repeats a corner, which adds no area.
+    The first box is clipped against one side of the second after the other, in the frame in which these are
+    parallel to the axes: I. Sutherland, G. Hodgman, Reentrant Polygon Clipping, CACM 17(1), 1974. Each cut of
+    a convex polygon adds at most one corner, so 8 slots suffice; an unused slot repeats a corner, which adds
+    no area.
 
     >>> square = torch.tensor([0.0, 0.0, 2.0, 2.0, 0.0])
     >>> rotated_intersections(square, torch.tensor([1.0, 1.0, 2.0, 2.0, 90.0]))
@@ -23,7 +23,7 @@ def rotated_intersections(a: Tensor, b: Tensor) -> Tensor:
     across, down = a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]
     x = across * torch.cos(frame) + down * torch.sin(frame)
     y = down * torch.cos(frame) - across * torch.sin(frame)
-    # The corners, in turn; no constant tensor, which a loop's body could not have.
+    # The corners in order, without a constant tensor, which the body of a loop cannot have.
     wide, high = a[..., 2:3] * 0.5, a[..., 3:4] * 0.5
     wide, high = torch.cat([-wide, wide, wide, -wide], -1), torch.cat([-high, -high, high, high], -1)
     cos, sin = torch.cos(turn)[..., None], torch.sin(turn)[..., None]
@@ -42,17 +42,17 @@ def _next(x: Tensor) -> Tensor:
 
 
 def _cut(x: Tensor, y: Tensor, inside: Tensor) -> Tuple[Tensor, Tensor]:
-    """Of a convex polygon with corners x and y (..., n) the part where ``inside``, the distance from a line,
+    """The part of a convex polygon with corners x and y (..., n) where ``inside``, the distance from a line,
     is not negative: n + 1 corners."""
     follows = _next(inside)
     is_in, then_in = inside >= 0.0, follows >= 0.0
     crosses = is_in != then_in
     apart = torch.where(crosses, inside - follows, torch.ones_like(inside))
     part = torch.where(crosses, inside / apart, torch.zeros_like(inside))
-    # Where the polygon leaves: of rounding's more than one such edge, their mean.
+    # The edge on which the polygon leaves. If rounding yields more than one such edge, their mean.
     leaves = (is_in & ~then_in).to(x.dtype)
     share = leaves / leaves.sum(-1, keepdim=True).clamp(min=1.0)
-    # Behind that edge there is one more corner.
+    # One more corner follows that edge.
     place = torch.arange(inside.size(-1) + 1, device=x.device)
     last = inside.size(-1) - 1
     edge = torch.where(leaves.amax(-1) > 0, leaves.argmax(-1), torch.full_like(leaves.argmax(-1), last))
@@ -65,19 +65,19 @@ def _cut(x: Tensor, y: Tensor, inside: Tensor) -> Tuple[Tensor, Tensor]:
 def _one_more(
     x: Tensor, part: Tensor, share: Tensor, is_in: Tensor, then_in: Tensor, behind: Tensor
 ) -> Tensor:
-    """One coordinate of what is left: corners that are inside, where the polygon enters, and where it leaves,
-    which stands also for corners outside."""
+    """One coordinate of the remaining polygon: the corners inside, the point where the polygon enters, and
+    the point where it leaves, which also replaces corners outside."""
     crossing = x + part * (_next(x) - x)
     leaving = (crossing * share).sum(-1, keepdim=True)
     corners = torch.where(is_in, x, torch.where(then_in, crossing, leaving))
     early = torch.cat([corners, corners[..., -1:]], -1)
     late = torch.cat([corners[..., :1], corners], -1)
-    # Where no edge leaves, all corners are inside or none is: the last one, or nothing, twice.
+    # If no edge leaves, all corners are inside or none is: repeat the last corner, which adds no area.
     out = torch.where(share.amax(-1, keepdim=True) > 0, leaving, corners[..., -1:])
     return torch.where(behind <= 0, early, torch.where(behind == 1, out, late))
 
 
 def rotated_overlaps(a: Tensor, b: Tensor) -> Tuple[Tensor, Tensor]:
-    """The areas (...) that boxes (..., 5) have in common, and those that they cover together."""
+    """The areas (...) of the intersections and of the unions of boxes (..., 5)."""
     common = rotated_intersections(a, b)
     return common, a[..., 2] * a[..., 3] + b[..., 2] * b[..., 3] - common

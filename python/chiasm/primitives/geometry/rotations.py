@@ -29,7 +29,7 @@ def nearest_rotation(m: Tensor) -> Tensor:
         torch.stack([y, xy, yy - xx - zz, yz], -1),
         torch.stack([z, xz, yz, zz - xx - yy], -1),
     ]
-    # Twice the norm is above every eigenvalue: the greatest becomes the least, and all are positive.
+    # Twice the norm exceeds every eigenvalue: so the greatest becomes the smallest, and all are positive.
     turned = 2.0 * torch.eye(4, dtype=a.dtype, device=a.device) - torch.stack(rows, -2)
     q = smallest_eigenvector(turned)
     w, x, y, z = q[:, 0], q[:, 1], q[:, 2], q[:, 3]

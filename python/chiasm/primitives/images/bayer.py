@@ -12,17 +12,17 @@ from .color_planes import as_pixels, from_pixels
 
 @primitive
 def demosaiced(image: Tensor, red_row: int, red_column: int) -> Tensor:
-    """Red, green and blue (*, 3, H, W) of (*, 1, H, W), of which every other row and column has red, from
-    ``red_row`` and ``red_column`` (0 or 1) on.
+    """Red, green and blue (*, 3, H, W) from (*, 1, H, W), in which every other row and column has red,
+    starting at ``red_row`` and ``red_column`` (0 or 1).
 
-    What a pixel lacks is the mean of the nearest two or four that have it, of whole numbers rounded halves
-    up. The border is mirrored at the pixels' centres.
+    A missing colour is the mean of the nearest two or four pixels that have it; integers are rounded half up.
+    The border is mirrored at the pixels' centres.
 
     >>> demosaiced(torch.tensor([[1.0, 2.0], [4.0, 8.0]])[None], 0, 0)[:, 0, 0]
     tensor([1., 3., 8.])
     """
     height, width = image.size(-2), image.size(-1)
-    # Mirroring keeps every sample's colour. Stored: the middle reads it nine times.
+    # Mirroring keeps every sample's colour. The result is stored, because the interior reads it nine times.
     flat = numbers(image).reshape(-1, 1, height, width)
     p = padded(flat, (1, 1), (1, 1), "reflect")[:, 0]
     centre = p[:, 1 : height + 1, 1 : width + 1]
@@ -56,17 +56,17 @@ def _demosaiced_kernel(image: Tensor, red_row: int, red_column: int) -> Tensor:
 
 
 def numbers(image: Tensor) -> Tensor:
-    """Whole numbers as float32, which holds them, and the quarters that are means of four."""
+    """Integers as float32, which holds them and the means of four exactly."""
     return image if image.is_floating_point() else image.to(torch.float32)
 
 
 def rounded(rgb: Tensor, image: Tensor) -> Tensor:
-    """``rgb`` in the type of ``image``, as whole numbers rounded halves up."""
+    """``rgb`` in the type of ``image``, rounded half up if these are integers."""
     return rgb if image.is_floating_point() else torch.floor(rgb + 0.5).to(image.dtype)
 
 
 def parity(size: int, first: int, device: torch.device) -> Tensor:
     """(size,) bool: whether the position is even (``first`` 0) or odd (1)."""
-    # As floats, and stored: native code compares eight at once.
+    # As stored floats, of which native code compares eight at once.
     odd = materialised(torch.bitwise_and(torch.arange(size, device=device), 1).to(torch.float32), 0)
     return odd == float(first)

@@ -32,15 +32,15 @@ def rgb_planes(image: Tensor, name: str) -> Tuple[Tensor, Tensor, Tensor]:
 
 
 def channels_of(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """The channels (*, H, W) of (*, 3, H, W), each a plane also where a frame is stored pixel by pixel."""
+    """The channels (*, H, W) of (*, 3, H, W), each a plane, even if the image is stored pixel by pixel."""
     planes = in_planes(image)
     return planes.select(-3, 0), planes.select(-3, 1), planes.select(-3, 2)
 
 
 @primitive
 def arranged(image: Tensor, order: List[int], fill: float) -> Tensor:
-    """(*, n, H, W): the channels of (*, C, H, W) by their numbers, and where a number is no channel's, a
-    plane of ``fill``.
+    """(*, n, H, W): the channels of (*, C, H, W) with the numbers ``order``; a number that is not a channel's
+    gives a plane of ``fill``.
 
     >>> arranged(torch.arange(3).reshape(3, 1, 1), [2, 1, 0, -1], 9.0).flatten()
     tensor([2, 1, 0, 9])
@@ -69,7 +69,7 @@ def _arranged_pixels(image: Tensor, order: List[int], fill: float) -> Tensor:
 def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -> Tensor:
     """(*, n, H, W): the channels of (*, 3, H, W) times a matrix n x 3 (row by row).
 
-    ``offset`` is added to every channel but the first: chroma that is stored around one half.
+    ``offset`` is added to every channel but the first, for chroma that is stored around one half.
 
     >>> mix_channels(torch.ones(3, 1, 1), [0.5, 0.25, 0.0, 0.0, 0.0, 1.0], 0.5, "image").flatten()
     tensor([0.7500, 1.5000])
@@ -79,7 +79,7 @@ def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -
     planes: List[Tensor] = []
     for i in range(rows):
         plane = matrix[3 * i] * first
-        if matrix[3 * i + 1] != 0.0:  # compilers may not drop a product with zero
+        if matrix[3 * i + 1] != 0.0:  # a compiler may not drop a product with zero
             plane = plane + matrix[3 * i + 1] * second
         if matrix[3 * i + 2] != 0.0:
             plane = plane + matrix[3 * i + 2] * third
@@ -89,8 +89,9 @@ def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -
 
 @primitive
 def mix_bytes(image: Tensor, weights: List[int], shift: int) -> Tensor:
-    """Bytes (*, n, H, W): of each four ``weights`` the first three times the channels of bytes (*, 3, H, W),
-    plus the fourth, over 2^shift, rounded down and saturated. Sums are below 2^24, which float32 holds.
+    """Bytes (*, n, H, W), each from four ``weights``: the sum of the first three times the channels of bytes
+    (*, 3, H, W), plus the fourth, divided by 2^shift, rounded down and saturated. Sums are below 2^24, exact
+    in float32.
 
     >>> mix_bytes(torch.full((3, 1, 1), 10, dtype=torch.uint8), [1, 2, 1, 3], 2).flatten()
     tensor([10], dtype=torch.uint8)
@@ -116,14 +117,14 @@ def _mix_bytes_kernel(image: Tensor, weights: List[int], shift: int) -> Tensor:
 
 
 def as_pixels(image: Tensor) -> Tuple[Tensor, bool]:
-    """(B, C, H, W) as (B, all values), and whether its channels lie next to each other."""
+    """(B, C, H, W) as (B, all values), and whether the channels of a pixel are adjacent in memory."""
     if interleaved(image):
         return image.permute(0, 2, 3, 1).flatten(1), True
     return image.flatten(1), False
 
 
 def from_pixels(values: Tensor, like: Tensor, channels: int) -> Tensor:
-    """Images of so many channels of what a kernel made of ``like``."""
+    """A kernel's result for ``like``, as images with ``channels`` channels."""
     if interleaved(like):
         return values.unflatten(1, [like.size(2), like.size(3), channels]).permute(0, 3, 1, 2)
     return values.unflatten(1, [channels, like.size(2), like.size(3)])
@@ -131,9 +132,9 @@ def from_pixels(values: Tensor, like: Tensor, channels: int) -> Tensor:
 
 @primitive
 def luma_chroma(image: Tensor, weights: List[int], first: int, second: int) -> Tensor:
-    """Of bytes (*, 3, H, W) in the order red, green, blue: luma Y by ``weights`` that add up to 2^14, and
-    of that 128 + ``first`` (blue - Y) and 128 + ``second`` (red - Y), the factors in 1/2^14; each rounded
-    halves up and saturated.
+    """Luma and chroma of bytes (*, 3, H, W) in the order red, green, blue. Luma Y is by ``weights`` that add
+    up to 2^14; chroma is 128 + ``first`` (blue - Y) and 128 + ``second`` (red - Y), with the factors in units
+    of 1/2^14. Each is rounded half up and saturated.
 
     >>> luma_chroma(
     ...     torch.tensor([255, 0, 0], dtype=torch.uint8).reshape(3, 1, 1), [8192, 8192, 0], 8192, 8192
@@ -145,7 +146,7 @@ def luma_chroma(image: Tensor, weights: List[int], first: int, second: int) -> T
     luma = torch.floor((total + 8192.0) * (1.0 / 16384.0))
     planes = [luma]
     for channel, factor in [(blue, first), (red, second)]:
-        scaled = (channel - luma) * float(factor) + 2105344.0  # 128 and a half
+        scaled = (channel - luma) * float(factor) + 2105344.0  # 128.5 * 2^14
         planes.append(torch.floor(scaled * (1.0 / 16384.0)).clamp(0.0, 255.0))
     return torch.stack(planes, -3).to(torch.uint8)
 
@@ -159,11 +160,11 @@ def _luma_chroma_kernel(image: Tensor, weights: List[int], first: int, second: i
 
 @primitive
 def hue_of_bytes(image: Tensor, lightness: bool) -> Tensor:
-    """Hue in degrees / 2 of bytes (*, 3, H, W), and with it saturation and value, or lightness and
-    saturation, 0 to 255. Lightnesses are rounded halves up, all else halves to even.
+    """Hue in degrees / 2 of bytes (*, 3, H, W), then saturation and value, or lightness and saturation, 0 to
+    255. Lightness is rounded half up, the others half to even.
 
-    Quotients are of whole numbers below 2^16: those that are no halves are further from them than float32
-    rounds.
+    Quotients are of integers below 2^16: a quotient that is not a half is further from one than the rounding
+    error of float32.
     """
     red, green, blue = [image.select(-3, i).to(torch.float32) for i in range(3)]
     value = torch.maximum(torch.maximum(red, green), blue)
@@ -192,17 +193,18 @@ def _hue_kernel(image: Tensor, lightness: bool) -> Tensor:
 
 @primitive
 def bytes_of_hue(image: Tensor, lightness: bool) -> Tensor:
-    """Bytes of red, green and blue of what ``hue_of_bytes`` makes, rounded halves up. A hue of 180 and more
-    is a turn further.
+    """The inverse of ``hue_of_bytes``: bytes of red, green and blue, rounded half up. A hue of 180 or more
+    wraps around.
 
-    A channel is a whole number below 2^21 over 30 * 255, or over 15 * 255. To that number a half is added, so
-    that a product with the reciprocal, and 2^-23 of it for what float32 rounds, falls short of no whole
-    quotient.
+    A channel is an integer below 2^21, divided by 30 * 255 or by 15 * 255. A half is added to the integer, so
+    that its product with the reciprocal does not fall below an integer quotient, although float32 rounds it
+    by up to 2^-23 of itself.
     """
     hue, second, third = [image.select(-3, i).to(torch.float32) for i in range(3)]
     hue = torch.where(hue >= 180.0, hue - 180.0, hue)
     planes: List[Tensor] = []
-    # How far the hue is from a channel's, in 1/30 of a sixth of a turn, from 0 to 30 more than a sixth.
+    # The distance of the hue from a channel's hue, beyond a sixth of a turn; in 1/30 of a sixth, limited to 0
+    # to 30.
     for part in [60.0 - (hue - 90.0).abs(), (hue - 60.0).abs() - 30.0, (hue - 120.0).abs() - 30.0]:
         away = part.clamp(0.0, 30.0)
         if lightness:
@@ -230,11 +232,12 @@ def curved(
     shift_after: int,
     last: Tensor,
 ) -> Tensor:
-    """Bytes (*, 3, H, W) through tables of int32: each channel by its own of ``first`` (3, 256), mixed by
-    ``before``, each by ``middle``, mixed by ``after``, and each by ``last``, whose entries are bytes.
+    """Bytes (*, 3, H, W) through tables of int32: each channel by its table of ``first`` (3, 256), then a
+    mixture by ``before``, each by ``middle``, a mixture by ``after``, and each by ``last``, whose entries are
+    bytes.
 
-    A mixture is the sum of a row's first three weights times the channels and of its fourth, below 2^31, over
-    2^shift, rounded down, and limited to the entries of the next table.
+    A mixture is the sum of a row's first three weights times the channels, plus its fourth weight; it is
+    below 2^31, divided by 2^shift, rounded down, and limited to the indices of the next table.
 
     >>> same, two = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0], torch.arange(256, dtype=torch.int32)
     >>> x = torch.tensor([7, 8, 9], dtype=torch.uint8).reshape(3, 1, 1)
@@ -248,12 +251,12 @@ def curved(
 
 
 def entries(table: Tensor, index: Tensor) -> Tensor:
-    """The entries (*) of a table (N,) at whole numbers (*), of any dtype."""
+    """The entries (*) of a table (N,) at indices (*) of any dtype."""
     return table.index_select(0, index.to(torch.int64).reshape(-1)).reshape(index.shape)
 
 
 def _limited_sums(channels: List[Tensor], weights: List[int], shift: int, entries: int) -> List[Tensor]:
-    """In float64, which holds the sums."""
+    """In float64, in which the sums are exact."""
     wide = [channel.to(torch.float64) for channel in channels]
     sums: List[Tensor] = []
     for i in range(3):
@@ -282,7 +285,7 @@ def _curve_kernel(
     return from_pixels(made, image, 3)
 
 
-# ONNX Runtime has this kernel for float32 alone.
+# ONNX Runtime has this kernel for float32 only.
 @mix_channels.lowering("onnx", when=lambda image, *_: image.dtype == torch.float32)
 def _convolution(image: Tensor, matrix: List[float], offset: float, name: str) -> Tensor:
     rgb_planes(image, name)  # for its errors

@@ -12,11 +12,12 @@ from .histograms import whole_quotient
 
 @primitive
 def midpoint_displacement(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
-    """Random terrain (B, C, H, W): the middles of ever smaller cells and of their sides are the means of what
-    is around them, displaced by ``scale`` times ``random``, which by ``factor`` becomes less from step to
-    step; the last two are (B or 1, 1, 1, 1).
+    """Random terrain (B, C, H, W): the centres of ever smaller cells, and of their sides, are the means of
+    their neighbours, displaced by ``scale`` times ``random``. The scale is multiplied by ``factor`` from step
+    to step; both are (B or 1, 1, 1, 1).
 
-    By grids that grow: each step costs four times the one before, and all of them a third more than the last.
+    The grid grows from step to step: each step costs four times the one before, so all steps together cost a
+    third more than the last.
     """
     cell = 1
     while cell < max(random.size(2), random.size(3)) - 1:
@@ -36,7 +37,8 @@ def midpoint_displacement(random: Tensor, factor: Tensor, scale: Tensor) -> Tens
 
 @midpoint_displacement.lowering("onnx", "native", "vjp")
 def _filled(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
-    """By steps over the whole image, of one form whatever its size: one loop of an exported graph."""
+    """By steps over the whole image, which are the same for every size, so that an exported graph has one
+    loop."""
     y, x = (
         torch.arange(random.size(2), device=random.device),
         torch.arange(random.size(3), device=random.device),
@@ -47,7 +49,7 @@ def _filled(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
         powers < torch.maximum(y.amax(0), x.amax(0)), 2 * powers, torch.ones_like(powers)
     ).amax(0)
     corner = (_within(y, cell) == 0)[:, None] & (_within(x, cell) == 0)
-    # Infinity marks what is to come: a step that leaves everything as it was is then one after the last.
+    # Infinity marks pixels without a value yet: only a step after the last one changes nothing.
     state = torch.where(corner, random * scale, torch.full_like(random, math.inf))
     return _displaced(state, 16, random, whole_quotient(cell, 2 * powers), factor, scale)
 
@@ -62,7 +64,7 @@ def _displaced(
 
 
 def _refine(state: Tensor, half: Tensor, displacement: Tensor) -> Tensor:
-    """Fill in the middles of the cells, which are two halves wide, and of their sides; nothing where half is
+    """Fill in the centres of the cells, which are 2 ``half`` wide, and of their sides; nothing if ``half`` is
     0."""
     y, x = torch.arange(state.size(2), device=state.device), torch.arange(state.size(3), device=state.device)
     row, column = _within(y, (2 * half).clamp(min=1)), _within(x, (2 * half).clamp(min=1))
@@ -78,17 +80,18 @@ def _refine(state: Tensor, half: Tensor, displacement: Tensor) -> Tensor:
 
 
 def _within(position: Tensor, cell: Tensor) -> Tensor:
-    """Where in its cell a position is."""
+    """The offset of a position in its cell."""
     return position - cell * whole_quotient(position, cell)
 
 
 def _neighbours(position: Tensor, half: Tensor) -> Tensor:
-    """How many of the positions ``half`` before and after are within the image."""
+    """The number of the two positions, ``half`` before and after, that are within the image."""
     return (position >= half).to(torch.int64) + (position + half < position.size(0)).to(torch.int64)
 
 
 def _beside(x: Tensor, dim: int, position: Tensor, half: Tensor) -> Tensor:
-    """The sum of what is ``half`` before and after along a dimension, as far as it is within the image."""
+    """The sum of the pixels ``half`` before and after along a dimension, as far as they are within the
+    image."""
     before = _row_or_column(position >= half, dim)
     after = _row_or_column(position + half < x.size(dim), dim)
     zero = torch.zeros_like(x)

@@ -12,8 +12,8 @@ def rectangles_over(
     image: Tensor, corners: Tensor, colors: Tensor, before: int, after: int, fill: bool
 ) -> Tensor:
     """Rectangles with corners x1, y1, x2, y2 (B, N, 4), int64, and colours (B, C, N) over an image (B, C, H,
-    W), the later over the earlier ones: all their pixels, or edges that reach ``before`` pixels to the top
-    left of the corners and ``after`` to the bottom right.
+    W), later ones over earlier ones: filled, or edges that reach from ``before`` pixels above and left of the
+    corners to ``after`` pixels below and right of them.
 
     >>> corners = torch.tensor([[[1, 0, 3, 2]]])
     >>> rectangles_over(torch.zeros(1, 1, 3, 4), corners, torch.ones(1, 1, 1), 0, 0, False)[0, 0]
@@ -34,7 +34,7 @@ def rectangles_over(
         covered = (
             real & outer_x[:, :, None] & outer_y[..., None] & ~(inner_x[:, :, None] & inner_y[..., None])
         )
-    # Of the rectangles that cover a pixel the last one shows.
+    # The last rectangle that covers a pixel is visible.
     number = torch.arange(1, corners.size(1) + 1, device=image.device)[:, None, None]
     top = torch.where(covered, number, torch.zeros_like(number)).amax(1)
     index = (top - 1).clamp(min=0).reshape(batch, 1, height * width).expand(batch, channels, height * width)
@@ -51,8 +51,8 @@ def _rectangles_over_kernel(
 
 @primitive
 def spans_over(image: Tensor, first: Tensor, end: Tensor, colors: Tensor) -> Tensor:
-    """Pixels first..end-1 of the rows of an image (B, C, H, W), both (B, S, H) int64 for S spans in each row,
-    in the colours (B, C).
+    """An image (B, C, H, W) in which pixels first..end-1 of each row have the colours (B, C). ``first`` and
+    ``end`` are (B, S, H) int64, for S spans in each row.
 
     >>> first, end = torch.tensor([[[1, 0]]]), torch.tensor([[[3, -5]]])
     >>> spans_over(torch.zeros(1, 1, 2, 4), first, end, torch.ones(1, 1))

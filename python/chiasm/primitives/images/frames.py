@@ -20,7 +20,7 @@ frame_to_grey.lowering("native", when=kernels.available)(kernels.frame_to_grey)
 
 @primitive
 def resize_frame(frame: Tensor, height: int, width: int) -> Tensor:
-    """(1, 3, height, width), float32, RGB, in [0, 255], resized bilinearly."""
+    """(1, 3, height, width), float32, RGB, in [0, 255]: a frame, resized bilinearly."""
     return resized(_rgb(frame), height, width, "bilinear", False, False)
 
 
@@ -28,5 +28,5 @@ resize_frame.lowering("native", when=kernels.available)(kernels.resize_frame)
 
 
 def _rgb(frame: Tensor) -> Tensor:
-    """(1, 3, H, W), float32, RGB, in [0, 255], of a frame."""
+    """(1, 3, H, W), float32, RGB, in [0, 255]: a frame."""
     return frame.permute(2, 0, 1)[None].to(torch.float32).flip([-3])

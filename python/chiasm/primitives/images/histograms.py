@@ -1,5 +1,5 @@
-"""The 256 levels of 8-bit images: which one a value is, how often each occurs, and tables with an entry for
-each."""
+"""The 256 levels of 8-bit images: quantisation of values, counts of levels, and tables with an entry per
+level."""
 
 from typing import List, Tuple
 
@@ -17,15 +17,15 @@ from ..numbers.rounding import known_or, to_index
 
 @primitive
 def quantize_u8(x: Tensor) -> Tensor:
-    """The nearest of the 256 levels of a floating-point image, halves up, as int32 (uint8 in native code);
-    what is outside [0, 1] counts as 0 or 1, NaN as 0.
+    """The nearest of the 256 levels of a floating-point image, half up, as int32 (uint8 in native code).
+    Values outside [0, 1] count as 0 or 1, NaN as 0.
 
     >>> quantize_u8(torch.tensor([-1.0, 0.5, 2.0]))
     tensor([  0, 128, 255], dtype=torch.int32)
     """
-    # The limits stand between the product and the sum, which a compiler would fuse, with other rounding. Of
-    # all float32 numbers up to 255 only the one before 0.5 would be rounded wrongly by 0.5, and none by the
-    # number before 0.5.
+    # The clamp is between the product and the sum, because a compiler would fuse these, with other rounding.
+    # Adding 0.5 would round one float32 number up to 255 wrongly, the one before 0.5; adding the number
+    # before 0.5 rounds all of them correctly.
     scaled = known_or(x.to(torch.float32) * 255.0, 0.0).clamp(0.0, 255.0)
     return torch.floor(scaled + 0.49999997).to(torch.int32).clamp(0, 255)
 
@@ -45,7 +45,7 @@ def level_rows(image: Tensor) -> Tensor:
 
 @primitive
 def bincount(index: Tensor, bins: int) -> Tensor:
-    """How often each of 0 to ``bins`` - 1 occurs in the rows of (P, N): (P, bins), int32.
+    """The counts (P, bins), int32, of the numbers 0 to ``bins`` - 1 in each row of (P, N).
 
     >>> bincount(torch.tensor([[0, 2, 2]]), 3)
     tensor([[1, 0, 2]], dtype=torch.int32)
@@ -61,7 +61,8 @@ def _bincount_kernel(index: Tensor, bins: int) -> Tensor:
 
 
 def mirrored(size: int, padded: int, device: torch.device) -> Tensor:
-    """Source index of each position of a padded axis, beyond the end mirrored without repeating the last."""
+    """The source index of each position of a padded axis; beyond the end it is mirrored without repeating the
+    last pixel."""
     last = size - 1
     return last - (last - torch.arange(padded, device=device)).abs()
 
@@ -72,8 +73,8 @@ def tile_start(padded: int, tile: int, device: torch.device) -> Tensor:
 
 @primitive
 def clahe_histograms(levels: Tensor, tile_y: int, tile_x: int, tiles_y: int, tiles_x: int) -> Tensor:
-    """How often each level occurs in each of tiles_y x tiles_x tiles of tile_y x tile_x pixels, of planes (P,
-    H, W) that are mirrored at their bottom and right ends: (P, tiles, 256), int32."""
+    """The counts (P, tiles, 256), int32, of each level in each of tiles_y x tiles_x tiles of tile_y x tile_x
+    pixels. The planes (P, H, W) are mirrored at their bottom and right ends."""
     device = levels.device
     high, wide = tile_y * tiles_y, tile_x * tiles_x
     padded = levels.index_select(1, mirrored(levels.size(1), high, device)).index_select(
@@ -101,11 +102,11 @@ def clahe_interpolate(
     x1: Tensor,
     wx: Tensor,
 ) -> Tensor:
-    """Each level of (P, H, W) taken through the curves of four tiles, blended bilinearly and rounded to a
+    """The levels (P, H, W), each mapped by the curves of four tiles, blended bilinearly and rounded to a
     level again.
 
-    ``table`` (P, tiles * 256) float32 has the tiles' curves; position y takes those of the tile rows y0[y]
-    and, with weight wy[y], y1[y].
+    ``table`` (P, tiles * 256) float32 has the tiles' curves. Row y blends those of the tile rows y0[y] and,
+    with weight wy[y], y1[y].
     """
     corners: List[Tensor] = []
     for y in [y0, y1]:
@@ -137,7 +138,7 @@ def _clahe_interpolate_kernel(
 
 @primitive
 def aminmax(x: Tensor) -> Tuple[Tensor, Tensor]:
-    """The least and the greatest value of each row of (P, N), both (P, 1).
+    """The smallest and the greatest value of each row of (P, N), both (P, 1).
 
     >>> aminmax(torch.tensor([[2.0, 1.0, 3.0]]))
     (tensor([[1.]]), tensor([[3.]]))
@@ -153,8 +154,8 @@ def _aminmax_kernel(x: Tensor) -> Tuple[Tensor, Tensor]:
 
 @primitive
 def row_histograms(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
-    """How many of the values of each row of (P, N) are in each of ``bins`` bins over ``span`` (P, 1) from
-    ``low`` (P, 1): int32.
+    """The counts, int32, of the values of each row of (P, N) in each of ``bins`` bins, which divide ``span``
+    (P, 1) from ``low`` (P, 1) on.
 
     >>> row_histograms(torch.tensor([[0.0, 0.4, 1.0]]), torch.zeros(1, 1), torch.ones(1, 1), 2)
     tensor([[2, 1]], dtype=torch.int32)
@@ -166,8 +167,8 @@ row_histograms.lowering("native", when=kernels.has_kernel)(kernels.row_histogram
 
 
 def whole_quotient(a: Tensor, b: Tensor) -> Tensor:
-    """floor(a / b) of integers below 2^53, as int64; ONNX's form of PyTorch's own goes through float32, which
-    ends at 2^24.
+    """floor(a / b) of integers below 2^53, as int64. ONNX's form of PyTorch's own division uses float32,
+    which is exact only up to 2^24.
 
     >>> whole_quotient(torch.tensor([100000001]), torch.tensor([10]))
     tensor([10000000])
@@ -212,8 +213,8 @@ def _product_with_a_triangle(x: Tensor) -> Tensor:
 def running_sum(x: Tensor) -> Tensor:
     """Inclusive sums along the last axis, of a size that is a multiple of 16 (256 levels), in x's dtype.
 
-    A gradient's ``cumsum`` has no form in ONNX: there rows of 16 are summed under a triangle, and then the
-    rows' totals.
+    A gradient's ``cumsum`` has no form in ONNX: there rows of 16 are multiplied by a triangular matrix, and
+    then the rows' totals.
 
     >>> running_sum(torch.ones(1, 32))[0, -1]
     tensor(32.)

@@ -1,4 +1,4 @@
-"""CIE L*u*v*: what its two directions have in common with those of bytes, and these."""
+"""CIE L*u*v*: the parts that conversions of floats and of bytes share, and the conversions of bytes."""
 
 from typing import List
 
@@ -12,21 +12,21 @@ from .color_planes import as_pixels, channels_of, entries, from_pixels, mix_chan
 
 @primitive
 def luv_of_bytes(image: Tensor, light: Tensor, matrix: List[float], curve: Tensor) -> Tensor:
-    """Bytes L* 2.55, (u* + 134) 255 / 354 and (v* + 140) 255 / 262 of red, green and blue (*, 3, H, W),
-    rounded halves up.
+    """Bytes L* 2.55, (u* + 134) 255 / 354 and (v* + 140) 255 / 262 from red, green and blue (*, 3, H, W),
+    rounded half up.
 
-    ``light`` (256,) are their numbers, which the ``matrix`` (row by row) mixes to X, Y and Z: whole numbers
-    that float64 holds. L* is the entry of the ``curve`` nearest to Y / 2^22.
+    ``light`` (256,) has the linear light of each byte, which ``matrix`` (row by row) converts to X, Y and Z:
+    integers that are exact in float64. L* is the entry of the ``curve`` nearest to Y / 2^22.
     """
     red, green, blue = [entries(light, channel) for channel in channels_of(image)]
     x = red * matrix[0] + green * matrix[1] + blue * matrix[2]
     y = red * matrix[3] + green * matrix[4] + blue * matrix[5]
     z = red * matrix[6] + green * matrix[7] + blue * matrix[8]
     lightness = entries(curve, torch.floor(y / 4194304.0 + 0.5))
-    # What follows is one quotient and a few products, each rounded in the order that stands here.
+    # One quotient and a few products follow; each is rounded, in this order.
     weight = (x + 15.0 * y + 3.0 * z).clamp(min=1.0)
     scale = 13.0 * lightness
-    # Less the quotients of white, which greys have to the last digit.
+    # Minus the quotients of white, which greys match to the last digit.
     white_x, white_y = matrix[0] + matrix[1] + matrix[2], matrix[3] + matrix[4] + matrix[5]
     white = white_x + 15.0 * white_y + 3.0 * (matrix[6] + matrix[7] + matrix[8])
     u = scale * (4.0 * x / weight - 4.0 * white_x / white)
@@ -53,8 +53,8 @@ def _rows(matrix: List[float]) -> Tensor:
 def linear_of_luv(
     lightness: Tensor, y: Tensor, u: Tensor, v: Tensor, matrix: List[float], eps: float
 ) -> Tensor:
-    """What the ``matrix`` mixes of X, Y and Z: of lightness, for which Y is known, and u* and v*. |v* + 13 L*
-    v'| (of white) up to ``eps`` counts as black."""
+    """X, Y and Z of lightness, for which Y is known, and u* and v*, mixed by ``matrix``. |v* + 13 L* v'| (v'
+    of white) up to ``eps`` counts as black."""
     # 13 L u' and 13 L v': only their ratios count, so there is no division by L.
     up = u + 2.571912227675923 * lightness
     vp = v + 6.088448610215335 * lightness
@@ -69,8 +69,8 @@ def linear_of_luv(
 def bytes_of_luv(
     image: Tensor, lightness: Tensor, luminance: Tensor, matrix: List[float], curve: Tensor, eps: float
 ) -> Tensor:
-    """The inverse: bytes (*, 3, H, W) that are the entries of the ``curve`` of bytes nearest to linear light
-    times 2^14, of bytes whose L* and Y are ``lightness`` and ``luminance`` (256,)."""
+    """The inverse of ``luv_of_bytes``: bytes (*, 3, H, W), the entries of ``curve`` that are nearest to the
+    linear light times 2^14. The L* and Y of each byte are ``lightness`` and ``luminance`` (256,)."""
     first, second, third = channels_of(image)
     u = second.to(torch.float64) * (354.0 / 255.0) - 134.0
     v = third.to(torch.float64) * (262.0 / 255.0) - 140.0

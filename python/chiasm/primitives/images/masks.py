@@ -1,4 +1,4 @@
-"""Masks of bytes: which pixels lie in a range, and what they keep."""
+"""Masks of bytes: pixels in a range, and masked pixels."""
 
 import torch
 from torch import Tensor
@@ -14,7 +14,7 @@ from .tables import table_entries
 @primitive
 def range_mask(x: Tensor, low: Tensor, high: Tensor) -> Tensor:
     """(B, 1, H, W): 255 where all channels of bytes (B, C, H, W) are from ``low`` to ``high``, else 0. The
-    bounds are float32, (C, 1, 1) or (B, C, 1, 1), and may be between two bytes, and beyond them."""
+    bounds are float32, (C, 1, 1) or (B, C, 1, 1); they need not be integers, nor in the range of bytes."""
     level = torch.arange(256, device=x.device).to(torch.float32)
     tables = ((level >= low) & (level <= high)).to(torch.uint8) * 255
     planes = in_planes(x)
@@ -36,7 +36,7 @@ def _range_mask_kernel(x: Tensor, low: Tensor, high: Tensor) -> Tensor:
 
 @primitive
 def masked_pixels(x: Tensor, mask: Tensor) -> Tensor:
-    """The bits of bytes (B, C, H, W) that are set in a mask (B, 1, H, W)."""
+    """Bytes (B, C, H, W), with only the bits that are set in a mask (B, 1, H, W)."""
     return x & mask
 
 

@@ -1,5 +1,5 @@
-"""Luma and chroma in bytes, the chroma at a part of the resolution, to RGB and from it: the formats of
-cameras and encoders."""
+"""Conversion between RGB and the formats of cameras and encoders: luma and chroma in bytes, with chroma at a
+lower resolution."""
 
 from typing import List, Tuple
 
@@ -16,11 +16,11 @@ from .color_planes import as_pixels, channels_of, from_pixels
 
 @primitive
 def subsampled_to_rgb(luma: Tensor, chroma: Tensor, weights: List[int], swapped: bool) -> Tensor:
-    """Bytes (B, 3, H, W) of luma (B, 1, H, W) and chroma (B, 2, h, w), of which a pixel has the nearest: U
-    and V, ``swapped`` V and U.
+    """Bytes (B, 3, H, W) from luma (B, 1, H, W) and chroma (B, 2, h, w): U and V, or V and U if ``swapped``.
+    Each pixel takes the nearest chroma.
 
     ``weights``, in 1/2^20: of luma; of V in red; of U and of V in green; of U in blue; and the luma of black.
-    Values are rounded halves up and saturated.
+    Values are rounded half up and saturated.
 
     >>> subsampled_to_rgb(
     ...     torch.full((1, 1, 2, 2), 90, dtype=torch.uint8),
@@ -53,8 +53,8 @@ def _subsampled_kernel(luma: Tensor, chroma: Tensor, weights: List[int], swapped
 
 @primitive
 def packed_to_rgb(image: Tensor, weights: List[int], luma_first: bool) -> Tensor:
-    """Bytes (B, 3, H, 2 W) of pairs of pixels (B, 4, H, W): luma, chroma, luma, chroma, or with chroma first;
-    weights as in `subsampled_to_rgb`.
+    """Bytes (B, 3, H, 2 W) from pairs of pixels (B, 4, H, W): luma, chroma, luma, chroma, or with chroma
+    first; weights as in `subsampled_to_rgb`.
 
     >>> packed_to_rgb(
     ...     torch.tensor([90, 128, 91, 138], dtype=torch.uint8).reshape(1, 4, 1, 1),
@@ -79,11 +79,11 @@ def _packed_kernel(image: Tensor, weights: List[int], luma_first: bool) -> Tenso
 
 @primitive
 def rgb_to_subsampled(image: Tensor, factors: List[int]) -> Tuple[Tensor, Tensor]:
-    """Luma (B, 1, H, W) of bytes (B, 3, H, W), and U and V (B, 2, (H + 1) // 2, (W + 1) // 2) of the means
-    of 2 x 2 pixels, of which the last row or column of an odd size counts twice.
+    """Luma (B, 1, H, W) of bytes (B, 3, H, W), and U and V (B, 2, (H + 1) // 2, (W + 1) // 2) of the means of
+    2 x 2 pixels. The last row or column of an odd size counts twice.
 
     ``factors``, in 1/2^20: of red, green and blue in luma, in U and in V; and the luma of black. Chroma is
-    around 128. Values are rounded halves up and saturated.
+    around 128. Values are rounded half up and saturated.
 
     >>> luma, chroma = rgb_to_subsampled(
     ...     torch.full((1, 3, 1, 1), 10, dtype=torch.uint8),
@@ -101,14 +101,14 @@ def rgb_to_subsampled(image: Tensor, factors: List[int]) -> Tuple[Tensor, Tensor
 
 
 def _mixed(channels: List[Tensor], factors: List[int], zero: int, whole: float) -> Tensor:
-    """The sum of the channels by their factors over ``whole``, plus ``zero``, rounded halves up."""
+    """The sum of the channels times their factors, divided by ``whole``, plus ``zero``, rounded half up."""
     total = channels[0] * float(factors[0]) + channels[1] * float(factors[1])
     total = total + channels[2] * float(factors[2]) + (float(zero) + 0.5) * whole
     return torch.floor(total / whole).clamp(0.0, 255.0)
 
 
 def _pairs(x: Tensor, dim: int) -> Tensor:
-    """Sums of two neighbours along ``dim``, of the last one of an odd number twice."""
+    """Sums of two neighbours along ``dim``; the last one of an odd number counts twice."""
     half = (x.size(dim) + 1) // 2
     return every_second(x, dim, 0, half) + every_second(x, dim, 1, half)
 
@@ -121,7 +121,7 @@ def _nv12_kernel(image: Tensor, factors: List[int]) -> Tuple[Tensor, Tensor]:
     rows, columns = (height + 1) // 2, (width + 1) // 2
     luma = made.narrow(1, 0, height * width).unflatten(1, [height, width, 1])
     pairs = made.narrow(1, height * width, rows * columns * 2).unflatten(1, [rows, columns, 2])
-    # Dense, for the runtime would copy them value by value.
+    # Dense, because the runtime would otherwise copy them value by value.
     luma, pairs = (part.clone(memory_format=torch.contiguous_format) for part in (luma, pairs))
     chroma = pairs.permute(0, 3, 1, 2)
     return luma.permute(0, 3, 1, 2), chroma if is_frame else in_planes(chroma)

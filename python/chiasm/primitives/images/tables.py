@@ -12,15 +12,15 @@ from ..numbers.rounding import known_or
 def levels(image: Tensor, white: float) -> Tensor:
     """The 256 levels for each image of a batch, (B, 256) in float64, of which the last is ``white``.
 
-    float64, so that what engines round differently hardly ever falls to different sides of a half.
+    In float64, so that engines' different rounding errors hardly ever lead to different bytes.
     """
     all_levels = torch.arange(256, device=image.device).to(torch.float64) * (white / 255.0)
     return all_levels.expand(image.size(0), 256)
 
 
 def looked_up(image: Tensor, values: Tensor, white: float) -> Tensor:
-    """Bytes (B, *) by what an op makes of their ``levels``, (B, 256): rounded to even and saturated. NaN
-    becomes 0.
+    """Bytes (B, *) mapped by an op's values at their ``levels``, (B, 256): rounded half to even and
+    saturated. NaN becomes 0.
 
     >>> x = torch.tensor([[0, 100, 200]], dtype=torch.uint8)
     >>> looked_up(x, 1.0 - levels(x, 1.0), 1.0)

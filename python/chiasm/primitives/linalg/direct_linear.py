@@ -1,4 +1,4 @@
-"""What direct linear transforms share: normalised points, and their equations summed up."""
+"""Parts of direct linear transforms: normalised points, and sums of their equations."""
 
 from typing import Optional, Tuple
 
@@ -12,9 +12,10 @@ from .matrices import small_matmul
 
 def hartley(points: Tensor, weights: Optional[Tensor], eps: float) -> Tuple[Tensor, Tensor]:
     """Points (B, N, d) moved to centroid 0 and mean distance sqrt(d), and the similarity (B, d + 1, d + 1)
-    that does it.
+    that moves them.
 
-    R. Hartley, In defense of the eight-point algorithm, PAMI 19(6), 1997. Weights (B, N) weigh both means.
+    R. Hartley, In defense of the eight-point algorithm, PAMI 19(6), 1997. Both means are weighted by
+    ``weights`` (B, N).
 
     >>> moved, similarity = hartley(torch.tensor([[[0.0, 0.0], [4.0, 0.0]]]), None, 0.0)
     >>> moved
@@ -25,7 +26,7 @@ def hartley(points: Tensor, weights: Optional[Tensor], eps: float) -> Tuple[Tens
     share = (share / share.sum(1, keepdim=True))[..., None]
     centre = (points * share).sum(1, keepdim=True)
     offset = points - centre
-    # 1e-300 keeps the square root's derivative finite for a point at the centroid and changes no value.
+    # 1e-300 keeps the square root's derivative finite for a point at the centroid, and changes no value.
     distance = torch.sqrt((offset * offset).sum(-1, keepdim=True) + 1e-300)
     size = points.size(-1)
     scale = size**0.5 / ((distance * share).sum(1) + eps)

@@ -1,14 +1,14 @@
 """Eigenvalues and singular values of small matrices by Jacobi's rotations, in arithmetic only.
 
 G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 8.5 and 8.6.3. A round rotates n/2 disjoint pairs
-of columns at once, as one product with an orthogonal matrix, and then moves the columns on as players move in
-a tournament, so that every round is the same code: a sweep of all pairs is n - 1 of them (n where n is odd).
-Vectors that belong to equal values, and the signs of all, are then chosen by one rule (`_settling`), so that
-engines that round differently find the same.
+of columns at once, as one product with an orthogonal matrix, and then permutes the columns like players of a
+round-robin tournament, so that every round is the same code. A sweep of all pairs takes n - 1 rounds, or n if
+n is odd. Then one rule (`_settling`) chooses the signs of all vectors and the vectors of equal values, so
+that engines that round differently find the same vectors.
 
-The sweeps see no gradient. It comes from one correction of first order after them, in which 1 / (difference
-of two values) is 0 where they differ by less than 1e-9 of the largest. Exported gradients copy the rounds,
-for n up to 4 say: for a null vector there is `null_vector`.
+The sweeps carry no gradient. It comes from one first-order correction after them, in which 1 / (difference of
+two values) is replaced with 0 if they differ by less than 1e-9 of the largest. Exported gradients copy the
+rounds, which suits n up to about 4; for null vectors use `null_vector`.
 """
 
 import math
@@ -55,7 +55,7 @@ def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
 def _derived_eigen(
     values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor
 ) -> Tuple[Tensor, Tensor]:
-    """The same values and vectors, with the derivatives by a."""
+    """The same values and vectors, with derivatives with respect to a."""
     change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
     change = change - change.detach()
     gap = _reciprocal(values[..., None, :] - values[..., :, None], norm)
@@ -73,10 +73,10 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """U (..., r, n), singular values (..., n), descending and not negative, and V (..., n, n) of (..., r, n),
     r >= n: U diag(s) V^T.
 
-    In float64, for n up to about 10, by rotations of columns: small singular values are found to their own
-    precision, not to the norm's. U is orthonormal whatever the rank. A singular value below 4e-15 of the norm
-    is 0. The derivative of U V^T is right also where singular values are repeated. Where r is exported as a
-    symbol, its lower limit has to be above n.
+    In float64, for n up to about 10, by rotations of columns: small singular values have a small relative
+    error, not only one that is small relative to the norm. U is orthonormal for every rank. A singular value
+    below 4e-15 of the norm becomes 0. The derivative of U V^T is correct even if singular values are
+    repeated. If r is exported as a symbol, its lower limit must be above n.
 
     >>> u, s, v = svd(torch.tensor([[0.0, 2.0], [-1.0, 0.0]]))
     >>> s
@@ -101,7 +101,7 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     state = small_matmul(state, _settling(state[..., n:, :], lengths[..., 0, :]))
     columns, v = state[..., :n, :], state[..., n:, :]
     empty = lengths < 4e-15
-    # The columns are orthogonal to rounding; those of the factor are so too where one is empty.
+    # The columns are orthogonal up to rounding. QR makes them orthonormal, even if one is empty.
     u, r = qr(torch.where(empty, torch.zeros_like(columns), columns))
     s = r.diagonal(0, -2, -1) * norm[..., 0]
     u = u * torch.where(empty, pointed(u), torch.ones_like(lengths))
@@ -113,10 +113,10 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 
 @primitive
 def _derived_svd(u: Tensor, s: Tensor, v: Tensor, a: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """The same values, with the derivatives by a.
+    """The same values, with derivatives with respect to a.
 
-    With dU = U X and dV = V Y for skew-symmetric X and Y, the entries of U^T dA V = X S + dS - S Y give X + Y
-    by the differences of singular values and X - Y by their sums.
+    With dU = U X and dV = V Y for skew-symmetric X and Y, the entries of U^T dA V = X S + dS - S Y give X +
+    Y, divided by the differences of singular values, and X - Y, divided by their sums.
     """
     image = small_matmul(a, v)
     image = image - image.detach()
@@ -136,24 +136,26 @@ def _svd_alone(u: Tensor, s: Tensor, v: Tensor, a: Tensor, norm: Tensor) -> Tupl
 
 
 def _reciprocal(x: Tensor, norm: Tensor) -> Tensor:
-    """1 / x, and 0 where x is next to nothing."""
+    """1 / x, or 0 if x is negligible."""
     small = x.abs() <= 1e-9 * norm
     return torch.where(small, torch.zeros_like(x), 1.0 / torch.where(small, torch.ones_like(x), x))
 
 
 def _rounds(n: int) -> int:
-    """Rounds of whole sweeps, after which the columns are back in their places: one sweep more than any of
-    thousands of matrices took, of condition 1 to 1e12 and with repeated values, until nothing moved."""
+    """The number of rounds, in whole sweeps, after which the columns are back in their places. It is one
+    sweep more than any of thousands of matrices needed to converge, of condition 1 to 1e12 and with repeated
+    values."""
     sweeps = [0, 1, 5, 6, 6, 7, 8, 9, 9, 11]
     return sweeps[min(n, 10) - 1] * (n if n % 2 == 1 else n - 1)
 
 
 def _schedule(n: int, like: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Each column's partner, the columns' move after a round as a matrix, the same after an exchange of
-    partners, and 1, -1 or 0 where a column is the first or second of its pair or has no partner.
+    """Each column's partner; the permutation of columns after a round, as a matrix; the same after an
+    exchange of partners; and 1, -1 or 0 for a column that is the first or second of its pair or has no
+    partner.
 
-    Columns 0 to odd - 1 stand in a circle, the pairs facing each other; an even n's last column stays and
-    plays who is left over.
+    Columns 0 to odd - 1 are in a circle, in which pairs face each other. If n is even, the last column stays
+    in place and is paired with the column that is left over.
     """
     odd = n if n % 2 == 1 else n - 1
     partner = [odd - 1 - i for i in range(odd)]
@@ -178,10 +180,10 @@ def _schedule(n: int, like: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
 def _rotation(
     d: Tensor, b: Tensor, floor: float, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor
 ) -> Tensor:
-    """The orthogonal (..., n, n) that rotates each pair of columns and moves them on, from squared lengths d
-    and products b with the partner."""
+    """The orthogonal (..., n, n) that rotates each pair of columns and then permutes them, from squared
+    lengths d and products b with the partner."""
     other = d.index_select(-1, partner)
-    # Products that are rounding count as 0, or what belongs to equal values would turn for ever.
+    # Products within rounding count as 0, or vectors of equal values would rotate for ever.
     b = torch.where(b * b > 2e-29 * (d * other).abs() + floor, 2.0 * b, torch.zeros_like(b))
     delta = (other - d) * side
     sign = torch.where(delta >= 0, 1.0, -1.0).to(d.dtype)
@@ -193,7 +195,7 @@ def _rotation(
 
 @repeated
 def _two_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
-    """One round on the symmetric matrix in the upper half of the state; the lower half gathers the
+    """One round on the symmetric matrix in the upper half of the state; the lower half accumulates the
     rotations."""
     n = state.size(-1)
     a = state[..., :n, :]
@@ -202,13 +204,14 @@ def _two_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Te
     rotation = _rotation(a.diagonal(0, -2, -1), product, 2e-29, partner, turn, swap, side)
     rotated = small_matmul(state, rotation)
     a = small_matmul(rotation.transpose(-1, -2), rotated[..., :n, :])
-    # Symmetric to the last bit, or the two of a pair would turn by different angles.
+    # Keep the matrix symmetric to the last bit, or the two columns of a pair would rotate by different
+    # angles.
     return torch.cat([0.5 * (a + a.transpose(-1, -2)), rotated[..., n:, :]], -2)
 
 
 @repeated
 def _one_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
-    """One round on the columns in the upper half of the state; the lower half gathers the rotations."""
+    """One round on the columns in the upper half of the state; the lower half accumulates the rotations."""
     columns = state[..., : state.size(-1), :]
     product = (columns * columns.index_select(-1, partner)).sum(-2)
     return small_matmul(
@@ -225,16 +228,16 @@ def _order(values: Tensor) -> Tensor:
 
 
 def _settling(vectors: Tensor, values: Tensor) -> Tensor:
-    """The orthogonal (..., n, n) that takes orthonormal vectors of sorted values to a basis that does not
+    """The orthogonal (..., n, n) that turns orthonormal vectors of sorted values into a basis that does not
     depend on how they were found.
 
-    Column k becomes the nearest to a fixed direction of its own, among the vectors that belong to its value
-    (of a matrix of norm 1, to 1e-13) and are orthogonal to those before: a sign where the value is single, a
-    basis of the plane where it is double.
+    Each column has a fixed direction. Column k becomes the vector nearest to this direction, among those that
+    belong to its value (to 1e-13, for a matrix of norm 1) and are orthogonal to the columns before. This
+    chooses a sign for a single value, and a basis of the plane for a double one.
     """
     n = vectors.size(-1)
-    # Numbers with no pattern, that make a matrix of condition 3 or so up to n = 10, in whole 64ths:
-    # TorchScript's tensor() rounds to float32.
+    # Numbers without a pattern, which form a matrix of condition about 3 up to n = 10. They are multiples of
+    # 1/64, because TorchScript's tensor() rounds to float32.
     directions = [
         [math.floor(64.0 * math.cos(1.1 + 4.6 * i + 2.7 * j + 3.8 * i * j)) / 64.0 for j in range(n)]
         for i in range(n)

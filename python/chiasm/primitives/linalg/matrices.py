@@ -1,4 +1,4 @@
-"""Small linear algebra in arithmetic only: ONNX has no inverse, SVD or eigen decomposition."""
+"""Small linear algebra in arithmetic only: ONNX has no inverse, SVD or eigendecomposition."""
 
 from typing import List
 
@@ -10,7 +10,7 @@ from ..kernels import operators as kernels
 
 
 def _has_kernel(m: Tensor, *_: object) -> bool:
-    """Whether kernels take matrices (..., n, n)."""
+    """Whether kernels support matrices (..., n, n)."""
     return (
         kernels.available(m)
         and m.dtype == torch.float64
@@ -65,8 +65,8 @@ def cross4(a: Tensor, b: Tensor, c: Tensor) -> Tensor:
 
 
 def _dual(a: Tensor, b: Tensor) -> Tensor:
-    """The skew-symmetric (..., 4, 4) that takes c to cross4(c, a, b): the six minors of a and b, at the
-    opposite places."""
+    """The skew-symmetric (..., 4, 4) that maps c to cross4(c, a, b): the six minors of a and b, each at the
+    place of the complementary indices."""
     minors = (a[..., :, None] * b[..., None, :] - b[..., :, None] * a[..., None, :]).flatten(-2)
     place = torch.tensor([0, 11, 13, 6, 14, 0, 3, 8, 7, 12, 0, 1, 9, 2, 4, 0], device=a.device)
     return minors.index_select(-1, place).unflatten(-1, [4, 4])
@@ -101,12 +101,12 @@ def cofactors(m: Tensor) -> Tensor:
 
 
 def det(m: Tensor) -> Tensor:
-    """Determinant of (..., n, n), computed in float64: its relative error is about that of rounding times the
-    condition number.
+    """Determinant of (..., n, n), computed in float64: its relative error is about the rounding error times
+    the condition number.
 
-    By elimination with the largest pivot of each column, up to 2x2 by cofactors. The derivatives are the
-    cofactors' up to 4x4, finite everywhere, and those of the elimination beyond, which are of a regular
-    matrix.
+    By cofactors up to 2x2, by elimination with the largest pivot of each column beyond. The derivatives come
+    from the cofactors up to 4x4, where they are finite everywhere. Beyond, they come from the elimination,
+    and are correct for a regular matrix only.
 
     >>> det(2.0 * torch.eye(5))
     tensor(32.)
@@ -117,7 +117,7 @@ def det(m: Tensor) -> Tensor:
         return _expanded(a).to(m.dtype)
     if n > 4:
         return _eliminated(a).to(m.dtype)
-    # The expansion loses twice the digits where two singular values are small.
+    # The expansion loses twice the digits if two singular values are small.
     return _derived_from_cofactors(_eliminated(a.detach()), a).to(m.dtype)
 
 
@@ -146,14 +146,14 @@ def _eliminated(a: Tensor) -> Tensor:
         row = (a * pick[..., None]).sum(-2)
         pivot = row[..., k]
         result = result * pivot
-        # A column of zeros needs no elimination: the harmless divisor keeps the gradient finite.
+        # A column of zeros needs no elimination; the divisor 1 keeps the gradient finite.
         safe = torch.where(pivot == 0, torch.ones_like(pivot), pivot)
         a = a - (a[..., k] * free / safe[..., None])[..., None] * row[..., None, :]
     return result * (1.0 - 2.0 * (exchanges - 2.0 * torch.floor(0.5 * exchanges)))
 
 
 def _largest(column: Tensor, free: Tensor) -> Tensor:
-    """One at the free row whose entry is largest, zeros elsewhere."""
+    """1 at the free row whose entry is largest, 0 elsewhere."""
     size = torch.where(free > 0, column.detach().abs(), -torch.ones_like(column))
     return (
         torch.argmax(size, dim=-1, keepdim=True) == torch.arange(column.size(-1), device=column.device)
@@ -161,11 +161,11 @@ def _largest(column: Tensor, free: Tensor) -> Tensor:
 
 
 def inverse(m: Tensor) -> Tensor:
-    """Inverse of (..., n, n), computed in float64; infinite or NaN where m is singular.
+    """Inverse of (..., n, n), computed in float64; infinite or NaN if m is singular.
 
-    The inverse of the detached matrix, then two of Newton's steps X (2 - M X). They polish the value, and
-    give the first three derivatives, for a step takes an error of first order to one of second order. For
-    images of 3x3 matrices there is `inverse3x3`, in their own dtype.
+    The inverse of the detached matrix, then two of Newton's steps X (2 - M X). They refine the value and give
+    the first three derivatives, because each step squares the error. `inverse3x3` is for images of 3x3
+    matrices, in their own dtype.
 
     >>> inverse(torch.tensor([[2.0, 1.0], [1.0, 1.0]]))
     tensor([[ 1., -1.],
@@ -180,7 +180,7 @@ def inverse(m: Tensor) -> Tensor:
 
 
 def solve(a: Tensor, b: Tensor) -> Tensor:
-    """The x of a x = b for (..., n, n) and (..., n, k), computed in float64; infinite or NaN where a is
+    """The x of a x = b for (..., n, n) and (..., n, k), computed in float64; infinite or NaN if a is
     singular.
 
     By the inverse of the detached matrix and two steps of refinement, which also give the first two
@@ -200,7 +200,7 @@ def solve(a: Tensor, b: Tensor) -> Tensor:
 def _inverse(m: Tensor) -> Tensor:
     """By cofactors up to 2x2; by Gauss-Jordan elimination with the largest pivot of each column beyond.
 
-    Cofactors of larger matrices would lose twice the digits where two singular values are small.
+    Cofactors of larger matrices would lose twice the digits if two singular values are small.
     """
     n = m.size(-1)
     if n <= 2:
@@ -251,10 +251,10 @@ def smallest_eigenvector(m: Tensor) -> Tensor:
     """Unit eigenvector (B, n) of the smallest eigenvalue of a symmetric positive semidefinite (B, n, n),
     float64.
 
-    Inverse iteration: the inverse of the slightly shifted matrix, squared until its largest eigenvalue has
-    swamped the others. That part carries no gradient; one first-order correction through the deflated inverse
-    follows, which polishes the value and whose derivative is exactly the eigenvector's (for a simple
-    eigenvalue; 0 for a double one).
+    Inverse iteration: the inverse of the slightly shifted matrix, squared until its largest eigenvalue
+    dominates the others. That part carries no gradient. One first-order correction through the deflated
+    inverse follows: it refines the value, and its derivative is exactly the eigenvector's for a simple
+    eigenvalue, and 0 for a double one.
     """
     m = m / (_trace(m) + 1e-300)
     return _eigenvector(m, spd_inverse(m.detach() + 1e-14 * _eye(m)), 7, 1.0)
@@ -264,21 +264,21 @@ def largest_eigenvector(m: Tensor) -> Tensor:
     """Unit eigenvector (B, n) of the largest eigenvalue of a symmetric positive semidefinite (B, n, n),
     float64.
 
-    As `smallest_eigenvector`, by powers of the matrix itself: they tell apart eigenvalues that differ by a
-    part in a hundred.
+    Like `smallest_eigenvector`, but by powers of the matrix itself, which separate eigenvalues that differ by
+    1%.
     """
     m = m / (_trace(m) + 1e-300)
     return _eigenvector(m, m.detach() + 1e-14 * _eye(m), 12, -1.0)
 
 
 def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tensor:
-    """The eigenvector that powers of `power` tend to, of m's smallest (sign 1) or largest (sign -1)
-    eigenvalue."""
+    """The eigenvector of m's smallest (sign 1) or largest (sign -1) eigenvalue, to which the columns of
+    `power`'s powers converge."""
     eye = _eye(m)
     fixed = m.detach()
     power = normalized_power(power, squarings)
-    # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest
-    # diagonal.
+    # Every column is now a multiple of the eigenvector: take the longest, which has the largest diagonal
+    # entry.
     diagonal = (power * eye).sum(-1)
     pick = (torch.argmax(diagonal, dim=-1)[:, None] == torch.arange(m.size(-1), device=m.device)).to(m.dtype)
     v = (power * pick[:, None, :]).sum(-1)
@@ -286,8 +286,8 @@ def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tenso
     outer = v[:, :, None] * v[:, None, :]
     eigenvalue = (outer * fixed).sum(-1, keepdim=True).sum(-2, keepdim=True)
     deflated = sign * (spd_inverse(sign * (fixed - eigenvalue * eye) + outer) - outer)
-    # Of a double eigenvalue any vector of the plane will do: no correction, and no derivative. (NaN is not
-    # less either.)
+    # For a double eigenvalue, any vector of the plane is right: no correction and no derivative. The same for
+    # NaN, because the comparison is then False.
     simple = (deflated.abs() < 1e12).all(-1, keepdim=True).all(-2, keepdim=True)
     deflated = torch.where(simple, deflated, torch.zeros_like(deflated))
     residual = (m * v[:, None, :]).sum(-1)
@@ -297,7 +297,8 @@ def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tenso
 
 @primitive
 def normalized_power(m: Tensor, squarings: int) -> Tensor:
-    """(..., n, n) divided by its trace and squared, so many times: what is left is its largest eigenvalue's.
+    """(..., n, n) divided by its trace and squared, ``squarings`` times; the part of its largest eigenvalue
+    remains.
 
     >>> normalized_power(torch.tensor([[2.0, 0.0], [0.0, 1.0]]), 5).round(decimals=3)
     tensor([[1., 0.],

@@ -12,21 +12,21 @@ from .matrices import small_matmul
 
 
 def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor]:
-    """Real roots of polynomials (..., n + 1), coefficients from the constant on: places u (..., n),
-    ascending, and which of them exist.
+    """Real roots of polynomials (..., n + 1), with the constant coefficient first: ascending positions u
+    (..., n), and whether each exists.
 
     The root is u / (1 - |u|): u goes from -1 to 1 while x goes from minus to plus infinity; roots beyond 1e8
-    are not found. Between two neighbouring roots of its derivative a polynomial is monotone and has at most
-    one root, which bisection finds; so the roots of all derivatives are found one after the other. Where
-    there is no root the interval's lower end stands in its place, which does no harm as one more point
-    between which the next polynomial is monotone. A double root is found twice or not at all. The roots are
-    to 2 ** (1 - halvings) of u's range, 1e-14 with 48, and nearer ones may be missed; they carry no gradient.
+    are not found. Between two neighbouring roots of its derivative, a polynomial is monotone and has at most
+    one root, which bisection finds; so the roots of all derivatives are found one after the other. If an
+    interval has no root, its lower end is used instead: it only splits an interval in which the next
+    polynomial is monotone. A double root is found twice or not at all. Roots are accurate to 2 ** (1 -
+    halvings) of u's range, 1e-14 with 48; roots closer together may be missed. They carry no gradient.
 
     >>> u, exists = real_roots(torch.tensor([-6.0, 11.0, -6.0, 1.0], dtype=torch.float64))
     >>> (u / (1.0 - u.abs())).round(decimals=6), exists
     (tensor([1., 2., 3.], dtype=torch.float64), tensor([True, True, True]))
     """
-    # Polynomials last: arithmetic on long rows is fast.
+    # The axis of polynomials is last, because arithmetic on long rows is fast.
     c = coefficients.detach().movedim(-1, 0).contiguous()
     return _found(c / (c.abs().amax(0) + 1e-300), halvings)
 
@@ -36,11 +36,11 @@ def _found(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     """``real_roots`` of polynomials (n + 1, ...) whose largest coefficient is 1."""
     degree = c.size(0) - 1
     derivatives = _derivatives(c)
-    # Lower ends, upper ends and whether the polynomial is negative at the lower ends (3, n + 1, ...); the
-    # first interval is all.
+    # The intervals' lower ends, their upper ends, and whether the polynomial is negative at the lower ends:
+    # (3, n + 1, ...). The first interval is the whole range.
     end = torch.full_like(c, 1.0 - 1e-8)
     state = torch.stack([end, end, torch.zeros_like(end)], 0)
-    # one iteration to begin with a polynomial, the others to halve its intervals
+    # one iteration starts a polynomial, the others halve its intervals
     count = (halvings + 1) * degree
     state = _halved(state, count, derivatives, halvings + 1)
     low, high = state[0, :degree].movedim(0, -1), state[1, :degree].movedim(0, -1)
@@ -56,7 +56,7 @@ def _found_kernel(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
 
 def _derivatives(c: Tensor) -> Tensor:
     """The polynomials (n, n + 1, ...) from the last derivative, of degree one, to the polynomial itself;
-    absent powers have zeros."""
+    coefficients of higher powers are zeros."""
     rows: List[Tensor] = [c]
     for _ in range(c.size(0) - 2):
         last = rows[0]
@@ -67,7 +67,7 @@ def _derivatives(c: Tensor) -> Tensor:
 
 @repeated
 def _halved(state: Tensor, k: Tensor, derivatives: Tensor, period: int) -> Tensor:
-    """Halve the intervals; every ``period``-th time take their middles as the ends of the next polynomial's
+    """Halve the intervals; every ``period``-th time, use their midpoints as the ends of the next polynomial's
     intervals instead."""
     low, high, negative = state[0], state[1], state[2]
     phase = torch.div(k, period, rounding_mode="floor")
@@ -79,10 +79,10 @@ def _halved(state: Tensor, k: Tensor, derivatives: Tensor, period: int) -> Tenso
     ends = torch.cat([-end, middle[: size - 1]], 0)
     at = torch.where(first, ends, middle)
     value = (_value(polynomial, at) < 0).to(state.dtype)
-    # halving: the lower end moves up where the sign there is still that of the lower end
+    # halving: the lower end moves to the middle if the sign is the same there
     before = value == negative
     halved = torch.stack([torch.where(before, middle, low), torch.where(before, high, middle), negative], 0)
-    # beginning: an interval without a change of sign shrinks to its lower end
+    # starting: an interval without a change of sign shrinks to its lower end
     upper = torch.cat([ends[1:], end], 0)
     upper_value = torch.cat([value[1:], value[size - 1 :]], 0)
     begun = torch.stack([ends, torch.where(value == upper_value, ends, upper), value], 0)
@@ -112,7 +112,7 @@ def product_of_coefficients(a: Tensor, b: Tensor, place: List[int], count: int) 
     return small_matmul(pairs[..., None, :], wanted.to(a.dtype))[..., 0, :]
 
 
-# A product with ones and zeros takes ten times as many multiplications.
+# A product with a matrix of ones and zeros takes ten times as many multiplications.
 @product_of_coefficients.lowering("native")
 def _fetched(a: Tensor, b: Tensor, place: List[int], count: int) -> Tensor:
     pairs = (a[..., :, None] * b[..., None, :]).flatten(-2)
@@ -125,8 +125,8 @@ def _fetched(a: Tensor, b: Tensor, place: List[int], count: int) -> Tensor:
 
 
 def _places(place: List[int], count: int) -> Tuple[List[int], List[float]]:
-    """For each of ``count`` sums which pairs belong to it, as many for each, and their weights: 1, and 0
-    where there are not so many."""
+    """For each of ``count`` sums, the pairs that belong to it, and their weights. All lists have the same
+    length: the weight is 1, or 0 for padding."""
     size = 0
     for k in range(count):
         size = max(size, place.count(k))

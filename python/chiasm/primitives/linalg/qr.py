@@ -10,7 +10,7 @@ from .matrices import normalized_power, small_matmul, spd_inverse
 
 
 def frobenius_norm(m: Tensor) -> Tensor:
-    """Frobenius norm (..., 1, 1), of parts of the largest entry so that no square overflows; 1 for zeros.
+    """Frobenius norm (..., 1, 1), relative to the largest entry so that no square overflows; 1 for zeros.
 
     >>> frobenius_norm(torch.tensor([[3.0, 0.0], [0.0, 4.0]]))
     tensor([[5.]])
@@ -23,11 +23,11 @@ def frobenius_norm(m: Tensor) -> Tensor:
 
 
 def pointed(vectors: Tensor) -> Tensor:
-    """One or minus one for each column of (..., n, k), which multiplied with it gives it a sign that does not
-    depend on how it was found.
+    """1 or -1 for each column of (..., n, k). Multiplied by it, the column has a sign that does not depend on
+    how it was found.
 
-    The sum of its entries, the k-th weighted with 1.3247 ** -k, becomes positive: unlike the largest entry,
-    of which symmetric problems have several, that sum is 0 by chance only. Given no gradient.
+    The sum of its entries, the k-th weighted by 1.3247 ** -k, becomes positive: that sum is 0 only by chance,
+    whereas symmetric problems have several largest entries. Without a gradient.
 
     >>> pointed(torch.tensor([[1.0, -1.0], [-1.0, 1.0]]))
     tensor([[ 1., -1.]])
@@ -42,8 +42,8 @@ def qr(m: Tensor) -> Tuple[Tensor, Tensor]:
     """Q (..., r, n) with orthonormal columns and upper triangular R (..., n, n), its diagonal not negative,
     of (..., r, n), r >= n.
 
-    By Householder's reflections in float64. Q is orthonormal whatever the rank. Differentiable where the
-    columns are independent; the gradient is finite also where a column is zero.
+    By Householder's reflections in float64. Q is orthonormal for every rank. Differentiable if the columns
+    are independent; the gradient is finite even if a column is zero.
 
     >>> q, r = qr(torch.tensor([[3.0, 1.0], [4.0, 2.0]]))
     >>> q
@@ -65,8 +65,8 @@ def qr(m: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _reflect(a: Tensor) -> Tuple[Tensor, List[Tensor]]:
-    """The (..., r, n) turned upper triangular, and the mirrors' normals (..., r), of length sqrt(2) or, for a
-    zero column, 0."""
+    """The (..., r, n), reflected to an upper triangular matrix, and the normals (..., r) of the reflections,
+    of length sqrt(2), or 0 for a zero column."""
     rows = torch.arange(a.size(-2), device=a.device)
     mirrors: List[Tensor] = []
     for k in range(a.size(-1)):
@@ -74,7 +74,7 @@ def _reflect(a: Tensor) -> Tuple[Tensor, List[Tensor]]:
         squared = (x * x).sum(-1, keepdim=True)
         empty = squared == 0
         length = torch.sqrt(torch.where(empty, torch.ones_like(squared), squared))
-        # away from the image of the column: no cancellation
+        # the sign of the entry to which it is added, so nothing cancels
         signed = torch.where(x[..., k : k + 1] >= 0, length, -length)
         normal = x + signed * (rows == k).to(a.dtype)
         scale = torch.where(
@@ -89,7 +89,7 @@ def _reflect(a: Tensor) -> Tuple[Tensor, List[Tensor]]:
 
 def _upper(a: Tensor) -> Tensor:
     """The upper triangle of the first n rows, by index and mask: slices and triu would ask whether these are
-    all."""
+    all rows."""
     index = torch.arange(a.size(-1), device=a.device)
     return a.index_select(-2, index) * (index[:, None] <= index[None, :]).to(a.dtype)
 
@@ -99,13 +99,13 @@ def _mirrored(normal: Tensor, a: Tensor) -> Tensor:
 
 
 def null_vector(m: Tensor) -> Tensor:
-    """Unit vector (..., n) that (..., r, n), r >= n - 1, takes nearest to 0: the right singular vector of the
-    least singular value.
+    """Unit vector (..., n) whose product with (..., r, n), r >= n - 1, is nearest to 0: the right singular
+    vector of the smallest singular value.
 
-    By the inverse of the R of m = Q R, so that the error grows with m's condition and not with its square as
-    by m^T m; R^-1 R^-T is squared until its largest eigenvalue has swamped the others. Its sign is
-    `pointed`'s. The derivative counts as 0 where the squares of the two least singular values differ by less
-    than 1e-13 |m|^2.
+    By the inverse of the R of m = Q R, so that the error grows with m's condition number, not with its square
+    as for m^T m. R^-1 R^-T is squared until its largest eigenvalue dominates the others. `pointed` chooses
+    the sign. The derivative is 0 if the squares of the two smallest singular values differ by less than 1e-13
+    |m|^2.
 
     >>> null_vector(torch.tensor([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]))
     tensor([0., 0., 1.])
@@ -120,8 +120,8 @@ def null_vector(m: Tensor) -> Tensor:
 
 
 def _upper_inverse(r: Tensor) -> Tensor:
-    """Inverse of an upper triangular matrix of norm 1, by substitution; what is next to 0 on its diagonal
-    counts as 1e-15."""
+    """Inverse of an upper triangular matrix of norm 1, by substitution; diagonal entries near 0 count as
+    1e-15."""
     n = r.size(-1)
     diagonal = r.diagonal(0, -2, -1)
     diagonal = torch.where(diagonal.abs() < 1e-15, torch.full_like(diagonal, 1e-15), diagonal)
@@ -136,8 +136,8 @@ def _upper_inverse(r: Tensor) -> Tensor:
 def _longest_column(half: Tensor) -> Tensor:
     """Unit eigenvector of the largest eigenvalue of half half^T."""
     power = normalized_power(small_matmul(half, half.transpose(-1, -2)), 8)
-    # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest
-    # diagonal.
+    # Every column is now a multiple of the eigenvector: take the longest, which has the largest diagonal
+    # entry.
     pick = torch.argmax(power.diagonal(0, -2, -1), dim=-1, keepdim=True) == torch.arange(
         half.size(-1), device=half.device
     )
@@ -158,8 +158,8 @@ def _null_change(a: Tensor, v: Tensor, square: Tensor) -> Tensor:
     outer = v[..., :, None] * v[..., None, :]
     value = (square * outer).sum(-1, keepdim=True).sum(-2, keepdim=True)
     eye = torch.eye(v.size(-1), dtype=v.dtype, device=v.device)
-    # The shift is above rounding: it keeps the matrix positive definite where the next eigenvalue is the
-    # same.
+    # The shift exceeds rounding errors: it keeps the matrix positive definite if the next eigenvalue is
+    # equal.
     others = spd_inverse(square + (4e-15 - value) * eye + outer) - outer
     gap_closed = (others * eye).sum(-1, keepdim=True).sum(-2, keepdim=True) > 1e13
     others = torch.where(gap_closed, torch.zeros_like(others), others)

@@ -1,4 +1,4 @@
-"""From a loss for every pixel to what the caller wants of it."""
+"""Reductions of a loss per pixel."""
 
 from typing import Optional, Tuple
 
@@ -9,7 +9,7 @@ from ..core.checks import check_reduction
 
 
 def reduced(loss: Tensor, reduction: Optional[str]) -> Tensor:
-    """The mean of a loss, its sum, or the loss itself, which None stands for too.
+    """The mean of a loss, its sum, or the loss itself ("none" or None).
 
     >>> reduced(torch.tensor([1.0, 3.0]), "mean")
     tensor(2.)
@@ -25,7 +25,8 @@ def reduced(loss: Tensor, reduction: Optional[str]) -> Tensor:
 
 
 def reduced_where(loss: Tensor, counts: Tensor, reduction: str) -> Tensor:
-    """``reduced`` of the entries that count; the others are 0, and the mean of none is 0.
+    """``reduced``, over the entries for which ``counts`` is True. The others are 0, and the mean over no
+    entry is 0.
 
     >>> reduced_where(torch.tensor([1.0, 3.0]), torch.tensor([False, True]), "mean")
     tensor(3.)
@@ -38,10 +39,10 @@ def reduced_where(loss: Tensor, counts: Tensor, reduction: str) -> Tensor:
 
 
 def considered(target: Tensor, ignore_index: Optional[int]) -> Tensor:
-    """bool, of target's shape: False where it is ``ignore_index``."""
+    """bool, in target's shape: False where target is ``ignore_index``."""
     if ignore_index is None:
         return torch.ones_like(target, dtype=torch.bool)
-    # The number might not be one of the dtype's: bytes would take -100 for 156.
+    # The dtype may not have the number: in bytes, -100 would equal 156.
     return (
         target.to(torch.float64) != ignore_index
         if target.is_floating_point()
@@ -50,7 +51,7 @@ def considered(target: Tensor, ignore_index: Optional[int]) -> Tensor:
 
 
 def where_considered(pred: Tensor, counts: Tensor) -> Tuple[Tensor, Tensor]:
-    """``pred`` (B, C, *) with 0 where ``counts`` (B, *) is False, so that nothing there, not even NaN,
-    reaches a gradient; and ``counts`` for every channel, (B, 1, *)."""
+    """``pred`` (B, C, *) with 0 where ``counts`` (B, *) is False, so that values there, even NaN, do not
+    affect a gradient; and ``counts`` with a channel dimension, (B, 1, *)."""
     every = counts[:, None]
     return torch.where(every, pred, torch.zeros_like(pred)), every

@@ -8,7 +8,7 @@ from ..core.lowering import primitive
 
 @primitive
 def power(x: Tensor, exponent: float) -> Tensor:
-    """x ** exponent of positive x; in native code of float32 normal x, where the exponent is 1/3, 2.4 or
+    """x ** exponent for positive x. In native code, float32 x must be normal if the exponent is 1/3, 2.4 or
     1/2.4 (those of colour spaces).
 
     >>> power(torch.tensor([8.0, 27.0]), 1.0 / 3.0)
@@ -31,7 +31,7 @@ def _by_roots(x: Tensor, exponent: float) -> Tensor:
 
 def _affords_a_logarithm(x: Tensor, *_: object) -> bool:
     """Compiled code and ONNX Runtime have vectorised exponentials and logarithms but a slow ``pow``. The
-    detour costs ``exponent * log(x)`` roundings, which half precision cannot afford."""
+    power by logarithm has an error of ``exponent * log(x)`` roundings, too much for half precision."""
     return x.dtype == torch.float32 or x.dtype == torch.float64
 
 
@@ -45,13 +45,13 @@ def _cube_root(x: Tensor) -> Tensor:
 
 
 def _inverse_root(x: Tensor, n: int, origin: float) -> Tensor:
-    """x ** (-1 / n) in float32, by Newton's method for z^-n = x: products alone, a third of the time of a
+    """x ** (-1 / n) in float32, by Newton's method for z^-n = x: only products, in a third of the time of a
     logarithm and an exponential.
 
-    It begins with the number whose bits, read as an integer, are ``origin`` minus an n-th of x's: within 3.5
-    %, as the integer is nearly a logarithm (W. Kahan's trick). Three steps take that to 4 roundings.
-    AOTInductor writes a value's whole history out wherever the value is named, before it sees that they are
-    the same: powers by ``pow`` name it once.
+    The first guess is the number whose bits, read as an integer, are ``origin`` minus an n-th of x's. It is
+    within 3.5 %, because that integer is nearly a logarithm (W. Kahan). After three steps the error is 4
+    roundings. AOTInductor expands a value's whole computation wherever the value is named, before it removes
+    duplicates: powers by ``pow`` name it once.
     """
     bits = x.view(torch.int32).to(torch.float32)
     z = (origin - bits * (1.0 / n)).to(torch.int32).view(torch.float32)
@@ -63,13 +63,13 @@ def _inverse_root(x: Tensor, n: int, origin: float) -> Tensor:
 
 @primitive
 def power_each(x: Tensor, exponent: Tensor) -> Tensor:
-    """x ** exponent with a tensor of exponents that are not negative. What is below zero counts as zero;
-    where x is zero its gradient is zero too, not the infinite one of an exponent below 1.
+    """x ** exponent with a tensor of exponents that are not negative. Negative x counts as zero. At x = 0 the
+    gradient is zero, although it is infinite for an exponent below 1.
 
     >>> power_each(torch.tensor([4.0, 0.0, -1.0]), torch.tensor(0.5))
     tensor([2., 0., 0.])
     """
-    empty = x <= 0  # which not-a-number is not: it stays what it is, as in ``pow``
+    empty = x <= 0  # False for NaN, which stays NaN, as in ``pow``
     raised = torch.pow(torch.where(empty, torch.ones_like(x), x), exponent)
     # 0 ** 0 is 1
     return torch.where(empty, (exponent == 0).to(x.dtype), raised)
@@ -77,7 +77,7 @@ def power_each(x: Tensor, exponent: Tensor) -> Tensor:
 
 @power_each.lowering("onnx")
 def _limited(x: Tensor, exponent: Tensor) -> Tensor:
-    # the definition's two selections would cost ONNX Runtime more than its ``pow``
+    # in ONNX Runtime, the definition's two selections would take longer than ``pow``
     return torch.pow(x.clamp(min=0.0), exponent)
 
 

@@ -10,12 +10,11 @@ from ..core.lowering import primitive
 
 @primitive
 def stable_topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
-    """The k largest values along the last axis, descending, and their indices; of equals the lower index
+    """The k largest values along the last axis, descending, and their indices; among equals, the lower index
     comes first.
 
-    ``torch.topk`` promises no order among equals, so eager code sorts stably, of long rows only what belongs
-    to the largest. ONNX Runtime's TopK and chiasm's native runtime do promise the lower index first, and get
-    ``topk``.
+    ``torch.topk`` promises no order among equals, so eager code sorts stably; of long rows, only the largest
+    values. ONNX Runtime's TopK and chiasm's native runtime promise the lower index first, and use ``topk``.
 
     >>> stable_topk(torch.tensor([1.0, 3.0, 3.0]), 2)
     (tensor([3., 3.]), tensor([1, 2]))
@@ -30,7 +29,7 @@ def stable_topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
 
 @stable_topk.lowering("onnx", when=lambda x, k: x.is_floating_point())
 def _with_nan_as_infinity(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
-    # ONNX Runtime leaves open where NaN goes.
+    # ONNX Runtime does not define the order of NaN.
     indices = torch.topk(torch.where(x == x, x, torch.full_like(x, float("inf"))), k, dim=-1)[1]
     return x.gather(-1, indices), indices
 
@@ -42,8 +41,8 @@ def _topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
 
 
 def _among_largest(x: Tensor, k: int) -> Tensor:
-    """Where the k largest values along the last axis are, of equals the first ones, ascending. NaN is the
-    largest, as in ``torch.sort``."""
+    """The indices, ascending, of the k largest values along the last axis, the first ones among equals. NaN
+    is the largest, as in ``torch.sort``."""
     least = torch.topk(x, k, dim=-1)[0][..., k - 1 :]
     above = (x > least) | (torch.isnan(x) & ~torch.isnan(least))
     equal = (x == least) | (torch.isnan(x) & torch.isnan(least))

@@ -1,5 +1,5 @@
-"""The least and the greatest value, NaN where a value is NaN, on every engine: ONNX Runtime's reductions pass
-over NaN."""
+"""The smallest and the greatest value, which are NaN on every engine if any value is NaN. ONNX Runtime's own
+reductions ignore NaN."""
 
 from typing import List
 
@@ -31,7 +31,7 @@ def greatest(x: Tensor, dims: List[int]) -> Tensor:
 
 @primitive
 def _with_nan(extreme: Tensor, x: Tensor, dims: List[int]) -> Tensor:
-    """PyTorch's extreme, which has NaN already."""
+    """PyTorch's extreme, which is NaN already."""
     return extreme
 
 

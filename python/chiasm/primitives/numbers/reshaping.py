@@ -9,7 +9,7 @@ from ..core.lowering import primitive
 
 @primitive
 def reshaped(x: Tensor, shape: List[int]) -> Tensor:
-    """``x.reshape(shape)`` by way of one dimension: a direct merge of symbolic sizes asks whether one divides
+    """``x.reshape(shape)`` through one dimension: a direct merge of symbolic sizes asks whether one divides
     another.
 
     >>> reshaped(torch.arange(6).reshape(3, 2), [2, 3])
@@ -21,5 +21,6 @@ def reshaped(x: Tensor, shape: List[int]) -> Tensor:
 
 @reshaped.lowering("vjp")
 def _with_dense_gradient(x: Tensor, shape: List[int]) -> Tensor:
-    # Going back, the gradient must be dense to become one dimension; that of a mean is not, a product's is.
+    # In the backward pass, the gradient must be dense to become one dimension. A mean's gradient is not; a
+    # product's is.
     return x.contiguous().reshape([-1]).reshape(shape) * 1

@@ -1,7 +1,8 @@
-"""Whole numbers out of floating-point ones.
+"""Conversion of floating-point numbers to integers.
 
-Converting NaN, an infinity or what an integer cannot hold is undefined: processors, engines and vector widths
-differ, and an index made of it reads anywhere. A ``clamp`` does not help, for NaN passes it.
+Converting NaN, an infinity or a number out of range to an integer is undefined: processors, engines and
+vector widths differ, and such an index reads anywhere in memory. A ``clamp`` does not help, because it keeps
+NaN.
 """
 
 import math
@@ -13,7 +14,7 @@ from ..core.lowering import primitive
 
 
 def to_index(x: Tensor, size: int) -> Tensor:
-    """The whole part of x as int64, limited to 0 to ``size`` - 1; of NaN 0.
+    """The integer part of x as int64, limited to 0 to ``size`` - 1; 0 for NaN.
 
     >>> to_index(torch.tensor([1.7, -1.0, 3e9, torch.nan]), 4)
     tensor([1, 0, 3, 0])
@@ -23,7 +24,7 @@ def to_index(x: Tensor, size: int) -> Tensor:
 
 @primitive
 def known_or(x: Tensor, value: float) -> Tensor:
-    """x, and ``value`` instead of NaN.
+    """x, with ``value`` in place of NaN.
 
     >>> known_or(torch.tensor([-1.0, torch.nan]), -2.0)
     tensor([-1., -2.])
@@ -31,7 +32,7 @@ def known_or(x: Tensor, value: float) -> Tensor:
     return torch.nan_to_num(x, value, math.inf, -math.inf)
 
 
-# What engines fuse, though in eager code it is three passes instead of one.
+# Engines fuse this form; in eager code it would take three passes instead of one.
 @known_or.lowering("onnx", "native", "vjp")
 def _known_or_by_choice(x: Tensor, value: float) -> Tensor:
     return torch.where(x == x, x, torch.full_like(x, value))

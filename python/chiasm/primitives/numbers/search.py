@@ -9,9 +9,9 @@ from ..core.lowering import primitive
 @primitive
 def last_not_above(table: Tensor, x: Tensor) -> Tensor:
     """Index of the last entry of each ascending row of ``table`` (P, M) that is not above ``x`` (P, N),
-    int64; -1 where all are.
+    int64; -1 if all are above.
 
-    ``searchsorted`` has no form in ONNX and none of its own in native code: there the index is found bit by
+    ``searchsorted`` has no form in ONNX and is not compiled in native code: there the index is found bit by
     bit.
 
     >>> last_not_above(torch.tensor([[0.0, 1.0, 1.0, 3.0]]), torch.tensor([[-1.0, 1.0, 9.0]]))
@@ -25,14 +25,14 @@ def _bit_by_bit(table: Tensor, x: Tensor) -> Tensor:
     size = table.size(1)
     known = table.detach()
     found = torch.full_like(x, -1, dtype=torch.int64)
-    # A size that is symbolic may be any below 2^20.
+    # A symbolic size may be any number below 2^20.
     limit = size if isinstance(size, int) else 1 << 20
     step = 1
     while step * 2 <= limit:
         step = step * 2
     while step > 0:
         ahead = found + step
-        # Not "at most": what is not a number is above all, as in ``searchsorted``.
+        # Not ``<=``: NaN counts as above all, as in ``searchsorted``.
         here = (ahead < size) & ~(known.gather(1, ahead.clamp(max=size - 1)) > x)
         found = torch.where(here, ahead, found)
         step = step // 2
@@ -42,7 +42,7 @@ def _bit_by_bit(table: Tensor, x: Tensor) -> Tensor:
 def interpolate(x: Tensor, table: Tensor, values: Tensor) -> Tensor:
     """Piecewise linear function through (table, values), both (P, M), at x (P, N); constant beyond the ends.
 
-    Where neighbouring entries of the table are equal the later value counts.
+    If neighbouring entries of the table are equal, the later value counts.
     """
     size = table.size(1)
     index = last_not_above(table, x)

@@ -1,8 +1,8 @@
-"""A fixed number of slots for things whose number depends on data.
+"""A fixed number of slots for candidates whose number depends on data.
 
-Things may be taken one after the other, the highest score first. The state of such a loop is one tensor
-(B, N + 2 K), float64: the scores of N things, of those no longer there minus infinity; and for each of K
-slots the number of the thing in it, -1 where it is empty, and its score.
+A loop can take candidates one after the other, the highest score first. The state of such a loop is one
+tensor (B, N + 2 K), float64: the scores of N candidates, minus infinity for those no longer available; and
+for each of K slots the number of its candidate, -1 if it is empty, and the score.
 """
 
 from typing import Tuple
@@ -12,13 +12,13 @@ from torch import Tensor
 
 
 def chosen_first(values: Tensor, chosen: Tensor, slots: int, empty: int) -> Tensor:
-    """(B, slots), int64: of values (B, N) those that are chosen, at most ``slots``, in their order, and
-    ``empty`` in the slots left.
+    """(B, slots), int64: the chosen ones of values (B, N), at most ``slots``, in their order, and ``empty``
+    in unused slots.
 
     >>> chosen_first(torch.tensor([[7, 8, 9]]), torch.tensor([[True, False, True]]), 4, 0)
     tensor([[7, 9, 0, 0]])
     """
-    # What is chosen comes to its slot, everything else to one more, which is cut off.
+    # A chosen value goes to its slot, all others to an extra slot, which is cut off.
     count = chosen.to(torch.int64).cumsum(1)
     slot = torch.where(chosen, count - 1, torch.full_like(count, slots))
     room = torch.full([values.size(0), slots + 1], empty, dtype=torch.int64, device=values.device)
@@ -26,7 +26,7 @@ def chosen_first(values: Tensor, chosen: Tensor, slots: int, empty: int) -> Tens
 
 
 def empty_slots(scores: Tensor, slots: int, threshold: float) -> Tensor:
-    """The first state: scores (B, N) not above the threshold, or not a number, are those of nothing.
+    """The first state: candidates whose scores (B, N) are NaN or not above the threshold are not available.
 
     >>> empty_slots(torch.tensor([[0.5, 0.1]]), 1, 0.2)
     tensor([[ 0.5000,    -inf, -1.0000,  0.0000]], dtype=torch.float64)
@@ -37,7 +37,7 @@ def empty_slots(scores: Tensor, slots: int, threshold: float) -> Tensor:
 
 
 def above_or_nothing(values: Tensor, threshold: float) -> Tensor:
-    """What is above the threshold, and minus infinity for what is not.
+    """The values above the threshold, and minus infinity in place of the others.
 
     >>> above_or_nothing(torch.tensor([1.0, 3.0, torch.nan]), 2.0)
     tensor([-inf, 3., -inf])
@@ -46,15 +46,15 @@ def above_or_nothing(values: Tensor, threshold: float) -> Tensor:
 
 
 def highest(state: Tensor, count: int) -> Tuple[Tensor, Tensor]:
-    """Which of ``count`` things is next, (B, 1), int64, of equals the first, and its score, (B, 1)."""
+    """The next of ``count`` candidates, (B, 1), int64, the first among equals, and its score, (B, 1)."""
     values = state[:, :count]
     best = values.argmax(1, keepdim=True)
     return best, values.gather(1, best)
 
 
 def taken(state: Tensor, values: Tensor, best: Tensor, score: Tensor, k: Tensor, slots: int) -> Tensor:
-    """The state with the thing ``best`` in slot k, and the others' scores replaced by ``values`` (B, N);
-    nothing changes where a score says that there is nothing left."""
+    """The state with the candidate ``best`` in slot k, and the other candidates' scores replaced by
+    ``values`` (B, N). Nothing changes if the score shows that no candidate is left."""
     count = values.size(1)
     is_there = score > float("-inf")
     place = torch.arange(count, device=state.device)
@@ -66,6 +66,7 @@ def taken(state: Tensor, values: Tensor, best: Tensor, score: Tensor, k: Tensor,
 
 
 def filled_slots(state: Tensor, count: int, slots: int) -> Tuple[Tensor, Tensor]:
-    """The numbers of the things in the slots (B, slots), int64, 0 in empty ones, and which are not empty."""
+    """The numbers (B, slots), int64, of the candidates in the slots, 0 in empty ones, and whether each slot
+    is filled."""
     index = state[:, count : count + slots]
     return index.clamp(min=0.0).to(torch.int64), index >= 0.0

@@ -1,7 +1,7 @@
-"""Random draws: what each sample of a batch draws follows from its own seed alone.
+"""Random draws: the numbers of each sample of a batch depend only on its own seed.
 
-A draw is named by a seed and a stream. Whoever draws twice from the same seed takes other streams. Numbers of
-a draw do not depend on how many are drawn: the first two of five are those of two.
+A seed and a stream identify a draw. A second draw from the same seed must use another stream. The numbers of
+a draw do not depend on their count: the first two of five are those of a draw of two.
 """
 
 import math
@@ -23,7 +23,7 @@ def check_seed(seed: Tensor, batch: int, name: str = "seed") -> None:
 
 
 def split(seed: Tensor, count: int) -> Tensor:
-    """Seeds for each of so many ops that come one after another: (count, B) of (B,).
+    """Seeds for each of ``count`` ops in sequence: (count, B) from (B,).
 
     >>> one, other = split(torch.tensor([7]), 2)
     >>> one.equal(other)
@@ -31,13 +31,13 @@ def split(seed: Tensor, count: int) -> Tensor:
     """
     index = torch.arange(count, device=seed.device)[:, None]
     zero = torch.zeros_like(index)
-    # Draws have 0 in the third word of the counter.
+    # Draws have 0 in the third word of the counter, so these words differ from theirs.
     drawn = philox4x32([index, zero, zero + 1, zero], key_of(seed))
     return seed_of(drawn[0], drawn[1])
 
 
 def words(seed: Tensor, count: int, stream: int = 0) -> Tensor:
-    """Random words, 0 to 2^32 - 1: int64, (B, count) of seeds (B,)."""
+    """Random words, 0 to 2^32 - 1: int64, (B, count) from seeds (B,)."""
     block = torch.arange((count + 3) // 4, device=seed.device)[None, :]
     zero = torch.zeros_like(block)
     drawn = philox4x32([block, zero + stream, zero, zero], [k[:, None] for k in key_of(seed)])
@@ -45,7 +45,7 @@ def words(seed: Tensor, count: int, stream: int = 0) -> Tensor:
 
 
 def uniform(seed: Tensor, count: int, stream: int = 0) -> Tensor:
-    """Multiples of 2^-24 in [0, 1), float32: (B, count) of seeds (B,).
+    """Multiples of 2^-24 in [0, 1), float32: (B, count) from seeds (B,).
 
     >>> uniform(torch.tensor([0, 1]), 2).shape
     torch.Size([2, 2])
@@ -59,12 +59,12 @@ def uniform_like(input: Tensor, seed: Tensor, stream: int = 0) -> Tensor:
 
 
 def between(u: Tensor, low: float, high: float) -> Tensor:
-    """Uniform numbers in [0, 1) as numbers in [low, high)."""
+    """Uniform numbers in [0, 1), scaled to [low, high)."""
     return u * (high - low) + low
 
 
 def normal(seed: Tensor, count: int, stream: int = 0) -> Tensor:
-    """Standard normal numbers, float32: (B, count) of seeds (B,). None is further than 5.8 from 0.
+    """Standard normal numbers, float32: (B, count) from seeds (B,). All magnitudes are below 5.8.
 
     G. Box, M. Muller, A note on the generation of random normal deviates, Annals of Mathematical Statistics
     29(2), 1958.
@@ -82,16 +82,16 @@ def normal_like(input: Tensor, seed: Tensor, stream: int = 0) -> Tensor:
 
 
 def integers(seed: Tensor, high: int, count: int, stream: int = 0) -> Tensor:
-    """Whole numbers in 0 to high - 1 (of at most 2^31), int64: (B, count) of seeds (B,).
+    """Integers from 0 to high - 1, int64: (B, count) from seeds (B,). ``high`` is at most 2^31.
 
-    Their probabilities differ by less than high / 2^32 of themselves.
+    Their probabilities have a relative difference of less than high / 2^32.
     """
     return (words(seed, count, stream) * high) >> 32
 
 
 def ranks(keys: Tensor) -> Tensor:
-    """For each of the last dimension's numbers how many of them come before it: of independent draws a
-    uniform permutation. Of equal ones the first comes first.
+    """For each number along the last dimension, its position in ascending order; for independent draws, a
+    uniform permutation. Equal numbers keep their order.
 
     >>> ranks(torch.tensor([[0.5, 0.1, 0.9]]))
     tensor([[1, 0, 2]])

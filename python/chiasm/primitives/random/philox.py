@@ -1,11 +1,11 @@
 """Philox-4x32-10: a random number generator without a state.
 
 J. Salmon, M. Moraes, R. Dror, D. Shaw, Parallel random numbers: as easy as 1, 2, 3, SC 2011. A bijection of
-128-bit counters for each 64-bit key: the numbers at two counters are as good as independent, so that every
-sample, pixel and op computes its own, in whatever order and on whatever engine.
+128-bit counters for each 64-bit key: the numbers at two counters are practically independent, so every
+sample, pixel and op can compute its own, in any order and on any engine.
 
-Words of 32 bits lie in int64 tensors, which every engine has; products are made of halves, so that none
-overflows.
+Words of 32 bits are kept in int64 tensors, which every engine has. Products are computed in halves, so that
+none overflows.
 """
 
 from typing import List, Tuple
@@ -22,7 +22,7 @@ def philox4x32(counter: List[Tensor], key: List[Tensor], rounds: int = 10) -> Li
     Args:
         counter: four int64 tensors of words in 0 to 2^32 - 1 that broadcast with each other and the key.
         key: two such tensors.
-        rounds: 10 pass all statistical tests known to the authors, 7 the most of them.
+        rounds: 10 rounds pass all statistical tests known to the authors, 7 rounds most of them.
 
     Returns:
         Four int64 tensors of words.
@@ -37,7 +37,8 @@ def philox4x32(counter: List[Tensor], key: List[Tensor], rounds: int = 10) -> Li
     return [made[0], made[1], made[2], made[3]]
 
 
-# A loop in exported graphs: ten copies of its body, wherever words are read, take minutes to compile.
+# Exported graphs contain a loop, because ten copies of its body wherever words are read would take minutes to
+# compile.
 @repeated
 def _round(state: Tensor, k: Tensor, key0: Tensor, key1: Tensor) -> Tensor:
     # Weyl sequences: the golden ratio and the square root of 3, minus 1
@@ -55,7 +56,7 @@ def _product(word: Tensor, factor: int) -> Tuple[Tensor, Tensor]:
 
 
 def key_of(seed: Tensor) -> List[Tensor]:
-    """The two words of 64-bit seeds."""
+    """The two words (low, high) of 64-bit seeds."""
     return [seed & 0xFFFFFFFF, (seed >> 32) & 0xFFFFFFFF]
 
 

@@ -5,9 +5,10 @@ from torch import Tensor
 
 
 def every_second(x: Tensor, dim: int, first: int, count: int) -> Tensor:
-    """``count`` slices of ``x`` along ``dim`` from ``first`` (0 or 1) on; beyond the end, the last one again.
+    """Every second slice of ``x`` along ``dim``, ``count`` of them, from ``first`` (0 or 1) on; beyond the
+    end, the last slice again.
 
-    By index: slices with a step have no gradient in ONNX, and cutting an odd size to an even one is a
+    By index: slices with a step have no gradient in ONNX, and cutting an odd size to an even one would put a
     condition on the size.
 
     >>> every_second(torch.arange(5), 0, 1, 3)

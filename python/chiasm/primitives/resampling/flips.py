@@ -12,7 +12,7 @@ from ..kernels import operators as kernels
 
 @primitive
 def mirrored(x: Tensor, along: bool, down: bool) -> Tensor:
-    """(*, H, W) with each row from its end to its beginning (along), and the last row first (down)."""
+    """(*, H, W) with each row reversed (``along``), and the order of rows reversed (``down``)."""
     dims: List[int] = []
     if along:
         dims.append(-1)
@@ -20,7 +20,7 @@ def mirrored(x: Tensor, along: bool, down: bool) -> Tensor:
         dims.append(-2)
     if x.dtype != torch.uint16:
         return x.flip(dims)
-    for dim in dims:  # of which PyTorch has no flip
+    for dim in dims:  # PyTorch cannot flip this type
         x = x.index_select(dim, x.size(dim) - 1 - torch.arange(x.size(dim), device=x.device))
     return x
 

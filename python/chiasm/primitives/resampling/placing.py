@@ -1,4 +1,4 @@
-"""Parts of images of bytes, resized and placed in images of one size: letterboxes and crops."""
+"""Letterboxes and crops: parts of images of bytes, resized and placed in images of one size."""
 
 from typing import List, Tuple
 
@@ -14,11 +14,11 @@ from ..kernels import operators as kernels
 
 @primitive
 def placed_bytes(x: Tensor, images: Tensor, boxes: Tensor, height: int, width: int, pad: int) -> Tensor:
-    """Bytes (M, C, height, width): each a part of the image of bytes (B, C, H, W) with a number of ``images``
-    (M,), int64, resized as `resized_bytes` does, and ``pad`` beside it.
+    """Bytes (M, C, height, width), each with a part of one image, resized like `resized_bytes`, and ``pad``
+    around it. ``images`` (M,), int64, has the number of each image in the bytes (B, C, H, W).
 
-    ``boxes`` (M, 8), int64: left, top, width and height of what is read, and the same of where it comes to.
-    Either may reach beyond an image: read are then the pixels at its edge.
+    ``boxes`` (M, 8), int64: left, top, width and height of the part to read, then of its place in the output.
+    Either may reach beyond an image; outside, the pixels at the image's edge are read.
 
     >>> x = torch.tensor([[1, 2], [3, 4]], dtype=torch.uint8)[None, None]
     >>> placed_bytes(
@@ -28,7 +28,7 @@ def placed_bytes(x: Tensor, images: Tensor, boxes: Tensor, height: int, width: i
               [2, 2, 2, 9],
               [4, 4, 4, 9]]]], dtype=torch.uint8)
     """
-    limited = boxes.clamp(-16777216, 16777216)  # so that positions are whole numbers that float64 holds
+    limited = boxes.clamp(-16777216, 16777216)  # so that positions are integers that are exact in float64
     top, bottom, down, rows = _window(x.size(2), height, limited[:, 1::2])
     left, right, across, columns = _window(x.size(3), width, limited[:, 0::2])
     image = x.index_select(0, images).to(torch.float32)
@@ -48,7 +48,8 @@ def _picked(x: Tensor, index: Tensor, dim: int, shape: List[int]) -> Tensor:
 
 def _window(in_size: int, out_size: int, box: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
     """For each pixel of the outputs (M, out_size): its two neighbours, the second's weight in 1/256, and
-    whether it is in the window (M, 4): begin and size of what is read, and of where it comes to."""
+    whether it is in the window. ``box`` (M, 4) has the begin and size of the part to read, and of its
+    place."""
     begin, count, to, length = [box[:, i : i + 1].to(torch.float64) for i in range(4)]
     some = (count >= 1.0) & (length >= 1.0)
     count, length = count.clamp(min=1.0), length.clamp(min=1.0)
@@ -68,7 +69,7 @@ def _window(in_size: int, out_size: int, box: Tensor) -> Tuple[Tensor, Tensor, T
 @placed_bytes.lowering("native", when=kernels.available)
 def _placed_kernel(x: Tensor, images: Tensor, boxes: Tensor, height: int, width: int, pad: int) -> Tensor:
     if not interleaved(x):
-        # A plane is an image of its own there.
+        # The kernel takes each plane as a separate image.
         planes = torch.arange(x.size(1), device=x.device)
         numbers = (images[:, None] * x.size(1) + planes).flatten()
         each = boxes[:, None].expand(-1, x.size(1), -1).flatten(0, 1)
@@ -81,8 +82,8 @@ def _placed_kernel(x: Tensor, images: Tensor, boxes: Tensor, height: int, width:
 
 @primitive
 def scaled_bytes(x: Tensor, order: List[int], scale: List[float], offset: List[float]) -> Tensor:
-    """(B, n, H, W), float32: of bytes (B, C, H, W) the channels by their numbers, times a number each, plus
-    another.
+    """(B, n, H, W), float32: the channels of bytes (B, C, H, W) with the numbers ``order``, each times its
+    ``scale`` plus its ``offset``.
 
     >>> x = torch.tensor([10, 20, 30], dtype=torch.uint8).reshape(1, 3, 1, 1)
     >>> scaled_bytes(x, [2, 0], [0.5, 2.0], [0.0, 1.0]).flatten()

@@ -1,4 +1,4 @@
-"""Resizing, and the blur before or after it that makes a pyramid."""
+"""Resizing, alone and with a blur before or after it, as for pyramids."""
 
 from typing import List, Tuple
 
@@ -51,8 +51,9 @@ resized.lowering("native", when=_has_resize)(kernels.resize)
 
 @primitive
 def resampled(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
-    """(B, C, H, W) along the rows and then down the columns: pixel i of a row is the sum of its pixels
-    ``columns[i]`` by the weights ``across[i]``, row j the sum of such rows ``rows[j]`` by ``down[j]``."""
+    """(B, C, H, W) resampled along the rows and then down the columns: pixel i of a row is the sum of its
+    pixels ``columns[i]`` times the weights ``across[i]``; row j is the sum of these rows ``rows[j]`` times
+    ``down[j]``."""
     return _sums(_sums(x, columns, across, 3), rows, down, 2)
 
 
@@ -72,8 +73,8 @@ def _filter_table(
 
 @primitive
 def resized_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
-    """Bytes (B, C, H, W) as (B, C, height, width), bilinear: by weights in 1/256, rounded halves up. All
-    products are whole numbers below 2^24, which float32 holds."""
+    """Bytes (B, C, H, W) as (B, C, height, width), bilinear: by weights in 1/256, rounded half up. All
+    products are integers below 2^24, exact in float32."""
     top, bottom, down = _fixed_table(x.size(2), height, align_corners, x.device)
     left, right, across = _fixed_table(x.size(3), width, align_corners, x.device)
     image, down = x.to(torch.float32), down[:, None]
@@ -90,10 +91,11 @@ def _resized_bytes_kernel(x: Tensor, height: int, width: int, align_corners: boo
 
 @primitive
 def resampled_bytes(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
-    """Bytes (B, C, H, W) along the rows and then down the columns: pixel i of a row is the sum of its pixels
-    ``columns[i]`` by the taps ``across[i]``, row j the sum of such rows ``rows[j]`` by ``down[j]``.
+    """Bytes (B, C, H, W) resampled along the rows and then down the columns: pixel i of a row is the sum of
+    its pixels ``columns[i]`` times the taps ``across[i]``; row j is the sum of these rows ``rows[j]`` times
+    ``down[j]``.
 
-    Taps are whole numbers of 1/2^22; either sum, which float64 holds, is rounded halves up, and saturated.
+    Taps are multiples of 1/2^22. Both sums are exact in float64, rounded half up and saturated.
     """
     return _summed(_summed(x, columns, across, 3), rows, down, 2)
 
@@ -104,7 +106,7 @@ def _summed(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
 
 
 def _sums(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
-    """Along an axis the sums of the pixels ``index`` (n, taps) by their ``taps``."""
+    """The sums along an axis of the pixels ``index`` (n, taps) times their ``taps``."""
     picked = x.index_select(dim, index.reshape(-1))
     if dim == 2:
         stacked = reshaped(picked, [x.size(0), x.size(1), index.size(0), index.size(1), x.size(3)])
@@ -122,8 +124,8 @@ def _resampled_bytes_kernel(x: Tensor, rows: Tensor, down: Tensor, columns: Tens
 
 @primitive
 def area_bytes(x: Tensor, height: int, width: int) -> Tensor:
-    """Bytes (B, C, height, width): the mean over what each pixel covers of (B, C, H, W), rounded halves up.
-    The sums are whole numbers that float64 holds.
+    """Bytes (B, C, height, width): the mean over the area of (B, C, H, W) that each pixel covers, rounded
+    half up. The sums are integers, exact in float64.
 
     >>> area_bytes(torch.tensor([[1, 2, 5], [2, 2, 5]], dtype=torch.uint8)[None, None], 1, 2)
     tensor([[[[2, 4]]]], dtype=torch.uint8)
@@ -150,8 +152,8 @@ def cubic_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tens
 
 @primitive
 def summed_bytes(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
-    """``resampled`` of bytes by four weights along either axis, whole numbers of 1/2^11: rounded once, halves
-    up, and saturated. The sums are whole numbers that float64 holds.
+    """``resampled`` of bytes by four weights along each axis, which are multiples of 1/2^11. Rounded once,
+    half up, and saturated. The sums are integers, exact in float64.
 
     >>> x, first = torch.tensor([[[[10, 20]]]], dtype=torch.uint8), torch.zeros(1, 4, dtype=torch.int64)
     >>> once, half = torch.tensor([[2048.0, 0, 0, 0]]), torch.tensor([[1024.0, 1024, 0, 0]])
@@ -194,7 +196,7 @@ def _fixed_table(
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """Indices of the two neighbours of each of ``out_size`` positions, and the second's weight in 1/256."""
     whole, rest, denominator = exact_positions(in_size, out_size, align_corners, device)
-    # Exact, as quotients of whole numbers that float64 holds.
+    # Exact: quotients of integers that are exact in float64.
     weight = torch.floor((512 * rest + denominator).to(torch.float64) / (2 * denominator)).to(torch.float32)
     weight = torch.where(whole < 0, torch.zeros_like(weight), weight)
     return whole.clamp(0, in_size - 1), (whole + 1).clamp(0, in_size - 1), weight
@@ -218,8 +220,8 @@ def _bilinear(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor
     left, right, across = _linear_table(x, width, align_corners, 3)
     upper, lower = x.index_select(2, top), x.index_select(2, bottom)
     down = down[:, None]
-    # Each tap is named once, for then AOTInductor fuses the four gathers into one loop without an image in
-    # between.
+    # Name each tap only once: then AOTInductor fuses the four gathers into one loop, without an intermediate
+    # image.
     first = upper.index_select(3, left) * (1.0 - across) + upper.index_select(3, right) * across
     second = lower.index_select(3, left) * (1.0 - across) + lower.index_select(3, right) * across
     return first * (1.0 - down) + second * down
@@ -250,7 +252,7 @@ def _bicubic_axis(x: Tensor, out_size: int, align_corners: bool, dim: int) -> Te
 def _in_one_pass(
     x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str
 ) -> bool:
-    # "circular" has pixels too far apart for it
+    # the kernel does not support "circular", whose pixels are too far apart
     return kernels.has_kernel(x) and border_type != "circular"
 
 

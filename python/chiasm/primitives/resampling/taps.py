@@ -1,4 +1,4 @@
-"""Where resampling reads: tables per axis for resizing, taps per pixel for warping."""
+"""Positions and weights of resampling: tables per axis for resizing, taps per pixel for warping."""
 
 import math
 from typing import List, Tuple
@@ -26,8 +26,7 @@ def smaller(a: int, b: int) -> int:
 
 
 def weight_dtype(x: Tensor) -> torch.dtype:
-    """In which fractions of x's pixels are computed: positions in half precision would be off by whole
-    pixels."""
+    """The dtype of positions and weights for x: in half precision, positions would be off by whole pixels."""
     if x.dtype == torch.float64:
         return torch.float64
     return torch.float32
@@ -39,8 +38,8 @@ def source_positions(
     """Source position of each of ``out_size`` pixels as (whole part, fraction in [0, 1)).
 
     With ``align_corners`` the centres of the corner pixels coincide, else the outer edges do (half-pixel
-    centres). Both are ratios of integers and are computed as such: no rounding, hence the same taps on every
-    backend.
+    centres). Both are ratios of integers and are computed as such, without rounding, so every backend has the
+    same taps.
     """
     whole, rest, denominator = exact_positions(in_size, out_size, align_corners, device)
     return whole, rest.to(dtype) / denominator
@@ -58,7 +57,7 @@ def exact_positions(
     else:
         numerator = (2 * i + 1) * in_size - out_size
         denominator = 2 * out_size
-        shift = 1  # the first position can be as low as -1/2; a whole one more keeps the division positive
+        shift = 1  # the first position can be as low as -1/2; adding 1 keeps the division positive
     whole = (
         torch.floor((numerator + shift * denominator).to(torch.float64) / denominator).to(torch.int64) - shift
     )
@@ -66,8 +65,8 @@ def exact_positions(
 
 
 def nearest_index(in_size: int, out_size: int, device: torch.device) -> Tensor:
-    """Index of the source pixel of each output pixel, floor(i * in / out), exactly: by float64, since ONNX's
-    integer division goes through float32."""
+    """Index of the source pixel of each output pixel, floor(i * in / out), exactly: in float64, because
+    ONNX's integer division goes through float32."""
     return torch.floor((torch.arange(out_size, device=device) * in_size).to(torch.float64) / out_size).to(
         torch.int64
     )
@@ -99,15 +98,15 @@ def lanczos_kernel(distance: Tensor) -> Tensor:
 
 
 def _sinc(x: Tensor) -> Tensor:
-    """``torch.sinc``, which is exported to ONNX with a pi of float32, also of float64 (torch 2.13)."""
+    """``torch.sinc``, which torch 2.13 exports to ONNX with a float32 pi, even for float64."""
     zero = x == 0.0
     turned = torch.where(zero, torch.ones_like(x), x * math.pi)
     return torch.where(zero, torch.ones_like(x), torch.sin(turned) / turned)
 
 
 def area_table(in_size: int, out_size: int, device: torch.device) -> Tuple[Tensor, Tensor]:
-    """The pixels (out_size, taps) that each of ``out_size`` covers, and how much of each, in parts of
-    1 / out_size: whole numbers in float64, which add up to ``in_size``."""
+    """The pixels (out_size, taps) that each output pixel covers, and how much of each, in units of 1 /
+    out_size: integers in float64, which add up to ``in_size``."""
     begin = torch.arange(out_size, device=device)[:, None] * in_size
     first = torch.floor(begin.to(torch.float64) / out_size).to(torch.int64)
     pixel = first + torch.arange((in_size + out_size - 1) // out_size + 1, device=device)
@@ -122,7 +121,7 @@ def antialias_table(
     """Indices and weights (out_size, taps) of a filter stretched by the reduction factor.
 
     "bilinear" is the triangle, "bicubic" Keys' cubic with a = -0.5, "lanczos" has three lobes; weights are
-    cut at the image's border and normalised, as Pillow's ``Image.resize`` does.
+    cut off at the image's border and normalised, as in Pillow's ``Image.resize``.
     """
     radius = 1 if shape == "bilinear" else (2 if shape == "bicubic" else 3)
     one = torch.ones([1], dtype=dtype, device=device)
@@ -133,8 +132,8 @@ def antialias_table(
     stretch = factor.clamp(min=1.0)
     centre = (torch.arange(out_size, device=device).to(dtype) + 0.5) * factor
     first = torch.floor(centre - radius * stretch + 0.5).clamp(min=0.0)
-    # Twice the support, rounded up, plus the partial pixel at either end. As an integer it may be a symbolic
-    # size.
+    # Twice the support, rounded up, plus the partial pixel at either end. It is computed in integers, so that
+    # it may be a symbolic size.
     taps = 2 * radius * ((in_size + out_size - 1) // out_size) + 2
     pixel = first[:, None] + torch.arange(taps, device=device).to(dtype)
     distance = (pixel + 0.5 - centre[:, None]).abs() / stretch
@@ -167,10 +166,11 @@ def reflect_positions(x: Tensor, size: int, align_corners: bool) -> Tensor:
 def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
     """Flat int32 indices and weights of the four pixels around each position; weights are zero outside the
     image."""
-    # Clamping first keeps the conversion to integers defined; one pixel outside is as empty as a thousand.
+    # Clamp first, to keep the conversion to integers defined; anything beyond one pixel outside reads
+    # nothing.
     x = x.clamp(-2, width + 1)
     y = y.clamp(-2, height + 1)
-    # What is not a number is outside.
+    # NaN counts as outside.
     left = known_or(torch.floor(x.detach()), -2.0)
     upper = known_or(torch.floor(y.detach()), -2.0)
     fx = x - left
@@ -190,8 +190,7 @@ def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[T
 
 
 def nearest_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
-    """Flat int32 index and weight (1, or 0 outside the image) of the nearest pixel; halves go to the even
-    neighbour."""
+    """Flat int32 index and weight (1, or 0 outside the image) of the nearest pixel, half to even."""
     column = known_or(torch.round(x.detach().clamp(-2, width + 1)), -2.0).to(torch.int32)
     row = known_or(torch.round(y.detach().clamp(-2, height + 1)), -2.0).to(torch.int32)
     inside = (column >= 0) & (column <= width - 1) & (row >= 0) & (row <= height - 1)
@@ -205,8 +204,7 @@ def cubic_taps(
     -0.75.
 
     As in ``grid_sample`` and OpenCV, "border" and "reflection" move the pixels that are read, not the
-    position. A position that is not a number, or is infinite where its reflection is asked for, reads
-    nothing: all weights are 0.
+    position. A position that is NaN, or infinite with "reflection", reads nothing: all weights are 0.
     """
     column, across = _cubic_axis(x, width, padding_mode, align_corners)
     row, down = _cubic_axis(y, height, padding_mode, align_corners)
@@ -223,12 +221,14 @@ def _cubic_axis(
     x: Tensor, size: int, padding_mode: str, align_corners: bool
 ) -> Tuple[List[Tensor], List[Tensor]]:
     if padding_mode != "reflection":
-        # Beyond three pixels outside nothing changes any more, and the conversion to integers stays defined.
+        # Further outside than three pixels, nothing changes. The clamp keeps the conversion to integers
+        # defined.
         x = x.clamp(-4, size + 3)
     first = torch.floor(x.detach())
     fraction = x - first
-    known = fraction == fraction  # nor is it of an infinity
-    # Finite, so that no arithmetic below makes NaN of it; what is further away has no fraction to speak of.
+    known = fraction == fraction  # False for infinities too
+    # Keep it finite, so that the arithmetic below cannot produce NaN; positions further away have no
+    # fraction.
     first = torch.where(known, first, torch.full_like(first, -4.0)).clamp(
         -4503599627370496.0, 4503599627370496.0
     )
@@ -250,8 +250,8 @@ def _cubic_axis(
 def bounded_taps(
     low: Tensor, extent: Tensor, out_size: int, mode: str, align_corners: bool, dtype: torch.dtype
 ) -> Tuple[List[Tensor], List[Tensor]]:
-    """Indices and weights (B, out_size) of what resizes, along one axis, the ``extent`` (B,) pixels from
-    ``low`` (B,) on.
+    """Indices and weights (B, out_size) that resize, along one axis, the ``extent`` (B,) pixels from ``low``
+    (B,) on.
 
     mode: "nearest", "bilinear" or "bicubic" as for resizing, or "pad": pixels keep their size and zeros
     follow.

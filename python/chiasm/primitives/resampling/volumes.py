@@ -25,7 +25,7 @@ def check_voxels(value: Tensor, name: str) -> None:
 def check_volume_sampling(
     mode: str, padding_mode: str, mode_name: str = "mode", padding_name: str = "padding_mode"
 ) -> None:
-    """Raise ValueError unless both are names that ``sample_volume`` knows."""
+    """Raise ValueError unless ``sample_volume`` knows both names."""
     check_choice(mode, ["bilinear", "nearest"], mode_name)
     check_choice(padding_mode, ["zeros", "border", "reflection"], padding_name)
 
@@ -47,8 +47,8 @@ def sample_volume(
     """src (B, C, D, H, W) at voxel positions x, y and z (B, d, h, w): (B, C, d, h, w).
 
     Args:
-        mode, padding_mode: as ``check_volume_sampling`` allows; "bilinear" weighs eight voxels.
-        align_corners: what "reflection" mirrors at: the corner voxels' centres, or the outer faces.
+        mode, padding_mode: as ``check_volume_sampling`` allows; "bilinear" weights eight voxels.
+        align_corners: whether "reflection" mirrors at the corner voxels' centres, else at the outer faces.
     """
     slices, height, width = src.size(2), src.size(3), src.size(4)
     plane, plane_weight = _axis(z, slices, mode, padding_mode, align_corners)
@@ -59,7 +59,7 @@ def sample_volume(
     for i in range(len(plane)):
         for j in range(len(row)):
             for k in range(len(column)):
-                # Slices become rows of one tall image.
+                # Slices are treated as rows of one tall image.
                 index.append(((plane[i] * height + row[j]) * width + column[k]).flatten(1, 2))
                 weight.append(
                     (plane_weight[i] * row_weight[j] * column_weight[k]).to(src.dtype).flatten(1, 2)
@@ -76,10 +76,10 @@ def _axis(
         x = x.clamp(0, size - 1)
     elif padding_mode == "reflection":
         x = reflect_positions(x, size, align_corners)
-    # Clamping keeps the conversion to integers defined; one voxel outside is as empty as a thousand.
+    # Clamp to keep the conversion to integers defined; anything beyond one voxel outside reads nothing.
     x = x.clamp(-2, size + 1)
     if mode == "nearest":
-        nearest = known_or(torch.round(x.detach()), -2.0)  # what is not a number is outside
+        nearest = known_or(torch.round(x.detach()), -2.0)  # NaN counts as outside
         inside = (nearest >= 0) & (nearest <= size - 1)
         return [nearest.to(torch.int32).clamp(0, size - 1)], [inside.to(x.dtype)]
     first = known_or(torch.floor(x.detach()), -2.0)

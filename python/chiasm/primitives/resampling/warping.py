@@ -1,4 +1,4 @@
-"""Reading an image at given positions: what every warp ends in."""
+"""Reading an image at given positions: the last step of every warp."""
 
 from typing import List, Optional, Tuple
 
@@ -15,13 +15,13 @@ from .taps import bilinear_taps, cubic_taps, gather_taps, larger, nearest_taps, 
 
 
 def check_sampling(mode: str, padding_mode: str) -> None:
-    """Raise ValueError unless both are names that ``sample_image`` knows."""
+    """Raise ValueError unless ``sample_image`` knows both names."""
     check_choice(mode, ["bilinear", "nearest", "bicubic"], "mode")
     check_choice(padding_mode, ["zeros", "border", "reflection", "fill"], "padding_mode")
 
 
 def check_source(src: Tensor, mode: str, padding_mode: str, name: str) -> None:
-    """Raise unless ``src`` is an image (B, C, H, W), floating point or uint8, that can be read so."""
+    """Raise unless ``src`` is an image (B, C, H, W), floating point or uint8, that these modes can read."""
     check_pixels(src, name)
     check_sampling(mode, padding_mode)
 
@@ -43,8 +43,8 @@ def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
 def position_dtype(dtype: torch.dtype) -> torch.dtype:
     """The dtype of positions in images of ``dtype``: half precision would be off by whole pixels.
 
-    Of bytes float64, because positions are rounded to fractions of a pixel, and engines compute them with
-    different errors.
+    Positions in images of bytes are float64: they are rounded to fractions of a pixel, and engines compute
+    them with different errors.
     """
     if dtype == torch.float64 or dtype == torch.uint8:
         return torch.float64
@@ -58,8 +58,8 @@ def pixel_axes(height: int, width: int, dtype: torch.dtype, device: torch.device
 
 
 def normalized_axis(size: int, align_corners: bool, dtype: torch.dtype, device: torch.device) -> Tensor:
-    """Pixel centres (size,) where the image reaches from -1 to 1: to its corner pixels' centres or to its
-    outer edges."""
+    """Pixel centres (size,) in coordinates in which the image reaches from -1 to 1: its corner pixels'
+    centres or its outer edges."""
     i = torch.arange(size, device=device).to(dtype)
     if align_corners:
         return i * 2.0 / larger(size - 1, 1) - 1.0
@@ -67,24 +67,25 @@ def normalized_axis(size: int, align_corners: bool, dtype: torch.dtype, device: 
 
 
 def from_normalized(x: Tensor, size: int, align_corners: bool) -> Tensor:
-    """Pixel positions of positions in [-1, 1], by the same two conventions."""
+    """Pixel positions of positions in [-1, 1], in the same two conventions."""
     if align_corners:
         return (x + 1.0) * 0.5 * (size - 1)
     return ((x + 1.0) * size - 1.0) * 0.5
 
 
 def stretched(x: Tensor, size: int) -> Tensor:
-    """x * size / (size - 1) - 1/2: where normalising by ``size - 1`` and reading by outer edges leads."""
+    """x * size / (size - 1) - 1/2: the position that results if ``size - 1`` normalises and outer edges are
+    read."""
     return x * size / larger(size - 1, 1) - 0.5
 
 
 def away_from_zero(depth: Tensor) -> Tensor:
-    """A homogeneous coordinate to divide by: points at infinity land far outside instead of at NaN."""
+    """A homogeneous coordinate, made safe as a divisor: points at infinity are far outside instead of NaN."""
     return torch.where(depth.abs() > 1e-8, depth, torch.full_like(depth, 1e-8))
 
 
 def mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
-    """The points x and y, (B, h, w) or what broadcasts to it, taken through homographies (B, 3, 3)."""
+    """The points x and y, which broadcast to (B, h, w), mapped by homographies (B, 3, 3)."""
     m = matrix[:, :, :, None, None]
     depth = away_from_zero(m[:, 2, 0] * x + m[:, 2, 1] * y + m[:, 2, 2])
     return (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2]) / depth, (
@@ -106,7 +107,7 @@ def sample_floating(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_image`` of floating-point numbers."""
+    """``sample_image`` for floating-point images."""
     height, width = src.size(2), src.size(3)
     if mode == "bicubic":
         index, weight = cubic_taps(x, y, height, width, padding_mode, align_corners)
@@ -151,21 +152,21 @@ def sample_bytes(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_image`` of bytes: positions are rounded to 1/32 pixel, for "nearest" to pixels, halves to
-    even, and sums halves up and saturated. ``fill_value`` is rounded to bytes, halves to even.
+    """``sample_image`` for bytes. Positions are rounded to 1/32 pixel, or to pixels for "nearest", half to
+    even. Sums are rounded half up and saturated. ``fill_value`` is rounded to bytes, half to even.
 
     1/32 pixel is the step of OpenCV's remap of 8 bits, version 4.6 (INTER_BITS = 5). Bilinear weights are
-    then multiples of 1/2^10, so that float32 has the sums, and bicubic ones of 1/2^34, so that float64 has
-    them.
+    then multiples of 1/2^10, whose sums are exact in float32, and bicubic weights multiples of 1/2^34, whose
+    sums are exact in float64.
     """
     steps = 1.0 if mode == "nearest" else 32.0
-    # Further away nothing changes; what is not a number stays it.
+    # Further away nothing changes; NaN stays NaN.
     at_x = torch.round(x.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
     at_y = torch.round(y.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
     exact = in_planes(src).to(torch.float64 if mode == "bicubic" else torch.float32)
     if padding_mode == "fill" and fill_value is not None:
         check_fill(fill_value)
-        # What is read beyond the border is a difference of 0 from it.
+        # The fill is subtracted before sampling, so that the zeros outside the image stand for it.
         level = known_or(torch.round(fill_value.to(exact.dtype)), 0.0).clamp(0.0, 255.0)[:, None, None]
         sums = sample_floating(exact - level, at_x, at_y, mode, "zeros", align_corners, None) + level
     else:
@@ -214,7 +215,7 @@ def sample_image(
     Args:
         mode, padding_mode: as ``check_sampling`` allows; ``fill_value`` (C,) is the colour for "fill", black
             by default.
-        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
+        align_corners: whether "reflection" mirrors at the corner pixels' centres, else at the outer edges.
     """
     if src.dtype == torch.uint8:
         return sample_bytes(src, x, y, mode, padding_mode, align_corners, fill_value)
@@ -232,8 +233,8 @@ def sample_projective(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_image`` where ``matrix`` (B, 3, 3) leads to, from the pixels of an output (B, C, height,
-    width)."""
+    """``sample_image`` at the positions to which ``matrix`` (B, 3, 3) maps the pixels of the output (B, C,
+    height, width)."""
     precision = position_dtype(src.dtype)
     column, row = pixel_axes(height, width, precision, src.device)
     x, y = mapped(column, row, matrix.to(precision))
@@ -305,7 +306,7 @@ def sample_affine(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_projective`` by a ``matrix`` (B, 2, 3)."""
+    """``sample_projective`` with a ``matrix`` (B, 2, 3)."""
     precision = position_dtype(src.dtype)
     m = matrix.to(precision)[:, :, :, None, None]
     column, row = pixel_axes(height, width, precision, src.device)
@@ -334,7 +335,7 @@ def _sample_affine_kernel(
 def weigh_image(
     src: Tensor, index: List[Tensor], weight: List[Tensor], fill_value: Optional[Tensor]
 ) -> Tensor:
-    """The taps' sum; where their weights do not add up to 1, the rest is ``fill_value``'s."""
+    """The weighted sum of the taps; if the weights add up to less than 1, ``fill_value`` has the rest."""
     weight = [w.to(src.dtype) for w in weight]
     out = join_channels([gather_taps(plane, index, weight) for plane in split_channels(src)])
     if fill_value is not None:
