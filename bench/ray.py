@@ -1,7 +1,7 @@
 """make bench WHAT=ray: a bundle on generated JPEGs, on Ray, in a plain loop and by `chiasm map`, compared
 with OpenCV and NumPy -> docs/benchmarks_ray.md. ray_contenders.py, which runs in .deps/data, measures.
 
-    python -m bench ray 1000 1,000 images instead of 20,000: a quick test, which writes no page
+    python -m bench ray 1000     1,000 images instead of 20,000: a quick test, which writes no page
 """
 
 from __future__ import annotations

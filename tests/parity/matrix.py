@@ -1,7 +1,7 @@
 """The parity matrix: every bundle x method x dtype x backend x shape against eager Python.
 
-    python tests/parity/matrix.py every bundle in build/bundles python tests/parity/matrix.py PATTERN... these
-    ops, whose bundles must exist
+    python tests/parity/matrix.py             every bundle in build/bundles
+    python tests/parity/matrix.py PATTERN...  these ops, whose bundles must exist
 
 Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Each ONNX artifact is run in
 its flat form, and in its fused form as the body and as the native kernel. Some backend must run every

@@ -1,8 +1,9 @@
 """Tests every op on every backend with NaN, infinities, zeros and extreme numbers.
 
-    python tests/parity/special_values.py every bundle in build/bundles python tests/parity/special_values.py
-    PATTERN... these ops --seconds 60 some cases of each op, as many as fit into that time --bundles FOLDER OP
-    --case "input=nan, all" one case
+    python tests/parity/special_values.py               every bundle in build/bundles
+    python tests/parity/special_values.py PATTERN...    these ops
+    --seconds 60                                        some cases of each op, as many as fit into that time
+    --bundles FOLDER OP --case "input=nan, all"         one case
 
 Each value of special_cases.py is put into each input: into all of it, one element, a row. Calls run in child
 processes. None may end by a signal, take longer than 10 s of CPU time, or use more than 4 times the memory of
