@@ -55,7 +55,8 @@ def photometric(
     The mean is over the pixels that a view covers: a point outside its image does not count.
 
     Args:
-        depth: (1, 1, H, W), the reference's. reference: (1, 3, H, W).
+        depth: (1, 1, H, W), the reference's.
+        reference: (1, 3, H, W).
         views: (B, 3, H, W).
         camera, view_cameras: (1, 3, 3) and (B, 3, 3).
         motions: (B, 4, 4), from the reference's frame to each view's.
@@ -100,11 +101,14 @@ def step(
     farthest view. So one rate suits all scales and all units of length.
 
     Args:
-        inverse_depth: (1, 1, H, W), the reference's. velocity: (1, 1, H, W); zeros at first. reference,
-        views, camera, view_cameras, motions: as in :func:`photometric`. limits: (2,), the smallest and the
-        greatest inverse depth. rate: (), the learning rate. window, ssim_weight, l1_weight: as in
-        :func:`photometric`. smoothness: weight of the edge-aware smoothness of parallax. inertia: the part of
-        the velocity that is kept.
+        inverse_depth: (1, 1, H, W), the reference's.
+        velocity: (1, 1, H, W); zeros at first.
+        reference, views, camera, view_cameras, motions: as in :func:`photometric`.
+        limits: (2,), the smallest and the greatest inverse depth.
+        rate: (), the learning rate.
+        window, ssim_weight, l1_weight: as in :func:`photometric`.
+        smoothness: weight of the edge-aware smoothness of parallax.
+        inertia: the part of the velocity that is kept.
 
     Returns:
         inverse_depth and velocity after the step, and the loss before it.
