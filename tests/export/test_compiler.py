@@ -20,7 +20,8 @@ from torch import Tensor
 from chiasm.export import Spec, TensorSpec, export, samples
 from chiasm.export.formats import compiler
 from chiasm.export.formats.compiler import Build
-from chiasm.export.formats.native import LIBRARIES, to_native
+from chiasm.export.formats.isas import LIBRARIES
+from chiasm.export.formats.native import to_native
 from chiasm.export.manifest import read_manifest
 from chiasm.export.tracing.graph import trace
 from chiasm.export.tracing.module import bind_spec

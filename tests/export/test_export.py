@@ -24,7 +24,6 @@ import chiasm.runtime
 from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image, samples
 from chiasm.export.catalog import catalog
 from chiasm.export.comparison import onnx_session
-from chiasm.export.formats.native import _key
 from chiasm.export.job import with_cotangents
 from chiasm.export.manifest import BundleError, read_manifest, schema
 from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
@@ -154,7 +153,7 @@ def test_a_compilation_is_found_again_whatever_the_process_did_before() -> None:
         tensors, _ = vjp_signature(SPEC, outputs)
         example = with_cotangents(op, SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32", tensors)
         program = trace_vjp(vjp_module(op, SPEC, outputs), SPEC, tensors, example)
-        return _key(program, SPEC, "x86-64-v3", "chiasm 1", True)
+        return key(program, SPEC, "x86-64-v3", "chiasm 1", True)
 
     assert key() == key()
 

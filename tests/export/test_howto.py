@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from chiasm.export.formats.native import ISAS
+from chiasm.export.formats.isas import ISAS
 
 ROOT = Path(__file__).resolve().parents[2]
 

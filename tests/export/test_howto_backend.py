@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from chiasm.export.formats.native import ISAS
+from chiasm.export.formats.isas import ISAS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = ("backend.md", "dtype.md", "isa.md")

@@ -18,7 +18,7 @@ from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, imag
 from chiasm.export.catalog import catalog
 from chiasm.export.checks.arguments import check_call, check_inputs
 from chiasm.export.errors import plain
-from chiasm.export.formats import native
+from chiasm.export.formats import isas, native_cache
 from chiasm.export.samples import GOLDEN, fit, make
 
 IMAGE = Spec("test.op", [image()])
@@ -489,8 +489,8 @@ def test_a_time_that_is_none(seconds: str, tmp_path: Path, monkeypatch: pytest.M
 def test_native_code_without_the_libraries_that_it_is_linked_with(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(native, "LIBRARIES", tmp_path)
-    native._libraries_hash.cache_clear()
+    monkeypatch.setattr(isas, "LIBRARIES", tmp_path)
+    native_cache._libraries_hash.cache_clear()
     try:
         with pytest.raises(
             ExportError,
@@ -498,4 +498,4 @@ def test_native_code_without_the_libraries_that_it_is_linked_with(
         ):
             export(plus, numbers(gradients=()), tmp_path, formats=("native",))
     finally:
-        native._libraries_hash.cache_clear()
+        native_cache._libraries_hash.cache_clear()

@@ -56,14 +56,14 @@ from chiasm.export import export, samples  # noqa: E402
 from chiasm.export.catalog import catalog  # noqa: E402
 from chiasm.export.comparison import compare  # noqa: E402
 from chiasm.export.errors import ExportError  # noqa: E402
-from chiasm.export.formats import native  # noqa: E402
+from chiasm.export.formats import isas  # noqa: E402
 from chiasm.export.job import run_eager, with_cotangents  # noqa: E402
 from chiasm.export.manifest import read_manifest  # noqa: E402
 from chiasm.export.spec import TensorSpec  # noqa: E402
 from chiasm.export.tracing.gradient import vjp_module  # noqa: E402
 from chiasm.export.tracing.module import bind_spec  # noqa: E402
 
-native.LIBRARIES = ROOT / "build" / "asan-ubsan" / "artifact"
+isas.LIBRARIES = ROOT / "build" / "asan-ubsan" / "artifact"
 
 #: The first three: a table that is read at indices from data, pixels that are written at such indices, and
 #: one of chiasm's kernels.

@@ -22,12 +22,12 @@ from typing import Any
 import torch
 from torch import nn
 
-from .formats.native import compiler_command, run_tool
+from .formats.isas import compiler_command, run_tool
 from .manifest import sha256
 
 #: The package whose version a shared library has, for libraries that compiled code is linked with.
 _OWNERS = ((r"libtorch|libc10", "torch"), (r"lib(c|m|mvec|pthread|dl)\.so|ld-linux", "glibc"))
-#: Libraries inside native code, in the compiler's version (`_LINK` in native.py).
+#: Libraries inside native code, in the compiler's version (`_LINK` in isas.py).
 _STATIC = ("libstdc++", "libgcc")
 
 

@@ -40,7 +40,7 @@ def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> Non
             f"spec: expected a chiasm.export.Spec, got {type(spec).__name__}: export(fn, Spec('my.op',"
             " [image()]), folder)"
         )
-    from ..formats.native import ISAS
+    from ..formats.isas import ISAS
 
     for name, given, known in (
         ("formats", formats, FORMATS),
