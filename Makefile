@@ -13,7 +13,7 @@ FIRST ?= 0
 MINUTES ?= 60
 # The inputs of an export: the exporter and the ops, not what reads bundles.
 SOURCES := $(shell find python/chiasm runtime/artifact \
-  \( -path python/chiasm/artifact -o -path python/chiasm/data -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -path python/chiasm/triton -o -name __pycache__ -o -name verify.py -o -name comparison.py -o -name pack.py -o -name packs.py -o -name doctor.py -o -name extras.py -o -name __main__.py -o -name cli.py -o -name images.py \) -prune \
+  \( -path python/chiasm/artifact -o -path python/chiasm/data -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -path python/chiasm/triton -o -name __pycache__ -o -name verify.py -o -name comparison.py -o -name pack.py -o -name packs.py -o -name doctor.py -o -name extras.py -o -name __main__.py -o -name cli.py -o -name workers.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 # Of the past, and damaged on purpose, are not laid out.

@@ -277,7 +277,7 @@ def main(arguments: list[str]) -> int:
 
 
 def export_for_this_gpu() -> None:
-    from chiasm.export.cli import export_names
+    from chiasm.export.workers import export_names
 
     from .machine import BUNDLES, cores
 

@@ -9,8 +9,8 @@ import subprocess
 from collections.abc import Iterable
 from pathlib import Path
 
-from chiasm.export.cli import export_names
 from chiasm.export.manifest import FORMATS
+from chiasm.export.workers import export_names
 
 ROOT = Path(__file__).resolve().parents[1]
 BUNDLES = ROOT / "build" / "bench" / "bundles"

@@ -185,7 +185,7 @@ for opened in ("torch", "onnx", "native"):
 
 from pathlib import Path
 
-from chiasm.export.cli import export_names
+from chiasm.export.workers import export_names
 
 export_names(["pipelines.letterbox"], Path({folder!r}), ("native",), methods=("forward",))
 bundle = {folder!r} + "/pipelines.letterbox.chiasm"

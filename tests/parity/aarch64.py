@@ -25,7 +25,7 @@ from pathlib import Path
 from rich.console import Console
 
 from chiasm.export.catalog import catalog
-from chiasm.export.cli import export_names
+from chiasm.export.workers import export_names
 
 ROOT = Path(__file__).resolve().parents[2]
 BUNDLES = ROOT / "build" / "aarch64" / "bundles"

@@ -24,7 +24,7 @@ from pathlib import Path
 from rich.console import Console
 
 from chiasm.export.catalog import catalog
-from chiasm.export.cli import export_names
+from chiasm.export.workers import export_names
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))

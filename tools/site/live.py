@@ -11,7 +11,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from chiasm.export.cli import export_names
+from chiasm.export.workers import export_names
 from gallery.photographs import photograph
 
 ROOT = Path(__file__).resolve().parents[2]

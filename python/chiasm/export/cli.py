@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
-import gc
 import json
-import multiprocessing
-import os
-import signal
-import tempfile
-import time
-import warnings
-from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any
 
 import click
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Column, Table
 
 from .. import __version__
@@ -32,13 +20,12 @@ from ..triton.command import triton
 from .command import Group, jobs_option, pairs
 from .errors import ExportError
 from .manifest import FORMATS, GPUS, METHODS, read_manifest
-from .text import one_line, plain
+from .text import one_line
+from .workers import export_names
 
 console = Console(emoji=False)
 #: The most bytes of a password, as in minisign.
 _MOST_OF_PASSWORD = 1024
-#: An option of prctl: the signal that a process gets when its parent dies.
-_PR_SET_PDEATHSIG = 1
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
@@ -132,129 +119,12 @@ def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
       chiasm export filters.sobel 'color.*' -o bundles
       chiasm export filters.canny -f onnx --method forward
     """
-    _collect_seldom()
     chosen = _select(patterns, everything)
     if not chosen:
         raise click.UsageError("name the ops to export, or --all (`chiasm list` shows them)")
     if "forward" not in methods:
         raise click.UsageError("--method vjp: every bundle has its forward method, so name that too")
     export_names(list(chosen), output, formats or FORMATS, isas, methods, jobs)
-
-
-def export_names(
-    names, output: Path, formats=FORMATS, isas=("x86-64-v3",), methods=METHODS, jobs: int = 1
-) -> None:
-    """Export ops of the catalog, several at once, with a progress bar. Raises ExportError at the end if some
-    failed."""
-    started, failures = time.monotonic(), {}
-    columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    # Workers are spawned, not forked: torch's threads do not survive a fork. A single op is exported in this
-    # process: a worker would import torch again.
-    context = multiprocessing.get_context("spawn")
-    scratch = tempfile.TemporaryDirectory(prefix="chiasm-export-", ignore_cleanup_errors=True)
-    workers = (
-        ProcessPoolExecutor(
-            min(jobs, len(names)), mp_context=context, initializer=_worker, initargs=(scratch.name,)
-        )
-        if len(names) > 1
-        else _Here()
-    )
-    with scratch, Progress(*columns, console=console) as progress, workers as pool:
-        task = progress.add_task("exporting", total=len(names))
-        pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in names}
-        try:
-            for done in as_completed(pending):
-                name = pending[done]
-                try:
-                    seconds = done.result()
-                    console.print(
-                        f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False
-                    )
-                except Exception as error:  # one op's failure, of whatever kind, does not stop the others
-                    failures[name] = _failure(name, error)
-                    if len(names) > 1:
-                        console.print(f"[red]failed[/] {escape(failures[name])}", highlight=False)
-                progress.update(task, advance=1, description=name)
-        except KeyboardInterrupt:
-            _stop(pool, output)
-            raise
-    if failures:
-        # once more: hundreds of lines may have been printed since
-        many = (
-            [f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}"] if len(names) > 1 else []
-        )
-        raise ExportError("\n".join([*many, *failures.values()]))
-    click.echo(
-        f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify"
-        f" {output}/*{SUFFIX}"
-    )
-
-
-class _Here(Executor):
-    """Runs tasks in this process, immediately."""
-
-    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        done: Future = Future()
-        try:
-            done.set_result(fn(*args, **kwargs))
-        except Exception as error:
-            done.set_exception(error)
-        return done
-
-
-def _worker(scratch: str) -> None:
-    """Start a session for the worker and its compilers: the parent handles interrupts, and ends them all."""
-    os.setsid()
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    os.environ["TMPDIR"] = tempfile.tempdir = scratch
-    _collect_seldom()
-
-
-def _stop(pool: Executor, output: Path) -> None:
-    """Kill the workers (an op's code might catch an exception), and remove what they were writing."""
-    from .bundle import clean_up
-
-    ids = [worker.pid for worker in multiprocessing.active_children() if worker.pid is not None]
-    for process in ids:
-        try:
-            os.killpg(process, signal.SIGKILL)
-        except ProcessLookupError:  # the worker has no session yet
-            os.kill(process, signal.SIGKILL)
-    pool.shutdown(cancel_futures=True)
-    for process in ids:
-        clean_up(output, process)
-
-
-def _collect_seldom() -> None:
-    """Collect garbage rarely. torch's modules and an op's graphs are many small objects that stay alive: a
-    collection after every 700 new objects took a tenth of the time."""
-    gc.set_threshold(100_000)
-
-
-def _failure(name: str, error: Exception) -> str:
-    if isinstance(error, ExportError):
-        return plain(str(error))
-    if isinstance(error, BrokenProcessPool):
-        return (
-            f"{name}: the process that exported it was killed; where memory is short, export fewer at once:"
-            " --jobs 1"
-        )
-    return f"{name}: {type(error).__name__}: {one_line(error)}"
-
-
-def export_entry(
-    name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...], methods: tuple[str, ...]
-) -> float:
-    """Export one op of the catalog; returns the seconds it took."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        from .catalog import catalog
-        from .pipeline import export as export_op
-
-        started = time.monotonic()
-        entry = catalog()[name]
-        export_op(entry.function(), entry.spec, output, formats, isas, methods)
-        return time.monotonic() - started
 
 
 @main.command()
