@@ -190,7 +190,7 @@ def _check_bins(num_ang_bins: int, num_spatial_bins: int, clipval: float) -> Non
         raise ValueError(f"num_ang_bins: expected at least 2, got {num_ang_bins}")
     if num_spatial_bins < 1:
         raise ValueError(f"num_spatial_bins: expected a positive number, got {num_spatial_bins}")
-    if clipval <= 0.0:
+    if not clipval > 0.0:
         raise ValueError(f"clipval: expected a positive number, got {clipval}")
 
 

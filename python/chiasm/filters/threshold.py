@@ -155,7 +155,7 @@ def _adaptive_threshold_of_bytes(
         raise ValueError(f"block_size: expected at most 255 for bytes, got {size}")
     if not rounded:
         raise ValueError("rounded: expected True for bytes, got False")
-    if max_value < 0.0 or max_value > 255.0 or max_value != math.floor(max_value):
+    if not (max_value >= 0.0 and max_value <= 255.0) or max_value != math.floor(max_value):
         raise ValueError(f"max_value: expected a whole number, 0 to 255, for bytes, got {max_value}")
     if adaptive_method == "mean":
         mean = box_bytes(input, size, size, "replicate")

@@ -38,7 +38,7 @@ def preprocess(
     """
     _check(frame)
     for s in std:
-        if s <= 0.0:
+        if not s > 0.0:
             raise ValueError(f"std: expected numbers above 0, got {std}")
     image = resize_frame(frame, 224, 224)
     # One product and one sum for each plane, with numbers that native code keeps in its loop.
