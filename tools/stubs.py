@@ -17,9 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from torch import Tensor
-
-from chiasm.primitives.core.modules import class_name, settings_of
+from chiasm.primitives.core.modules import class_name, is_tensor, settings_of
 
 PACKAGE = Path(__file__).resolve().parents[1] / "python" / "chiasm"
 HEAD = "# Written by `make stubs` from the signatures of the functions; do not edit.\n"
@@ -75,7 +73,7 @@ def _class(made: Any, function: Callable[..., Any]) -> list[str]:
     settings = settings_of(function, form)
     named = [p.replace(name=form.names.get(p.name, p.name)) for p in settings]
     tensors = [p for p in signature.parameters.values() if p.name not in {s.name for s in settings}]
-    assert all(p.annotation is Tensor for p in tensors), function
+    assert all(is_tensor(p.annotation) for p in tensors), function
     returned = _annotation(signature.return_annotation)
     first = (inspect.getdoc(function) or "").split("\n\n")[0]
     arguments = ", ".join(["self", *map(_parameter, tensors)])

@@ -343,3 +343,11 @@ def test_curves_are_their_formulas_rounded_to_even() -> None:
 def test_what_has_no_meaning_on_bytes_says_so(call, error: type[Exception], words: str) -> None:
     with pytest.raises(error, match=words):
         call(both_layouts(frame(9, 8))[1])
+
+
+@pytest.mark.parametrize("limit", [-0.5, 0.5, 99.5, 99.999, 100.0, 254.5, 255.0, 300.7])
+def test_trunc_comes_down_to_the_level_below(limit: float) -> None:
+    x = torch.arange(256, dtype=torch.uint8).reshape(1, 1, 16, 16)
+    expected = cv2.threshold(x[0, 0].numpy(), limit, 255, cv2.THRESH_TRUNC)[1]
+    for call in (threshold, torch.jit.script(threshold)):
+        np.testing.assert_array_equal(call(x, limit, type="trunc")[0, 0], expected)

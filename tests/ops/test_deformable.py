@@ -74,6 +74,17 @@ def test_without_offsets_it_is_a_convolution(case: tuple[Any, ...]) -> None:
     torch.testing.assert_close(actual, expected, rtol=1e-11, atol=1e-11)
 
 
+def test_one_number_stands_for_both_axes() -> None:
+    made = inputs((4, 6, 2, 1, (3, 3), (2, 2), (1, 1), (2, 2)), 2, 9, 11)
+    expected = torchvision.ops.deform_conv2d(**made, stride=2, padding=1, dilation=2)
+    for call in (ops.deform_conv2d, torch.jit.script(ops.deform_conv2d)):
+        torch.testing.assert_close(
+            call(**made, stride=2, padding=1, dilation=2), expected, rtol=1e-9, atol=1e-10
+        )
+    with pytest.raises(ValueError, match=r"padding: expected 2 numbers, got 3"):
+        ops.deform_conv2d(**made, padding=(1, 1, 1))
+
+
 def test_gradient() -> None:
     made = inputs((2, 2, 1, 2, (2, 2), (1, 1), (1, 1), (1, 1)), 1, 4, 3)
     leaves = [made[k].requires_grad_() for k in ("input", "offset", "weight", "bias", "mask")]

@@ -34,6 +34,17 @@ LOSSES = ["generalized_box_iou_loss", "distance_box_iou_loss", "complete_box_iou
 
 
 @pytest.mark.parametrize("name", LOSSES)
+@pytest.mark.parametrize("reduction", ["mean", "sum", "none"])
+def test_losses_of_no_boxes_are_torchvisions(name: str, reduction: str) -> None:
+    for call in (getattr(ops, name), torch.jit.script(getattr(ops, name))):
+        none = torch.zeros(0, 4, requires_grad=True)
+        actual = call(none, torch.zeros(0, 4), reduction)
+        expected = getattr(torchvision.ops, name)(torch.zeros(0, 4), torch.zeros(0, 4), reduction)
+        assert torch.equal(actual.detach(), expected)
+        assert torch.autograd.grad(actual.sum(), none)[0].shape == (0, 4)
+
+
+@pytest.mark.parametrize("name", LOSSES)
 @pytest.mark.parametrize("reduction", ["none", "mean", "sum"])
 def test_losses_and_their_gradients_are_torchvisions(name: str, reduction: str) -> None:
     ours, theirs = boxes(20).requires_grad_(), boxes(20).requires_grad_()

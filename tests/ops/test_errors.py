@@ -8,6 +8,8 @@ import torch
 from chiasm import color, enhance, feature, filters, losses, metrics, morphology, pipelines
 from chiasm.geometry import conversions, epipolar, homography, subpix, transform
 from chiasm.primitives.core.target import exporting
+from chiasm.primitives.filters.correlation import centred
+from chiasm.primitives.filters.padding import padded
 
 X = torch.zeros(1, 3, 8, 8)
 BYTES = torch.zeros(1, 3, 8, 8, dtype=torch.uint8)
@@ -411,3 +413,55 @@ def test_script_names_shapes_that_do_not_broadcast() -> None:
 def test_unknown_target() -> None:
     with pytest.raises(ValueError, match="target: expected one of"), exporting("webgpu"):
         pass
+
+
+@pytest.mark.parametrize(
+    ("border", "window", "size", "least"),
+    [("reflect", 5, 2, 3), ("reflect", 4, 2, 3), ("circular", 7, 2, 3), ("replicate", 3, 0, 1)],
+)
+def test_images_too_small_for_their_border(border: str, window: int, size: int, least: int) -> None:
+    kernel = torch.ones(window, window)
+    scripted = torch.jit.script(filters.filter2d)
+    for axis, name in ((2, "rows"), (3, "columns")):
+        small = torch.zeros(1, 1, 9, 9).narrow(axis, 0, size)
+        message = (
+            f"input: expected at least {least} {name} for the border '{border}' and a window of {window},"
+            f" got {size}"
+        )
+        with pytest.raises(ValueError, match=message):
+            filters.filter2d(small, kernel, border)
+        with pytest.raises(torch.jit.Error, match=message):
+            scripted(small, kernel, border)
+        for target in ("native", "cuda", "onnx", "vjp"):
+            with exporting(target), pytest.raises(ValueError, match=message):
+                padded(small, centred(window), centred(window), border)
+        enough = torch.zeros(1, 1, 9, 9).narrow(axis, 0, least)
+        assert filters.filter2d(enough, kernel, border).shape == enough.shape
+
+
+def test_volumes_too_small_for_their_border() -> None:
+    volume, kernel = torch.zeros(1, 1, 2, 9, 9), torch.ones(5, 5, 5)
+    with pytest.raises(
+        ValueError, match=r"input: expected at least 3 slices for the border 'reflect'.*got 2"
+    ):
+        filters.filter3d(volume, kernel, "reflect")
+    assert filters.filter3d(volume, kernel, "constant").shape == volume.shape
+
+
+def test_windows_inside_of_a_smaller_image() -> None:
+    with pytest.raises(ValueError, match=r"input: expected at least 5 columns for a window inside it, got 4"):
+        filters.filter2d(torch.zeros(1, 1, 9, 4), torch.ones(5, 5), padding="valid")
+    with pytest.raises(ValueError, match=r"input: expected at least 7 rows for a window inside it, got 4"):
+        filters.filter2d_separable(torch.zeros(1, 1, 4, 9), torch.ones(5), torch.ones(7), padding="valid")
+    with pytest.raises(ValueError, match=r"input: expected at least 16 rows for a window inside it, got 15"):
+        feature.dense_sift(torch.zeros(1, 1, 15, 20))
+
+
+@pytest.mark.parametrize(("border", "lowest"), [("reflect", 3), ("circular", 3), ("replicate", 1)])
+def test_the_check_of_a_border_leaves_symbols_alone(border: str, lowest: int) -> None:
+    sides = {i: torch.export.Dim(s, min=lowest, max=4096) for i, s in ((2, "H"), (3, "W"))}
+    program = torch.export.export(
+        filters.BoxBlur((5, 5), border), (torch.zeros(2, 3, 24, 31),), dynamic_shapes={"input": sides}
+    )
+    assert {(int(r.lower), int(r.upper)) for r in program.range_constraints.values()} == {(lowest, 4096)}
+    assert not [n for n in program.graph.nodes if "assert" in str(n.target)]

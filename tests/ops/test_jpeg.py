@@ -113,6 +113,19 @@ def test_half_precision(dtype: torch.dtype) -> None:
     assert (result.float() - jpeg_codec_differentiable(x, torch.tensor([50.0]))).abs().mean() < 0.03
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+@pytest.mark.parametrize("quality", [1.0, 3.0, 5.0, 7.5, 30.0])
+def test_half_precision_of_low_quality(dtype: torch.dtype, quality: float) -> None:
+    # A grey plane has one coefficient, 8 times the level: what is left of it is known, for libjpeg's step.
+    grey = torch.full((1, 3, 16, 32), 0.25, dtype=dtype)
+    step = steps(LUMA, quality)[0, 0]
+    coefficient = 8 * (0.25 * 255 - 128) / step
+    whole = np.floor(coefficient + 0.5)
+    expected = max((whole + (coefficient - whole) ** 3) * step / 8 + 128, 0) / 255
+    result = jpeg_codec_differentiable(grey, torch.tensor([quality], dtype=dtype))
+    np.testing.assert_allclose(result.float(), expected, atol=0.02)
+
+
 X = torch.zeros(2, 3, 16, 16)
 Q = torch.tensor([50.0])
 WRONG = [

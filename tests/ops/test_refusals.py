@@ -53,3 +53,24 @@ def test_wrong_tensor_is_named(entry: Entry) -> None:
             except Exception as error:
                 unclear.append(f"{tensor.name}, {kind}: {type(error).__name__}: {error}")
     assert not unclear
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 2), (3, 3), (1, 9), (9, 1)], ids=str)
+@pytest.mark.parametrize(
+    "entry",
+    [e for e in ENTRIES.values() if {"H", "W"} & set(samples.fit(e.spec, SIZES))],
+    ids=lambda e: e.spec.name,
+)
+def test_small_images_work_or_are_refused_in_words(entry: Entry, size: tuple[int, int]) -> None:
+    spec = entry.spec
+    sizes = samples.fit(spec, SIZES)
+    sizes |= {k: n for k, n in zip("HWD", (*size, size[0]), strict=True) if k in sizes}
+    try:
+        inputs = samples.make(spec, sizes, spec.variants()[0])
+    except (ValueError, RuntimeError, IndexError):
+        pytest.skip("the spec's sampler wants more pixels")
+    message = re.compile(rf"({'|'.join(argument_names(entry))}|size): expected .*got .*", re.DOTALL)
+    try:
+        bind_spec(entry.function(), spec)(**inputs)
+    except ValueError as error:
+        assert message.fullmatch(str(error))

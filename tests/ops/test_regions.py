@@ -153,3 +153,18 @@ X, R = torch.rand(1, 9, 6, 6), torch.zeros(2, 5)
 def test_errors(call: Callable[[], Tensor], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call()
+
+
+@pytest.mark.parametrize("name", ["roi_align", "roi_pool", "ps_roi_align", "ps_roi_pool"])
+def test_boxes_of_each_image_as_torchvision_takes_them(name: str) -> None:
+    x = images(3, 18, 11, 13)
+    boxes = [regions(n, 1, n)[:, 1:] for n in (4, 0, 7)]
+    expected = getattr(torchvision.ops, name)(x, boxes, (3, 3), 0.5)
+    for call in (getattr(ops, name), torch.jit.script(getattr(ops, name))):
+        torch.testing.assert_close(call(x, boxes, (3, 3), 0.5), expected, rtol=1e-11, atol=1e-12)
+    with pytest.raises(ValueError, match=r"boxes: expected boxes of each of 3 images, got 2"):
+        getattr(ops, name)(x, boxes[:2], (3, 3))
+    with pytest.raises(ValueError, match=r"boxes: expected shape \(\*, 4\), got \[2, 5\]"):
+        getattr(ops, name)(x[:1], [torch.zeros(2, 5)], (3, 3))
+    with pytest.raises(TypeError, match=r"boxes: expected a tensor or a list of tensors, got int"):
+        getattr(ops, name)(x, 3, (3, 3))

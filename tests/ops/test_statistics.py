@@ -43,6 +43,19 @@ def test_a_deviation_far_below_the_mean() -> None:
     assert MeanStdDev()(white)[0].dtype == torch.float64
 
 
+def test_gradient_of_a_constant_plane_is_zero_as_torch_s() -> None:
+    x = torch.from_numpy(noise("float64"))
+    x[0, 1], x[1, 2] = 0.5, 0.0
+    x.requires_grad_(True)
+    weights = torch.tensor([[1.0, 2.0, 3.0], [-1.0, 5.0, 7.0]], dtype=torch.float64)
+    (actual,) = torch.autograd.grad((mean_std_dev(x)[1] * weights).sum(), x)
+    (wanted,) = torch.autograd.grad((x.std((2, 3), correction=0) * weights).sum(), x)
+    assert not actual[0, 1].any() and not actual[1, 2].any()
+    np.testing.assert_allclose(actual, wanted, rtol=1e-9, atol=1e-15)
+    nan = torch.tensor([[[[float("nan"), 1.0]]]], requires_grad=True)
+    assert torch.autograd.grad(mean_std_dev(nan)[1].sum(), nan)[0].isnan().all()
+
+
 @pytest.mark.parametrize("stored", [torch.Tensor.contiguous, frames])
 @pytest.mark.parametrize("dtype", ["uint8", "float32", "float64"])
 def test_extremes_and_places_are_opencv_s(dtype: str, stored) -> None:

@@ -66,7 +66,7 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
     check_image(image, "image")
     if kernel_size < 3 or kernel_size % 2 == 0:
         raise ValueError(f"kernel_size: expected an odd size of at least 3, got {kernel_size}")
-    if h <= 0.0:
+    if not h > 0.0:
         raise ValueError(f"h: expected a positive number, got {h}")
     radius = kernel_size // 2
     taps: List[float] = []

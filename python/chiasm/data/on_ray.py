@@ -50,7 +50,7 @@ def map_batches(
     import ray
     from ray.data import ActorPoolStrategy
 
-    if workers < 1 or num_cpus <= 0:
+    if workers < 1 or not num_cpus > 0:
         raise DataError(f"expected workers >= 1 and num_cpus > 0, got {workers} and {num_cpus}")
     nodes = [node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"]]
     fits = _fitting(nodes, num_cpus)

@@ -248,7 +248,7 @@ def adjust_sigmoid(image: Tensor, cutoff: float = 0.5, gain: float = 10.0, inv: 
 def _check_not_negative(value: Union[float, Tensor], name: str) -> None:
     if not isinstance(value, Tensor):
         check_number(value, name)
-        if value < 0.0:
+        if not value >= 0.0:
             raise ValueError(f"{name}: expected a number that is not negative, got {value}")
 
 

@@ -33,7 +33,7 @@ def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: flo
     check_pixels(image, "image")
     if n_bins < 1:
         raise ValueError(f"n_bins: expected a positive number, got {n_bins}")
-    if max <= min:
+    if not max > min:
         raise ValueError(f"max: expected a number above min = {min}, got {max}")
     # In double precision, as in OpenCV: float32 would put values near an edge into the wrong bin.
     scale = n_bins / (max - min)

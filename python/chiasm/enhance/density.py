@@ -120,7 +120,7 @@ def image_histogram2d(
     if n_bins < 1:
         raise ValueError(f"n_bins: expected a positive number, got {n_bins}")
     width = (max - min) / n_bins if bandwidth is None else bandwidth
-    if width <= 0.0:
+    if not width > 0.0:
         raise ValueError(f"bandwidth: expected a positive number, got {width}")
     if centers is None:
         centers = min + (torch.arange(n_bins, device=image.device).to(image.dtype) + 0.5) * width

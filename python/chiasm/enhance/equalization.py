@@ -87,7 +87,7 @@ def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0)
         low, high = cutoff * 1.0, cutoff * 1.0
     else:
         low, high = cutoff
-    if low < 0.0 or high < 0.0 or low + high >= 100.0:
+    if not (low >= 0.0 and high >= 0.0 and low + high < 100.0):
         raise ValueError(
             f"cutoff: expected percentages that are not negative and sum to less than 100, got ({low},"
             f" {high})"

@@ -70,9 +70,13 @@ def _jpeg_codec_differentiable_of_batch(
         raise ValueError(
             f"jpeg_quality: expected a scalar tensor, (1,) or ({batch},), got {list(jpeg_quality.shape)}"
         )
-    quality = jpeg_quality.to(input.dtype).reshape(-1, 1, 1, 1, 1, 1)
-    luma = _steps(_table(quantization_table_y, _luma(), input, "quantization_table_y"), quality)
-    chroma = _steps(_table(quantization_table_c, _chroma(), input, "quantization_table_c"), quality)
+    # 121 * 5000, at quality 1, is more than float16 holds
+    precision = torch.float64 if input.dtype == torch.float64 else torch.float32
+    quality = jpeg_quality.to(precision).reshape(-1, 1, 1, 1, 1, 1)
+    luma_table = _table(quantization_table_y, _luma(), input, "quantization_table_y").to(precision)
+    chroma_table = _table(quantization_table_c, _chroma(), input, "quantization_table_c").to(precision)
+    luma = _steps(luma_table, quality).to(input.dtype)
+    chroma = _steps(chroma_table, quality).to(input.dtype)
 
     # whole blocks of 16, so that chroma has whole blocks of 8
     down, across = (height + 15) // 16, (width + 15) // 16
@@ -131,7 +135,7 @@ def _table(table: Optional[Tensor], default: Tensor, like: Tensor, name: str) ->
         raise ValueError(f"{name}: expected shape (8, 8) or (B, 8, 8), got {list(table.shape)}")
     if table.dim() == 3 and table.size(0) != like.size(0) and table.size(0) != 1:
         raise ValueError(f"{name}: expected shape (8, 8) or ({like.size(0)}, 8, 8), got {list(table.shape)}")
-    return table.to(like.dtype).reshape(-1, 1, 1, 8, 1, 8)
+    return table.reshape(-1, 1, 1, 8, 1, 8)
 
 
 def _steps(table: Tensor, quality: Tensor) -> Tensor:

@@ -14,7 +14,8 @@ def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
     """Mean and standard deviation of each channel, like OpenCV's ``meanStdDev``.
 
     The variance divides by H * W, not by H * W - 1. For uint8, the sums are exact. Floating-point images are
-    summed in float64; the variance is the mean of the squared distances from the mean.
+    summed in float64; the variance is the mean of the squared distances from the mean. The deviation of a
+    constant plane is 0, and so is its gradient.
 
     Args:
         image: (B, C, H, W), floating point or uint8.
@@ -35,7 +36,10 @@ def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
         values = image.to(torch.float64)
         mean = values.mean([2, 3], keepdim=True)
         # NaN and infinity propagate to both results without extra code
-        std = (values - mean).square().mean([2, 3]).sqrt()
+        variance = (values - mean).square().mean([2, 3])
+        # of a constant plane the root would have an infinite slope: NaN for every pixel
+        flat = variance == 0.0
+        std = torch.where(flat, variance, torch.where(flat, torch.ones_like(variance), variance).sqrt())
         return mean.flatten(1).to(image.dtype), std.to(image.dtype)
     of_levels = bincount(level_rows(image), 256).to(torch.int64)
     levels = torch.arange(256, device=image.device)

@@ -96,7 +96,8 @@ def threshold(
     """Compare with a threshold, like OpenCV's ``threshold``.
 
     Unlike in Kornia, the type is a string. Where x > thresh: "binary" gives maxval (else 0), "binary_inv" 0
-    (else maxval), "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x).
+    (else maxval), "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x). For uint8, "trunc"
+    gives thresh rounded down.
 
     Args:
         input: (B, *), floating point or uint8.
@@ -118,7 +119,9 @@ def threshold(
     check_values(input, "input")
     check_choice(type, ["binary", "binary_inv", "trunc", "tozero", "tozero_inv"], "type")
     if input.dtype == torch.uint8:
-        return looked_up(input, _compared(levels(input, 255.0), thresh, maxval, type), 255.0)
+        made = _compared(levels(input, 255.0), thresh, maxval, type)
+        # Bytes above a fraction come down to the level below it.
+        return looked_up(input, torch.floor(made) if type == "trunc" else made, 255.0)
     return _compared(input, thresh, maxval, type)
 
 

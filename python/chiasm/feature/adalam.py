@@ -158,7 +158,7 @@ def _check_numbers(
     num_seeds: int,
     num_neighbors: int,
 ) -> None:
-    if area_ratio <= 0.0 or search_expansion <= 0.0 or min_confidence <= 0.0:
+    if not (area_ratio > 0.0 and search_expansion > 0.0 and min_confidence > 0.0):
         raise ValueError(
             f"area_ratio, search_expansion, min_confidence: expected positive numbers, got {area_ratio},"
             f" {search_expansion} and {min_confidence}"
@@ -175,9 +175,9 @@ def _check_numbers(
 
 
 def _check_factors(orientation: float, scale: float, detected_scale: float) -> None:
-    if orientation <= 0.0:
+    if not orientation > 0.0:
         raise ValueError(f"orientation_difference_threshold: expected a positive number, got {orientation}")
-    if scale < 1.0 or detected_scale < 1.0:
+    if not (scale >= 1.0 and detected_scale >= 1.0):
         raise ValueError(
             f"scale_rate_threshold, detected_scale_rate_threshold: expected at least 1, got {scale} and"
             f" {detected_scale}"

@@ -114,9 +114,9 @@ def _check(
             f" {num_octaves} and {n_levels}"
         )
     least = 1.0 if double_image else 0.5
-    if init_sigma <= least:
+    if not init_sigma > least:
         raise ValueError(f"init_sigma: expected more than {least}, got {init_sigma}")
-    if threshold < 0.0:
+    if not threshold >= 0.0:
         raise ValueError(f"threshold: expected a number >= 0, got {threshold}")
 
 

@@ -79,7 +79,7 @@ def harris_keypoints(
         raise ValueError(f"input: expected shape (B, 1, H, W), got {list(input.shape)}")
     if max_keypoints < 1:
         raise ValueError(f"max_keypoints: expected a positive number, got {max_keypoints}")
-    if threshold < 0.0:
+    if not threshold >= 0.0:
         raise ValueError(f"threshold: expected a number >= 0, got {threshold}")
     width = input.size(3)
     maxima = nms2d(harris_response(input, k), nms_size)

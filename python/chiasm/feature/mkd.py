@@ -77,7 +77,7 @@ def mkd_describe(
     check_choice(kernel_type, ["concat", "cart", "polar"], "kernel_type")
     if patches.size(3) < 2:
         raise ValueError(f"patches: expected at least 2 x 2 pixels, got {list(patches.shape)}")
-    if power <= 0.0:
+    if not power > 0.0:
         raise ValueError(f"power: expected a positive number, got {power}")
     weight, cosine, sine = _gradient(patches.to(position_dtype(patches.dtype)))
     parts: List[Tensor] = []

@@ -55,7 +55,7 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
         raise ValueError(f"response: expected shape (B, 1, H, W), got {list(response.shape)}")
     if window < 1:
         raise ValueError(f"window: expected a positive number, got {window}")
-    if base <= 1.0:
+    if not base > 1.0:
         raise ValueError(f"base: expected more than 1, got {base}")
     rows, columns = _windows(response.size(2), window, response), _windows(response.size(3), window, response)
     # (B, h, window, w, window): beyond the border the last pixel is repeated, which changes no maximum, and

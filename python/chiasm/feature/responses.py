@@ -127,7 +127,7 @@ def dog_response_single(input: Tensor, sigma1: float = 1.0, sigma2: float = 1.6)
         tensor(True)
     """
     check_image(input, "input")
-    if sigma1 <= 0.0 or sigma2 <= 0.0:
+    if not (sigma1 > 0.0 and sigma2 > 0.0):
         raise ValueError(f"sigma1, sigma2: expected positive numbers, got {sigma1} and {sigma2}")
     return _blurred(input, sigma2) - _blurred(input, sigma1)
 

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_image, check_tensor
 from ..primitives.features.orientations import directed, orientation_histograms, polar_gradient
+from ..primitives.filters.padding import check_inside
 from .gradients import check_patches, gaussian_window, unit
 
 
@@ -86,7 +87,7 @@ def dense_sift(
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not (B, 1, H, W) or a number not positive.
+        ValueError: if input is not (B, 1, H, W) or smaller than a window, or a number not positive.
 
     Example:
         >>> dense_sift(torch.rand(1, 1, 20, 30), stride=2).shape
@@ -100,6 +101,8 @@ def dense_sift(
         raise ValueError(
             f"spatial_bin_size, stride: expected positive numbers, got {spatial_bin_size} and {stride}"
         )
+    check_inside(input.size(2), num_spatial_bins * spatial_bin_size, "rows")
+    check_inside(input.size(3), num_spatial_bins * spatial_bin_size, "columns")
     length, direction = polar_gradient(input)
     planes = directed(length, direction, num_ang_bins)
     rows = _placed(planes, 2, num_spatial_bins, spatial_bin_size, stride)
@@ -190,7 +193,7 @@ def _check_bins(num_ang_bins: int, num_spatial_bins: int, clipval: float) -> Non
         raise ValueError(f"num_ang_bins: expected at least 2, got {num_ang_bins}")
     if num_spatial_bins < 1:
         raise ValueError(f"num_spatial_bins: expected a positive number, got {num_spatial_bins}")
-    if clipval <= 0.0:
+    if not clipval > 0.0:
         raise ValueError(f"clipval: expected a positive number, got {clipval}")
 
 

@@ -5,7 +5,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_pixels, odd_pair
+from ..primitives.core.checks import check_choice, check_number, check_pixels, odd_pair
 from ..primitives.filters.bilateral import bilateral_bytes, bilateral_mean
 from .gaussian import gaussian_kernels
 
@@ -41,7 +41,8 @@ def bilateral_blur(
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
-        ValueError: if a shape or a choice is not as above.
+        ValueError: if a shape or a choice is not as above, or a standard deviation given as a number is not
+            positive.
 
     Example:
         >>> bilateral_blur(torch.ones(1, 3, 5, 5), 3, 0.1, (1.0, 1.0)).shape
@@ -87,7 +88,8 @@ def joint_bilateral_blur(
     Raises:
         TypeError: if input or guidance is neither floating point nor uint8, or one is uint8 and the other one
             is not.
-        ValueError: if a shape or a choice is not as above.
+        ValueError: if a shape or a choice is not as above, or a standard deviation given as a number is not
+            positive.
 
     Example:
         >>> joint_bilateral_blur(torch.ones(1, 3, 5, 5), torch.ones(1, 1, 5, 5), 3, 0.1, (1.0, 1.0)).shape
@@ -128,6 +130,9 @@ def _weighted_mean(
     if isinstance(sigma_color, Tensor):
         color = sigma_color.to(like.dtype).reshape(-1, 1, 1, 1)
     else:
+        check_number(sigma_color, "sigma_color")
+        if not sigma_color > 0.0:
+            raise ValueError(f"sigma_color: expected a positive number, got {sigma_color}")
         color = torch.full([1, 1, 1, 1], sigma_color, dtype=like.dtype, device=input.device)
     falloff = -0.5 / (color * color)
     squares = color_distance_type == "l2"

@@ -70,7 +70,7 @@ def canny(
     check_pixels(input, "input")
     if input.size(1) != 1 and input.size(1) != 3:
         raise ValueError(f"input: expected shape (B, 1, H, W) or (B, 3, H, W), got {list(input.shape)}")
-    if low_threshold < 0.0 or high_threshold < low_threshold:
+    if not (low_threshold >= 0.0 and high_threshold >= low_threshold):
         raise ValueError(
             f"low_threshold: expected 0 <= low_threshold <= high_threshold, got {low_threshold} and"
             f" {high_threshold}"

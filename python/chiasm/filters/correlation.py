@@ -15,7 +15,7 @@ from ..primitives.filters.correlation import (
     separable_any,
 )
 from ..primitives.filters.fixed_point import bytes_of_sums, correlated_bytes, whole_taps
-from ..primitives.filters.padding import check_border
+from ..primitives.filters.padding import check_border, check_inside
 
 
 def filter2d(
@@ -63,6 +63,9 @@ def filter2d(
     check_choice(padding, ["same", "valid"], "padding")
     check_choice(behaviour, ["corr", "conv"], "behaviour")
     k = _ready(kernel, input, 2, "(kH, kW) or (B, kH, kW)", normalized, behaviour == "conv", "kernel")
+    if padding == "valid":
+        check_inside(input.size(2), k.size(1), "rows")
+        check_inside(input.size(3), k.size(2), "columns")
     if input.dtype == torch.uint8:
         return _filtered_bytes(input, k, border_type, padding)
     if padding == "valid":
@@ -113,6 +116,9 @@ def filter2d_separable(
     check_choice(padding, ["same", "valid"], "padding")
     kx = _ready(kernel_x, input, 1, "(kW,) or (B, kW)", normalized, False, "kernel_x")
     ky = _ready(kernel_y, input, 1, "(kH,) or (B, kH)", normalized, False, "kernel_y")
+    if padding == "valid":
+        check_inside(input.size(2), ky.size(1), "rows")
+        check_inside(input.size(3), kx.size(1), "columns")
     if input.dtype == torch.uint8:
         return _filtered_bytes(input, ky[:, :, None] * kx[:, None, :], border_type, padding)
     if padding == "valid":

@@ -50,7 +50,7 @@ def get_gaussian_kernel1d(
         s = sigma.reshape(-1, 1)
     else:
         check_number(sigma, "sigma")
-        if sigma <= 0.0:
+        if not sigma > 0.0:
             raise ValueError(f"sigma: expected a positive number, got {sigma}")
         s = torch.full([1, 1], sigma, dtype=dtype)
     x = torch.arange(kernel_size, device=s.device).to(s.dtype) - (kernel_size - 1) * 0.5

@@ -241,7 +241,7 @@ def get_gaussian_kernel3d(
         s = _check_sigmas(sigma, 3)
     else:
         check_triple(sigma, "sigma")
-        if sigma[0] <= 0.0 or sigma[1] <= 0.0 or sigma[2] <= 0.0:
+        if not (sigma[0] > 0.0 and sigma[1] > 0.0 and sigma[2] > 0.0):
             raise ValueError(f"sigma: expected positive numbers, got ({sigma[0]}, {sigma[1]}, {sigma[2]})")
         s = torch.tensor([[sigma[0], sigma[1], sigma[2]]], dtype=dtype)
     plane = (
@@ -256,7 +256,7 @@ def _deviation(sigma: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
     """``as_column`` for a number that must be positive."""
     if not isinstance(sigma, Tensor):
         check_number(sigma, "sigma")
-        if sigma <= 0.0:
+        if not sigma > 0.0:
             raise ValueError(f"sigma: expected a positive number, got {sigma}")
     return as_column(sigma, dtype, "sigma")
 

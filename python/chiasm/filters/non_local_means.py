@@ -53,7 +53,7 @@ def non_local_means(
         raise ValueError(f"patch_size: expected an odd positive size, got {patch_size}")
     if patch_distance < 0:
         raise ValueError(f"patch_distance: expected at least 0, got {patch_distance}")
-    if h <= 0.0:
+    if not h > 0.0:
         raise ValueError(f"h: expected a positive number, got {h}")
     margin = patch_distance + patch_size // 2
     wide = padded(input, (margin, margin), (margin, margin), border_type)

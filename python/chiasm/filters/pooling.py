@@ -115,7 +115,7 @@ def edge_aware_blur_pool2d(
     check_image(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
     size = odd_pair(edge_dilation_kernel_size, "edge_dilation_kernel_size")[0]
-    if edge_threshold <= 1.0:
+    if not edge_threshold > 1.0:
         raise ValueError(f"edge_threshold: expected more than 1, got {edge_threshold}")
     levels = torch.log2(input.detach() + epsilon).mean(1, keepdim=True)
     threshold = math.log(edge_threshold) / math.log(2.0)

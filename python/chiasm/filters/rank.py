@@ -68,7 +68,7 @@ def percentile_filter(
         >>> percentile_filter(torch.arange(5.0).reshape(1, 1, 1, 5), 50.0, (1, 3), "replicate")
         tensor([[[[0., 1., 2., 3., 4.]]]])
     """
-    if percentile < 0.0 or percentile > 100.0:
+    if not (percentile >= 0.0 and percentile <= 100.0):
         raise ValueError(f"percentile: expected 0 to 100, got {percentile}")
     ky, kx = odd_pair(kernel_size, "kernel_size")
     return rank_filter(input, min(int(ky * kx * percentile / 100.0), ky * kx - 1), (ky, kx), border_type)

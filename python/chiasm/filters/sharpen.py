@@ -88,7 +88,7 @@ def difference_of_gaussians(
     """
     check_image(input, "input")
     high = 1.6 * low_sigma if high_sigma is None else high_sigma
-    if low_sigma <= 0.0 or high < low_sigma:
+    if not (low_sigma > 0.0 and high >= low_sigma):
         raise ValueError(f"high_sigma: expected 0 < low_sigma <= high_sigma, got {low_sigma} and {high}")
     low_taps = gaussian_taps(2 * int(truncate * low_sigma + 0.5) + 1, low_sigma)
     high_taps = gaussian_taps(2 * int(truncate * high + 0.5) + 1, high)

@@ -155,7 +155,7 @@ def _adaptive_threshold_of_bytes(
         raise ValueError(f"block_size: expected at most 255 for bytes, got {size}")
     if not rounded:
         raise ValueError("rounded: expected True for bytes, got False")
-    if max_value < 0.0 or max_value > 255.0 or max_value != math.floor(max_value):
+    if not (max_value >= 0.0 and max_value <= 255.0) or max_value != math.floor(max_value):
         raise ValueError(f"max_value: expected a whole number, 0 to 255, for bytes, got {max_value}")
     if adaptive_method == "mean":
         mean = box_bytes(input, size, size, "replicate")
@@ -197,7 +197,8 @@ def otsu_threshold(
     values and the threshold is the centre of a bin; if several bins are equally good, of the first one.
     Values in later bins are above the threshold; values in this bin are not. So on a plane that uses the
     whole range of 8-bit levels, OpenCV's THRESH_OTSU separates the same pixels. For uint8, the bins are the
-    256 levels, and the threshold is one of these levels, the same as OpenCV's.
+    256 levels, and the threshold is one of these levels, the same as OpenCV's, but on a constant plane: there
+    it is the plane's level, above which is nothing, and OpenCV's is 0.
 
     Args:
         x: (*, H, W), floating point or uint8; each plane has its own threshold, and must have fewer than 2^31

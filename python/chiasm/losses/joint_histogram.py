@@ -29,7 +29,7 @@ def check_signals(
         raise ValueError("input: expected shape (*, N), got a scalar")
     if num_bins < 2:
         raise ValueError(f"num_bins: expected at least 2, got {num_bins}")
-    if window_radius <= 0.5:
+    if not window_radius > 0.5:
         raise ValueError(f"window_radius: expected more than half a bin, got {window_radius}")
 
 

@@ -87,7 +87,7 @@ def ms_ssim_loss(
 def _check_sigmas(sigmas: List[float]) -> None:
     last = 0.0
     for sigma in sigmas:
-        if sigma <= last:
+        if not sigma > last:
             raise ValueError(f"sigmas: expected ascending positive numbers, got {sigmas}")
         last = sigma
     if last < 0.5:

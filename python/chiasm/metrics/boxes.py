@@ -97,7 +97,7 @@ def mean_average_precision(
     """
     if n_classes < 2:
         raise ValueError(f"n_classes: expected at least 2, got {n_classes}")
-    if threshold < 0.0 or threshold >= 1.0:
+    if not (threshold >= 0.0 and threshold < 1.0):
         raise ValueError(f"threshold: expected a number in [0, 1), got {threshold}")
     _check_boxes(pred_boxes, 3, "(B, N, 4)", "pred_boxes")
     _check_boxes(gt_boxes, 3, "(B, M, 4)", "gt_boxes")

@@ -112,7 +112,7 @@ def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) 
         >>> mean_iou(torch.tensor([[0, 1, 1, 1]]), torch.tensor([[0, 0, 1, 1]]), 2)
         tensor([[0.5000, 0.6667]])
     """
-    if eps <= 0.0:
+    if not eps > 0.0:
         raise ValueError(f"eps: expected a positive number, got {eps}")
     counts = _counts(pred, target, num_classes)
     diagonal = torch.arange(num_classes, device=pred.device)

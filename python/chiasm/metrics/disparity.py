@@ -172,5 +172,5 @@ def _errors(input: Tensor, target: Tensor, valid_mask: Optional[Tensor]) -> Tupl
 
 
 def _check_threshold(value: float, name: str) -> None:
-    if value < 0.0:
+    if not value >= 0.0:
         raise ValueError(f"{name}: expected zero or more, got {value}")

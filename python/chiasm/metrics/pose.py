@@ -169,7 +169,7 @@ def auc_from_errors(
         raise ValueError("thresholds: expected at least one, got none")
     areas: List[Tensor] = []
     for t in thresholds:
-        if t <= 0:
+        if not t > 0:
             raise ValueError(f"thresholds: expected positive numbers, got {t}")
         below = e < t
         sure = torch.where(below, e, torch.zeros_like(e))

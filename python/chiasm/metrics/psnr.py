@@ -30,7 +30,7 @@ def psnr(image: Tensor, target: Tensor, max_val: float) -> Tensor:
     check_floating(image, "image")
     check_floating(target, "target")
     check_same_shape(target, image, "target", "image")
-    if max_val <= 0.0:
+    if not max_val > 0.0:
         raise ValueError(f"max_val: expected a positive number, got {max_val}")
     difference = image - target
     error = (difference * difference).mean()

@@ -6,6 +6,8 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
 from ..primitives.core.checks import check_choice, check_image, check_same_shape
+from ..primitives.filters.correlation import centred
+from ..primitives.filters.padding import check_margins
 from ..primitives.filters.stencil import separable_each, separable_shared
 from ..primitives.resampling.volumes import check_volume
 
@@ -36,7 +38,8 @@ def ssim(
 
     Raises:
         TypeError: if an image is not floating point.
-        ValueError: if an image is not 4-D, window_size not odd, or padding unknown.
+        ValueError: if an image is not 4-D or not larger than half of the window, window_size not odd, or
+            padding unknown.
 
     Example:
         >>> x = torch.ones(1, 1, 8, 8)
@@ -46,6 +49,7 @@ def ssim(
     check_image(img1, "img1")
     check_image(img2, "img2")
     taps = _window(window_size, padding)
+    check_margins(img1, centred(window_size), centred(window_size), "reflect", "img1")
     out = _similarity(separable_each(_moments(img1, img2, max_val), taps, taps, "reflect"), max_val, eps)
     if padding == "valid":
         r = window_size // 2

@@ -1,6 +1,6 @@
 # Written by `make stubs` from the signatures of the functions; do not edit.
 
-from typing import Optional, Tuple, Union
+from typing import List, Optional, Tuple, Union
 
 from torch import Tensor, nn
 
@@ -294,16 +294,16 @@ class DeformConv2d(nn.Module):
     weighted at each place."""
 
     bias: Optional[Tensor]
-    stride: Tuple[int, int]
-    padding: Tuple[int, int]
-    dilation: Tuple[int, int]
+    stride: Union[int, Tuple[int, int]]
+    padding: Union[int, Tuple[int, int]]
+    dilation: Union[int, Tuple[int, int]]
     mask: Optional[Tensor]
     def __init__(
         self,
         bias: Optional[Tensor] = None,
-        stride: Tuple[int, int] = ...,
-        padding: Tuple[int, int] = ...,
-        dilation: Tuple[int, int] = ...,
+        stride: Union[int, Tuple[int, int]] = ...,
+        padding: Union[int, Tuple[int, int]] = ...,
+        dilation: Union[int, Tuple[int, int]] = ...,
         mask: Optional[Tensor] = None,
     ) -> None: ...
     def forward(self, input: Tensor, offset: Tensor, weight: Tensor) -> Tensor: ...
@@ -476,8 +476,8 @@ class PsRoiAlign(nn.Module):
     def __init__(
         self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0, sampling_ratio: int = -1
     ) -> None: ...
-    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
-    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def forward(self, input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor: ...
 
 class PsRoiPool(nn.Module):
     """`ps_roi_pool` as a module: Position-sensitive RoIPool: the means of the pixels in the bins of
@@ -486,8 +486,8 @@ class PsRoiPool(nn.Module):
     output_size: Union[int, Tuple[int, int]]
     spatial_scale: float
     def __init__(self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0) -> None: ...
-    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
-    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def forward(self, input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor: ...
 
 class RemoveSmallBoxes(nn.Module):
     """`remove_small_boxes` as a module: The indices of the boxes whose sides are both at least
@@ -513,8 +513,8 @@ class RoiAlign(nn.Module):
         sampling_ratio: int = -1,
         aligned: bool = False,
     ) -> None: ...
-    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
-    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def forward(self, input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor: ...
 
 class RoiPool(nn.Module):
     """`roi_pool` as a module: RoIPool: the maxima of the pixels in the bins of boxes."""
@@ -522,8 +522,8 @@ class RoiPool(nn.Module):
     output_size: Union[int, Tuple[int, int]]
     spatial_scale: float
     def __init__(self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0) -> None: ...
-    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
-    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def forward(self, input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor: ...
 
 class RotatedIou(nn.Module):
     """`rotated_iou` as a module: Intersection over union of each rotated box of one set with each

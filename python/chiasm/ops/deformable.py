@@ -1,11 +1,12 @@
 """Deformable convolution: the positions of the taps depend on the data."""
 
-from typing import Optional, Tuple
+from typing import Optional, Tuple, Union
 
 import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_image, check_rank
+from ..primitives.core.window_sizes import any_pair
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.warping import position_dtype, sample_image
 
@@ -15,9 +16,9 @@ def deform_conv2d(
     offset: Tensor,
     weight: Tensor,
     bias: Optional[Tensor] = None,
-    stride: Tuple[int, int] = (1, 1),
-    padding: Tuple[int, int] = (0, 0),
-    dilation: Tuple[int, int] = (1, 1),
+    stride: Union[int, Tuple[int, int]] = (1, 1),
+    padding: Union[int, Tuple[int, int]] = (0, 0),
+    dilation: Union[int, Tuple[int, int]] = (1, 1),
     mask: Optional[Tensor] = None,
 ) -> Tensor:
     """Deformable convolution: taps are shifted by offsets and, with a mask, weighted at each place.
@@ -32,9 +33,10 @@ def deform_conv2d(
             channels.
         weight: (O, C / groups, kh, kw); its shape determines the number of groups.
         bias: (O,).
-        stride: the steps between places, in rows and columns.
-        padding: the number of rows above and below, and of columns at both sides, that are added with zeros.
-        dilation: the steps between taps, in rows and columns.
+        stride: the steps between places, in rows and columns, or one number for both.
+        padding: the number of rows above and below, and of columns at both sides, that are added with zeros,
+            or one number for both.
+        dilation: the steps between taps, in rows and columns, or one number for both.
         mask: (B, G * kh * kw, OH, OW), the factor of each tap.
 
     Returns:
@@ -63,8 +65,11 @@ def deform_conv2d(
             f"weight: expected shape (O, C / groups, kh, kw) for input {list(input.shape)}, got"
             f" {list(weight.shape)}"
         )
-    rows = _places(input.size(2), kh, stride[0], padding[0], dilation[0])
-    columns = _places(input.size(3), kw, stride[1], padding[1], dilation[1])
+    step_y, step_x = any_pair(stride, "stride")
+    margin_y, margin_x = any_pair(padding, "padding")
+    spread_y, spread_x = any_pair(dilation, "dilation")
+    rows = _places(input.size(2), kh, step_y, margin_y, spread_y)
+    columns = _places(input.size(3), kw, step_x, margin_x, spread_x)
     taps = kh * kw
     _check_taps(offset, batch, 2 * taps, rows, columns, "offset", "(B, 2 * G * kh * kw, OH, OW)")
     parts = offset.size(1) // (2 * taps)
@@ -82,9 +87,9 @@ def deform_conv2d(
     moved = offset.to(precision).reshape(batch * parts, taps, 2, rows, columns)
     tap_row = torch.arange(kh, device=input.device)[:, None].expand(kh, kw).reshape(taps, 1, 1)
     tap_column = torch.arange(kw, device=input.device)[None].expand(kh, kw).reshape(taps, 1, 1)
-    down, across = (tap_row * dilation[0]).to(precision), (tap_column * dilation[1]).to(precision)
-    row = torch.arange(rows, device=input.device).to(precision)[:, None] * stride[0] - padding[0]
-    column = torch.arange(columns, device=input.device).to(precision) * stride[1] - padding[1]
+    down, across = (tap_row * spread_y).to(precision), (tap_column * spread_x).to(precision)
+    row = torch.arange(rows, device=input.device).to(precision)[:, None] * step_y - margin_y
+    column = torch.arange(columns, device=input.device).to(precision) * step_x - margin_x
     y = (moved[:, :, 0] + (down + row)).reshape(batch * parts, taps * rows, columns)
     x = (moved[:, :, 1] + (across + column)).reshape(batch * parts, taps * rows, columns)
     source = input.reshape(batch * parts, channels // parts, input.size(2), input.size(3))

@@ -104,7 +104,7 @@ def decode_simcc(simcc_x: Tensor, simcc_y: Tensor, split_ratio: float = 2.0) -> 
         raise ValueError(
             f"simcc_y: expected shape (B, K, Hy) for simcc_x {list(simcc_x.shape)}, got {list(simcc_y.shape)}"
         )
-    if split_ratio <= 0.0:
+    if not split_ratio > 0.0:
         raise ValueError(f"split_ratio: expected a positive number, got {split_ratio}")
     largest_x, place_x = stable_topk(simcc_x, 1)
     largest_y, place_y = stable_topk(simcc_y, 1)

@@ -24,7 +24,7 @@ def generalized_box_iou_loss(
         eps: added to the denominators.
 
     Returns:
-        (...), or a scalar tensor.
+        (...), or a scalar tensor; the mean of no boxes is 0.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -38,7 +38,7 @@ def generalized_box_iou_loss(
     intersection, union = _overlap(boxes1, boxes2)
     hull = hull_sides(boxes1, boxes2)
     area = hull[..., 0] * hull[..., 1]
-    return reduced(1.0 - intersection / (union + eps) + (area - union) / (area + eps), reduction)
+    return _reduced(1.0 - intersection / (union + eps) + (area - union) / (area + eps), reduction)
 
 
 def distance_box_iou_loss(
@@ -55,7 +55,7 @@ def distance_box_iou_loss(
         eps: added to the denominators.
 
     Returns:
-        (...), or a scalar tensor.
+        (...), or a scalar tensor; the mean of no boxes is 0.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -66,7 +66,7 @@ def distance_box_iou_loss(
         >>> distance_box_iou_loss(boxes, boxes).abs()
         tensor([0.])
     """
-    return reduced(_distance_loss(boxes1, boxes2, eps)[0], reduction)
+    return _reduced(_distance_loss(boxes1, boxes2, eps)[0], reduction)
 
 
 def complete_box_iou_loss(
@@ -84,7 +84,7 @@ def complete_box_iou_loss(
         eps: added to the denominators.
 
     Returns:
-        (...), or a scalar tensor.
+        (...), or a scalar tensor; the mean of no boxes is 0.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -96,7 +96,15 @@ def complete_box_iou_loss(
         tensor([0.])
     """
     loss, iou = _distance_loss(boxes1, boxes2, eps)
-    return reduced(loss + aspect_penalty(boxes1, boxes2, iou, eps), reduction)
+    return _reduced(loss + aspect_penalty(boxes1, boxes2, iou, eps), reduction)
+
+
+def _reduced(loss: Tensor, reduction: str) -> Tensor:
+    """``reduced``, but the mean of no boxes is 0, so that a batch without objects does not spoil a
+    training."""
+    if reduction == "mean" and isinstance(loss.numel(), int) and loss.numel() == 0:
+        return loss.sum()
+    return reduced(loss, reduction)
 
 
 def _overlap(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:

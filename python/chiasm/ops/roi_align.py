@@ -8,7 +8,7 @@ from torch import Tensor
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.geometry.regions import (
     check_bin_channels,
-    check_regions,
+    checked_regions,
     image_numbers,
     scaled_sides,
 )
@@ -18,7 +18,7 @@ from ..primitives.numbers.rounding import known_or, to_index
 
 def roi_align(
     input: Tensor,
-    boxes: Tensor,
+    boxes: Union[Tensor, List[Tensor]],
     output_size: Union[int, Tuple[int, int]],
     spatial_scale: float = 1.0,
     sampling_ratio: int = -1,
@@ -37,6 +37,7 @@ def roi_align(
     Args:
         input: (B, C, H, W), floating point.
         boxes: (K, 5) as image index, x1, y1, x2, y2, floating point. An index outside the batch is clamped.
+            Or a list of the boxes (L, 4) of each image, which exported ops do not take.
         output_size: the numbers PH and PW of rows and columns of bins, or one number for both.
         spatial_scale: the factor from the boxes' coordinates to pixels of the input.
         sampling_ratio: the number of points of a bin along each axis; if not positive, so many that their
@@ -57,7 +58,7 @@ def roi_align(
         tensor([[[[ 2.5000,  4.5000],
                   [10.5000, 12.5000]]]])
     """
-    check_regions(input, boxes)
+    boxes = checked_regions(input, boxes)
     rows, columns = positive_pair(output_size, "output_size")
     across, down = scaled_sides(input, boxes, spatial_scale)
     shift, least = (0.5, float("-inf")) if aligned else (0.0, 1.0)
@@ -83,7 +84,7 @@ def roi_align(
 
 def ps_roi_align(
     input: Tensor,
-    boxes: Tensor,
+    boxes: Union[Tensor, List[Tensor]],
     output_size: Union[int, Tuple[int, int]],
     spatial_scale: float = 1.0,
     sampling_ratio: int = -1,
@@ -97,6 +98,7 @@ def ps_roi_align(
     Args:
         input: (B, C * PH * PW, H, W), floating point.
         boxes: (K, 5) as image index, x1, y1, x2, y2, floating point. An index outside the batch is clamped.
+            Or a list of the boxes (L, 4) of each image, which exported ops do not take.
         output_size: the numbers PH and PW of rows and columns of bins, or one number for both.
         spatial_scale: the factor from the boxes' coordinates to pixels of the input.
         sampling_ratio: the number of points of a bin along each axis; if not positive, so many that their
@@ -116,7 +118,7 @@ def ps_roi_align(
         tensor([[[[0., 1.],
                   [2., 3.]]]])
     """
-    check_regions(input, boxes)
+    boxes = checked_regions(input, boxes)
     rows, columns = positive_pair(output_size, "output_size")
     check_bin_channels(input, rows, columns)
     across, down = scaled_sides(input, boxes, spatial_scale)

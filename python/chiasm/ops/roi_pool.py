@@ -9,7 +9,7 @@ from ..primitives.core.window_sizes import positive_pair
 from ..primitives.filters.integral import integral
 from ..primitives.geometry.regions import (
     check_bin_channels,
-    check_regions,
+    checked_regions,
     image_numbers,
     scaled_sides,
     whole,
@@ -19,7 +19,10 @@ from ..primitives.numbers.rounding import to_index
 
 
 def roi_pool(
-    input: Tensor, boxes: Tensor, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0
+    input: Tensor,
+    boxes: Union[Tensor, List[Tensor]],
+    output_size: Union[int, Tuple[int, int]],
+    spatial_scale: float = 1.0,
 ) -> Tensor:
     """RoIPool: the maxima of the pixels in the bins of boxes.
 
@@ -32,6 +35,7 @@ def roi_pool(
     Args:
         input: (B, C, H, W), floating point.
         boxes: (K, 5) as image index, x1, y1, x2, y2, floating point. An index outside the batch is clamped.
+            Or a list of the boxes (L, 4) of each image, which exported ops do not take.
         output_size: the numbers PH and PW of rows and columns of bins, or one number for both.
         spatial_scale: the factor from the boxes' coordinates to pixels of the input.
 
@@ -48,7 +52,7 @@ def roi_pool(
         tensor([[[[ 5.,  7.],
                   [13., 15.]]]])
     """
-    check_regions(input, boxes)
+    boxes = checked_regions(input, boxes)
     bin_rows, bin_columns = positive_pair(output_size, "output_size")
     count, channels, height, width = boxes.size(0), input.size(1), input.size(2), input.size(3)
     across, down = scaled_sides(input, boxes, spatial_scale)
@@ -75,7 +79,10 @@ def roi_pool(
 
 
 def ps_roi_pool(
-    input: Tensor, boxes: Tensor, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0
+    input: Tensor,
+    boxes: Union[Tensor, List[Tensor]],
+    output_size: Union[int, Tuple[int, int]],
+    spatial_scale: float = 1.0,
 ) -> Tensor:
     """Position-sensitive RoIPool: the means of the pixels in the bins of boxes; each bin has its own
     channels.
@@ -88,6 +95,7 @@ def ps_roi_pool(
     Args:
         input: (B, C * PH * PW, H, W), floating point.
         boxes: (K, 5) as image index, x1, y1, x2, y2, floating point. An index outside the batch is clamped.
+            Or a list of the boxes (L, 4) of each image, which exported ops do not take.
         output_size: the numbers PH and PW of rows and columns of bins, or one number for both.
         spatial_scale: the factor from the boxes' coordinates to pixels of the input.
 
@@ -104,7 +112,7 @@ def ps_roi_pool(
         tensor([[[[0., 1.],
                   [2., 3.]]]])
     """
-    check_regions(input, boxes)
+    boxes = checked_regions(input, boxes)
     bin_rows, bin_columns = positive_pair(output_size, "output_size")
     check_bin_channels(input, bin_rows, bin_columns)
     count, height, width = boxes.size(0), input.size(2), input.size(3)

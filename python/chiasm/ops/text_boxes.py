@@ -64,7 +64,7 @@ def decode_db(
         raise ValueError(
             f"probability: expected shape (B, 1, H, W) with a pixel at least, got {list(probability.shape)}"
         )
-    if unclip_ratio < 0.0:
+    if not unclip_ratio >= 0.0:
         raise ValueError(f"unclip_ratio: expected 0 or more, got {unclip_ratio}")
     if max_candidates < 1:
         raise ValueError(f"max_candidates: expected a positive number, got {max_candidates}")

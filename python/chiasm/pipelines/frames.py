@@ -8,6 +8,7 @@ from torch import Tensor
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import sobel
 from ..primitives.core.checks import check_tensor
+from ..primitives.filters.padding import check_margins
 from ..primitives.filters.stencil import join_channels
 from ..primitives.images.frames import frame_to_grey, resize_frame
 
@@ -38,7 +39,7 @@ def preprocess(
     """
     _check(frame)
     for s in std:
-        if s <= 0.0:
+        if not s > 0.0:
             raise ValueError(f"std: expected numbers above 0, got {std}")
     image = resize_frame(frame, 224, 224)
     # One product and one sum for each plane, with numbers that native code keeps in its loop.
@@ -61,13 +62,14 @@ def edges(frame: Tensor) -> Tensor:
 
     Raises:
         TypeError: if frame is not uint8.
-        ValueError: if frame is not (H, W, 3).
+        ValueError: if frame is not (H, W, 3), or too small.
 
     Example:
         >>> edges(torch.full((48, 64, 3), 7, dtype=torch.uint8)).max()
         tensor(0, dtype=torch.uint8)
     """
     _check(frame)
+    check_margins(frame.select(2, 0), (2, 2), (2, 2), "reflect", "frame")
     strength = sobel(gaussian_blur2d(frame_to_grey(frame), (5, 5), (1.0, 1.0)), normalized=False)
     return torch.round(strength).clamp(0.0, 255.0).to(torch.uint8)[0, 0]
 

@@ -205,7 +205,7 @@ def _network_input(
     scale: List[float] = []
     offset: List[float] = []
     for m, s in zip(mean, std):
-        if s <= 0.0:
+        if not s > 0.0:
             raise ValueError(f"std: expected numbers above 0, got {std}")
         scale.append(1.0 / (255.0 * s))
         offset.append(-m / s)

@@ -63,6 +63,8 @@ def two_view_homography(
     """
     check_image(image1, "image1")
     check_image(image2, "image2")
+    _check_size(image1, "image1")
+    _check_size(image2, "image2")
     lafs1, _, valid1 = detect_keypoints(
         image1,
         max_keypoints,
@@ -92,6 +94,11 @@ def two_view_homography(
     )
     homography, inliers = ransac_homography(points1, points2, uniforms, inl_th, mask=matched)
     return homography, points1, points2, matched, inliers
+
+
+def _check_size(image: Tensor, name: str) -> None:
+    if image.size(2) < 8 or image.size(3) < 8:
+        raise ValueError(f"{name}: expected at least 8 x 8 pixels, got {list(image.shape)}")
 
 
 def _described(image: Tensor, lafs: Tensor) -> Tensor:

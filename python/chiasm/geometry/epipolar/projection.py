@@ -38,7 +38,7 @@ def intrinsics_like(focal: float, input: Tensor) -> Tensor:
                 [  0.,   0.,   1.]])
     """
     check_image(input, "input")
-    if focal <= 0:
+    if not focal > 0:
         raise ValueError(f"focal: expected a positive number, got {focal}")
     # The sizes stay symbols in an exported graph: they multiply tensors.
     unit = torch.eye(3, dtype=input.dtype, device=input.device)

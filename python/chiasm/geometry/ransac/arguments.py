@@ -32,7 +32,7 @@ def check_arguments(
         raise ValueError(
             f"uniforms: expected shape (B, S, {sample}) with S of at least 1, got {list(uniforms.shape)}"
         )
-    if inl_th <= 0.0:
+    if not inl_th > 0.0:
         raise ValueError(f"inl_th: expected a positive number, got {inl_th}")
     if refinements < 0:
         raise ValueError(f"refinements: expected at least 0, got {refinements}")

@@ -152,7 +152,7 @@ def inverse_temperature(temperature: Optional[Union[Tensor, float]], like: Tenso
             )
         return 1.0 / temperature.to(like.dtype).reshape([])
     check_number(temperature, "temperature")
-    if temperature <= 0.0:
+    if not temperature > 0.0:
         raise ValueError(f"temperature: expected one positive number, got {temperature}")
     return torch.full([], 1.0 / temperature, dtype=like.dtype, device=like.device)
 

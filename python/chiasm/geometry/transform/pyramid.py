@@ -58,7 +58,7 @@ def pyrdown(
             raise ValueError(f"factor: expected 2 with sampling 'alternate', got {factor}")
         return blurred_and_thinned(input, border_type)
     check_image(input, "input")
-    if factor <= 0.0:
+    if not factor > 0.0:
         raise ValueError(f"factor: expected a positive number, got {factor}")
     over, under = as_ratio(factor)
     size = (input.size(2) * under // over, input.size(3) * under // over)

@@ -54,7 +54,7 @@ def _rescale_of_batch(
         down, across = factor, factor
     else:
         down, across = factor  # pyright: ignore[reportGeneralTypeIssues]
-    if down <= 0.0 or across <= 0.0:
+    if not (down > 0.0 and across > 0.0):
         raise ValueError(f"factor: expected positive numbers, got ({down}, {across})")
     over_height, under_height = as_ratio(down)
     over_width, under_width = as_ratio(across)

@@ -37,7 +37,7 @@ def check_sigmas(sigma: Tuple[float, float], name: str) -> None:
     """Raise unless ``sigma`` holds two positive numbers."""
     if not torch.jit.is_scripting():
         _check_length(sigma, 2, name)
-    if sigma[0] <= 0.0 or sigma[1] <= 0.0:
+    if not (sigma[0] > 0.0 and sigma[1] > 0.0):  # which NaN is not
         raise ValueError(f"{name}: expected positive numbers, got ({sigma[0]}, {sigma[1]})")
 
 

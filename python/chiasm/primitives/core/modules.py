@@ -43,13 +43,18 @@ class ModuleForm:
     also: Sequence[str] = ()
 
 
+def is_tensor(annotation: Any) -> bool:
+    """Whether an annotation is of an input: a tensor, or a tensor that may be a list of several instead."""
+    return annotation is Tensor or annotation == Union[Tensor, List[Tensor]]
+
+
 def settings_of(function: Callable[..., Any], form: ModuleForm) -> List[inspect.Parameter]:
     """The function's parameters that the module class's constructor takes, in its order and with its
     defaults."""
     found = [
         p.replace(default=form.defaults.get(p.name, p.default))
         for p in inspect.signature(function).parameters.values()
-        if p.annotation is not Tensor or p.default is not p.empty or p.name in form.held
+        if not is_tensor(p.annotation) or p.default is not p.empty or p.name in form.held
     ]
     return sorted(found, key=lambda p: p.name in form.last)
 
@@ -57,8 +62,9 @@ def settings_of(function: Callable[..., Any], form: ModuleForm) -> List[inspect.
 def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) -> Type[nn.Module]:
     """The class whose `forward` takes the function's tensors and whose constructor takes everything else.
 
-    Tensors are the parameters annotated `Tensor` without a default, except those that the form holds. The
-    constructor takes these, so that `forward` takes only an image, as in `nn.Sequential`; `hold` stores them.
+    Tensors are the parameters annotated so (`is_tensor`) without a default, except those that the form holds.
+    The constructor takes these, so that `forward` takes only an image, as in `nn.Sequential`; `hold` stores
+    them.
 
     >>> from chiasm.filters import median_blur
     >>> blur = module_class(median_blur)(3)
@@ -84,7 +90,8 @@ def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) 
     for p in settings:
         scope[f"type_{p.name}"], scope[f"default_{p.name}"] = p.annotation, p.default
         written.append(keyword[p.name] + ("" if p.default is p.empty else f"=default_{p.name}"))
-    typed = ", ".join(["self"] + [f"{p.name}: Tensor" for p in tensors])
+    scope |= {f"type_{p.name}": p.annotation for p in tensors}
+    typed = ", ".join(["self"] + [f"{p.name}: type_{p.name}" for p in tensors])
     passed = ", ".join(
         [f"{p.name}={p.name}" for p in tensors] + [f"{p.name}=self.{p.name}" for p in settings]
     )

@@ -39,7 +39,7 @@ def check_pixel_value(value: float, like: Tensor, name: str) -> None:
     if like.is_floating_point():
         return
     least, largest = pixel_range(like)
-    if value < least or value > largest or value != round(value):
+    if not (value >= least and value <= largest) or value != round(value):
         raise ValueError(f"{name}: expected a number of dtype {like.dtype}, got {value}")
 
 

@@ -2,6 +2,20 @@
 
 from typing import Tuple, Union
 
+from .checks import check_pair
+
+
+def any_pair(size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, int]:
+    """``size`` as (rows, columns).
+
+    >>> any_pair(2, "padding"), any_pair((2, 0), "padding")
+    ((2, 2), (2, 0))
+    """
+    if isinstance(size, int):
+        return size, size
+    check_pair(size, name)
+    return size
+
 
 def positive_pair(size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, int]:
     """``size`` as (rows, columns); raise ValueError unless both are positive.
@@ -9,10 +23,7 @@ def positive_pair(size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, in
     >>> positive_pair((2, 3), "kernel_size")
     (2, 3)
     """
-    if isinstance(size, int):
-        ky, kx = size, size
-    else:
-        ky, kx = size
+    ky, kx = any_pair(size, name)
     if ky < 1 or kx < 1:
         raise ValueError(f"{name}: expected positive sizes, got ({ky}, {kx})")
     return ky, kx

@@ -28,6 +28,43 @@ def check_border(border_type: str) -> None:
     check_choice(border_type, ["reflect", "replicate", "circular", "constant"], "border_type")
 
 
+def check_margin(size: int, margin: Tuple[int, int], border_type: str, what: str, name: str) -> None:
+    """Raise ValueError unless an axis of ``size`` pixels, ``what`` in the message, is long enough for a
+    border's margins. A symbol has no size while it is traced: an exported graph has the limits of its spec.
+
+    >>> check_margin(3, (2, 2), "reflect", "rows", "input")
+    """
+    widest = max(margin[0], margin[1])
+    if not isinstance(size, int) or widest == 0 or border_type == "constant":
+        return
+    least = 1
+    if border_type == "reflect":
+        least = widest + 1
+    if border_type == "circular":
+        least = widest
+    if size < least:
+        raise ValueError(
+            f"{name}: expected at least {least} {what} for the border '{border_type}' and a window of"
+            f" {margin[0] + margin[1] + 1}, got {size}"
+        )
+
+
+def check_margins(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, name: str = "input"
+) -> None:
+    """Raise ValueError unless (..., H, W) is large enough for a border of this name. ``padded`` calls it; an
+    op whose image has another name than "input" does so before."""
+    check_border(border_type)
+    check_margin(x.size(-2), margin_y, border_type, "rows", name)
+    check_margin(x.size(-1), margin_x, border_type, "columns", name)
+
+
+def check_inside(size: int, window: int, what: str, name: str = "input") -> None:
+    """Raise ValueError unless a window fits into an axis of ``size`` pixels, ``what`` in the message."""
+    if isinstance(size, int) and isinstance(window, int) and size < window:
+        raise ValueError(f"{name}: expected at least {window} {what} for a window inside it, got {size}")
+
+
 @primitive
 def padded(
     x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float = 0.0
@@ -38,7 +75,7 @@ def padded(
     >>> padded(torch.tensor([[[[1.0, 2.0, 3.0]]]]), (0, 0), (1, 2), "reflect")
     tensor([[[[2., 1., 2., 3., 2., 1.]]]])
     """
-    check_border(border_type)
+    check_margins(x, margin_y, margin_x, border_type)
     if border_type == "circular":
         return _by_cat(x, margin_y, margin_x, border_type, value)
     margins = [margin_x[0], margin_x[1], margin_y[0], margin_y[1]]
@@ -51,7 +88,7 @@ def padded(
 def _padded_by_cat(
     x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
 ) -> Tensor:
-    check_border(border_type)
+    check_margins(x, margin_y, margin_x, border_type)
     return _by_cat(x, margin_y, margin_x, border_type, value)
 
 
@@ -59,7 +96,7 @@ def _padded_by_cat(
 def _padded_by_index(
     x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
 ) -> Tensor:
-    check_border(border_type)
+    check_margins(x, margin_y, margin_x, border_type)
     rows = _pad_by_index(x, 2, margin_y[0], margin_y[1], border_type, value)
     return _pad_by_index(rows, 3, margin_x[0], margin_x[1], border_type, value)
 
@@ -80,7 +117,7 @@ padded_parts.lowering("cuda")(padded_parts.definition)
 def _native_parts(
     x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
 ) -> List[Tensor]:
-    check_border(border_type)
+    check_margins(x, margin_y, margin_x, border_type)
     (top, bottom), (left, right) = margin_y, margin_x
     if left != right:
         wide = _pad_by_cat(x, 3, left, right, border_type, value)
@@ -114,6 +151,7 @@ def volume_parts(
     value: float,
 ) -> List[Tensor]:
     """``padded_parts`` of a (B, C, D, H, W) volume."""
+    check_margin(x.size(2), margin_z, border_type, "slices", "input")
     # The depth is padded as the rows of a transposed volume.
     deep = padded_parts(x.flatten(0, 1).transpose(1, 2), margin_z, (0, 0), border_type, value)[0].transpose(
         1, 2

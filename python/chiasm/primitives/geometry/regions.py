@@ -1,23 +1,45 @@
 """Regions of images, each a row of image number, x1, y1, x2, y2: their bins, and the values read in them."""
 
-from typing import List, Tuple
+from typing import List, Tuple, Union
 
 import torch
 from torch import Tensor
 
-from ..core.checks import check_floating, check_image, check_tensor
+from ..core.checks import check_floating, check_image, check_last, check_rank
 from ..core.lowering import primitive
 from ..numbers.rounding import to_index
 from ..resampling.warping import position_dtype
 
 
-def check_regions(input: Tensor, boxes: Tensor) -> None:
-    """Raise unless ``input`` is an image batch and ``boxes`` are regions of it."""
+def checked_regions(input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor:
+    """The regions (K, 5) of ``boxes``, which may be the boxes (L, 4) of each image; raise unless ``input`` is
+    an image batch and these are regions of it.
+
+    >>> checked_regions(torch.zeros(2, 1, 4, 4), [torch.zeros(0, 4), torch.ones(1, 4)])
+    tensor([[1., 1., 1., 1., 1.]])
+    """
     check_image(input, "input")
-    check_tensor(boxes, "boxes")
-    if boxes.dim() != 2 or boxes.size(1) != 5:
-        raise ValueError(f"boxes: expected shape (K, 5), got {list(boxes.shape)}")
-    check_floating(boxes, "boxes")
+    if isinstance(boxes, Tensor):
+        if boxes.dim() != 2 or boxes.size(1) != 5:
+            raise ValueError(f"boxes: expected shape (K, 5), got {list(boxes.shape)}")
+        check_floating(boxes, "boxes")
+        return boxes
+    if not torch.jit.is_scripting():
+        _check_list(boxes)
+    if len(boxes) == 0 or len(boxes) != input.size(0):
+        raise ValueError(f"boxes: expected boxes of each of {input.size(0)} images, got {len(boxes)}")
+    rows: List[Tensor] = []
+    for i, each in enumerate(boxes):
+        check_rank(each, 2, "(L, 4)", "boxes")
+        check_last(each, 4, "boxes")
+        number = torch.full([each.size(0), 1], float(i), dtype=each.dtype, device=each.device)
+        rows.append(torch.cat([number, each], 1))
+    return torch.cat(rows)
+
+
+def _check_list(boxes: object) -> None:
+    if not isinstance(boxes, (list, tuple)):
+        raise TypeError(f"boxes: expected a tensor or a list of tensors, got {type(boxes).__name__}")
 
 
 def check_bin_channels(input: Tensor, rows: int, columns: int) -> None:
