@@ -7,6 +7,7 @@ from torch import Tensor
 
 from ..primitives.linalg.matrices import inverse3x3
 from ..primitives.resampling.warping import check_source, sample_affine, sample_projective
+from .annotations import moved_mask
 from .base import GeometricAugmentationBase2D, as_mode, identity
 
 
@@ -89,10 +90,20 @@ class Warp(GeometricAugmentationBase2D):
 
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        return self.sampled(input, params, "nearest")
+        return moved_mask(input, lambda values: self.sampled(values, params, "nearest"))
 
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self._sampled_back(input, params, shape, self.resample)
+
+    @torch.jit.unused
+    def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return moved_mask(input, lambda values: self._sampled_back(values, params, shape, "nearest"))
+
+    @torch.jit.unused
+    def _sampled_back(
+        self, input: Tensor, params: Dict[str, Tensor], shape: List[int], resample: str
+    ) -> Tensor:
         back = inverse3x3(self.compute_transformation(params, shape))
-        mode, padding, corners = self.resample, self.padding_mode, self.align_corners
-        return warped(input, back, shape[2], shape[3], mode, padding, corners, self.affine)
+        padding, corners = self.padding_mode, self.align_corners
+        return warped(input, back, shape[2], shape[3], resample, padding, corners, self.affine)
