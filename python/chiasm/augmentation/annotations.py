@@ -82,19 +82,18 @@ def moved_coordinates(key: str, data: Any, matrix: Tensor) -> Any:
 
 
 def moved_mask(
-    mask: Tensor, move: Callable[[Tensor], Tensor], bytes_too: bool = True, fill: float = 0.0
+    mask: Tensor, move: Callable[[Tensor, float], Tensor], fill: float = 0.0, bytes_too: bool = True
 ) -> Tensor:
     """A mask (B, C, ...) of any dtype, moved by ``move``, which samples the nearest pixel of floating-point
-    numbers and, if ``bytes_too``, of uint8.
+    numbers and, if ``bytes_too``, of uint8; its second argument is the value outside, which ``fill`` is.
 
-    Of other dtypes, ``move`` moves the numbers of pixels, (B, 1, ...), so that every value arrives as it is;
-    where it gives 0, for what lies outside, the mask is ``fill``.
+    Of other dtypes, ``move`` moves the numbers of pixels, (B, 1, ...), so that every value arrives as it is.
     """
     if mask.is_floating_point() or (bytes_too and mask.dtype == torch.uint8):
-        return move(mask)
+        return move(mask, fill)
     flat = mask.flatten(2)
     number = torch.arange(1, flat.size(2) + 1, dtype=torch.float64, device=mask.device)
-    found = move(number.reshape(1, 1, *mask.shape[2:]).expand(mask.size(0), 1, *mask.shape[2:]))
+    found = move(number.reshape(1, 1, *mask.shape[2:]).expand(mask.size(0), 1, *mask.shape[2:]), 0.0)
     index = found.to(torch.int64).expand(-1, mask.size(1), *found.shape[2:])
     values = torch.cat([torch.full_like(flat[:, :, :1], fill), flat], 2)
     return values.gather(2, index.flatten(2)).reshape(index.shape)

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from ..primitives.core.broadcasting import where_chosen
-from ..primitives.core.checks import check_pixels
+from ..primitives.core.checks import check_pixels, check_rank
 from ..primitives.random.draws import check_seed, uniform
 from .decisions import below, check_chance
 
@@ -185,6 +185,21 @@ class GeometricAugmentationBase2D(AugmentationBase2D):
         ... ).shape
         torch.Size([2, 3, 3])
     """
+
+    @torch.jit.unused
+    def inverse(self, input: Tensor, params: Optional[Dict[str, Tensor]] = None) -> Tensor:
+        """Undo the change of the last call (or of ``params``). Content that was moved out of an image is
+        lost."""
+        given = self._params if params is None else params
+        shape = shape_of(given)
+        batch = input[None] if input.dim() == self.rank - 1 else input
+        check_rank(batch, self.rank, "(B, C, H, W)", "input")
+        if batch.size(0) != shape[0]:
+            raise ValueError(
+                f"input: expected {shape[0]} images, as many as in the call, got {batch.size(0)}"
+            )
+        out = self.inverse_transform(batch, given, shape)
+        return out[0] if self.keepdim and input.dim() < batch.dim() else out
 
 
 class AugmentationBase3D(AugmentationBase):

@@ -120,7 +120,7 @@ class RandomElasticTransform(AugmentationBase2D):
 
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        return moved_mask(input, lambda values: self.moved(values, params, "nearest"), bytes_too=False)
+        return moved_mask(input, lambda values, _: self.moved(values, params, "nearest"), bytes_too=False)
 
 
 def _control_points(seed: Tensor, scale: float) -> Tuple[Tensor, Tensor]:

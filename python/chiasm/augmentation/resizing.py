@@ -66,7 +66,7 @@ class Resize(GeometricAugmentationBase2D):
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         height, width = self.output_size(list(input.shape))
-        return moved_mask(input, lambda values: resize(values, (height, width), "nearest"))
+        return moved_mask(input, lambda values, _: resize(values, (height, width), "nearest"))
 
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
@@ -74,7 +74,7 @@ class Resize(GeometricAugmentationBase2D):
 
     @torch.jit.unused
     def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
-        return moved_mask(input, lambda values: resize(values, (shape[2], shape[3]), "nearest"))
+        return moved_mask(input, lambda values, _: resize(values, (shape[2], shape[3]), "nearest"))
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         height, width = self.output_size(shape)

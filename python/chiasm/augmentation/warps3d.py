@@ -283,7 +283,7 @@ class Warp3D(AugmentationBase3D):
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         matrix = self.compute_transformation(params, list(input.shape))
-        return moved_mask(input, lambda values: _warped(values, matrix, "nearest"))
+        return moved_mask(input, lambda values, _: _warped(values, matrix, "nearest"))
 
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
@@ -292,7 +292,7 @@ class Warp3D(AugmentationBase3D):
     @torch.jit.unused
     def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         back = inverse(self.compute_transformation(params, shape))
-        return moved_mask(input, lambda values: _warped(values, back, "nearest"))
+        return moved_mask(input, lambda values, _: _warped(values, back, "nearest"))
 
 
 class RandomAffine3D(Warp3D):
