@@ -265,6 +265,59 @@ def test_what_belongs_to_an_image_moves_with_it() -> None:
     assert (back[1] != image).float().mean() < 0.02
 
 
+@pytest.mark.parametrize("dtype", [torch.float64, torch.uint8])
+@pytest.mark.parametrize("fill", [7.0, (10.0, 20.0, 30.0)])
+def test_the_colour_outside_is_opencv_s(fill: Any, dtype: torch.dtype) -> None:
+    images = (photos(2) * 255).to(dtype)
+    value = torch.tensor(fill) if isinstance(fill, tuple) else fill
+    # in Kornia's position, before p
+    half: Any = augmentation.RandomAffine(
+        0.0, None, (0.5, 0.5), None, "bilinear", False, False, "fill", value, 1.0
+    )
+    out = half(images, seed=SEEDS[:2])
+    assert torch.equal(torch.jit.script(half)(images, SEEDS[:2]), out)
+    colour = fill if isinstance(fill, tuple) else (fill,) * 3
+    for image, warped in zip(images, out, strict=True):
+        matrix = half.transform_matrix[0].numpy()
+        expected = cv2.warpPerspective(
+            image.permute(1, 2, 0).double().numpy(), matrix, (30, 21), borderValue=colour
+        )
+        if dtype == torch.uint8:
+            expected = np.floor(expected + 0.5)
+        np.testing.assert_allclose(warped.permute(1, 2, 0).numpy(), expected, atol=1e-9)
+    labels = torch.ones(2, 1, 21, 30, dtype=torch.int64)
+    sequence: Any = augmentation.AugmentationSequential(half, data_keys=["input", "mask"])
+    for mask in (labels, labels.double()):
+        moved = sequence(images, mask)[1]
+        outside = 7 if fill == 7.0 else 0
+        assert moved[:, :, :4].unique().tolist() == [outside]
+        assert moved[:, :, 10, 14].unique().tolist() == [1]
+    with pytest.raises(ValueError, match="fill_value: expected a number, or 3, one a channel, got"):
+        augmentation.RandomAffine(1.0, padding_mode="fill", fill_value=(1, 2), p=1.0)(images)
+    with pytest.raises(ValueError, match="padding_mode: expected one of"):
+        augmentation.RandomShear(1.0, padding_mode="reflect")
+
+
+def test_the_way_back_of_one_augmentation() -> None:
+    images = photos(3)
+    flip: Any = augmentation.RandomHorizontalFlip()
+    assert torch.equal(flip.inverse(flip(images)), images)
+    crop: Any = augmentation.RandomCrop((9, 11), keepdim=True)
+    out, (x, y) = crop(images[0]), crop._params["corner"][0].tolist()
+    expected = torch.zeros_like(images[0])
+    expected[:, y : y + 9, x : x + 11] = out
+    assert torch.equal(crop.inverse(out), expected)
+    turn: Any = augmentation.RandomRotation90((1, 1), p=1.0)
+    turned = turn(photos(3, 20, 20))
+    params = turn._params
+    turn(images[:2])
+    assert torch.equal(turn.inverse(turned, params=params), turned.rot90(-1, (2, 3)))
+    with pytest.raises(ValueError, match="input: expected 2 images, as many as in the call, got 3"):
+        turn.inverse(turned)
+    with pytest.raises(ValueError, match="params: expected the parameters of a call"):
+        augmentation.RandomVerticalFlip().inverse(images)
+
+
 def test_a_sequence_draws_for_each_step() -> None:
     augment: Any = augmentation.AugmentationSequential(
         *[augmentation.RandomHorizontalFlip() for _ in range(2)]

@@ -1,6 +1,7 @@
 """Classes of the augmentations: Kornia's constructors, seeds, TorchScript."""
 
 import inspect
+from typing import Any
 
 import pytest
 import torch
@@ -8,6 +9,9 @@ from torch import Tensor
 
 from chiasm import augmentation as A
 from chiasm.augmentation.classes import CLASSES
+from chiasm.export import samples
+from chiasm.export.catalog import Entry, catalog
+from chiasm.export.tracing.module import bind_spec
 
 SEED = torch.arange(20, 25)
 GIVEN = {
@@ -20,6 +24,7 @@ GIVEN = {
     "ColorJiggle": (0.2, 0.2, 0.2, 0.1),
     "RandomRain": ((5, 9), (3, 5), (-2, 2)),
 }
+FUNCTIONS = {name: entry for name, entry in catalog().items() if name.startswith("augmentation.")}
 every_class = pytest.mark.parametrize("name", CLASSES)
 
 
@@ -88,6 +93,31 @@ def test_same_on_batch_and_dimensions() -> None:
     assert not A.RandomBrightness((0.5, 1.5))(x, seed=SEED).equal(y)
     assert A.RandomInvert(p=1.0)(x[0], seed=SEED[:1]).shape == (1, 3, 24, 28)
     assert A.RandomInvert(p=1.0, keepdim=True)(x[0], seed=SEED[:1]).equal(1 - x[0])
+
+
+@pytest.mark.parametrize("entry", FUNCTIONS.values(), ids=FUNCTIONS)
+def test_a_batch_of_no_images(entry: Entry) -> None:
+    op, spec = bind_spec(entry.function(), entry.spec), entry.spec
+    made = samples.make(spec, samples.fit(spec, {"B": 13, "C": 3, "H": 16, "W": 18, "N": 5}), "float32")
+    first, *rest = made.values()
+    none = op(
+        first[:0],
+        *[t[:0] if each.shape[0] == "B" else t for each, t in zip(spec.inputs[1:], rest, strict=True)],
+    )
+    for some, empty in zip(outputs(op(first, *rest)), outputs(none), strict=True):
+        assert empty.dtype == some.dtype
+        assert empty.shape == torch.Size([0 if n == 13 else n for n in some.shape])
+
+
+def outputs(result: Any) -> tuple[Tensor, ...]:
+    return (result,) if isinstance(result, Tensor) else tuple(result)
+
+
+@every_class
+def test_a_batch_of_no_images_by_a_class(name: str) -> None:
+    made = CLASSES[name](*GIVEN.get(name, ()))
+    assert made(images()[:0]).shape == (0, 3, 24, 28)
+    assert A.AugmentationSequential(made)(images()[:0]).shape == (0, 3, 24, 28)
 
 
 def test_what_is_refused() -> None:

@@ -113,7 +113,9 @@ class RandomAffine(Warp):
         scale: the range of scale factors, or four numbers, the ranges along x and along y; 1 by default.
         shear: the range of shearing angles along x in degrees, a number x for [-x, x], or four numbers, the
             ranges along x and along y; no shear by default.
-        resample, align_corners, padding_mode: as in ``random_affine``.
+        resample, align_corners: as in ``random_affine``.
+        padding_mode: the values outside the image: "zeros", "border", "reflection" or "fill".
+        fill_value: for "fill", a number, which is for masks too, or one for each channel; black by default.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
 
     Example:
@@ -134,10 +136,13 @@ class RandomAffine(Warp):
         same_on_batch: bool = False,
         align_corners: bool = False,
         padding_mode: str = "zeros",
+        fill_value: Optional[Any] = None,
         p: float = 0.5,
         keepdim: bool = False,
     ) -> None:
-        super().__init__(resample, padding_mode, align_corners, p, same_on_batch, keepdim)
+        super().__init__(
+            resample, padding_mode, align_corners, p, same_on_batch, keepdim, fill_value=fill_value
+        )
         self.degrees = symmetric("degrees", degrees)
         moved = [0.0, 0.0] if translate is None else [float(v) for v in translate]
         if len(moved) != 2 or min(moved) < 0.0 or max(moved) > 1.0:
@@ -200,7 +205,7 @@ class RandomShear(RandomAffine):
         keepdim: bool = False,
     ) -> None:
         super().__init__(
-            0.0, None, None, shear, resample, same_on_batch, align_corners, padding_mode, p, keepdim
+            0.0, None, None, shear, resample, same_on_batch, align_corners, padding_mode, None, p, keepdim
         )
 
 

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from ..primitives.core.broadcasting import where_chosen
-from ..primitives.core.checks import check_pixels
+from ..primitives.core.checks import check_pixels, check_rank
 from ..primitives.random.draws import check_seed, uniform
 from .decisions import below, check_chance
 
@@ -37,7 +37,6 @@ class AugmentationBase(nn.Module):
     rank = 4
     #: The parameters of the last call.
     _params: Dict[str, Tensor]
-    _shape: List[int]
 
     def __init__(
         self, p: float = 0.5, p_batch: float = 1.0, same_on_batch: bool = False, keepdim: bool = False
@@ -51,7 +50,7 @@ class AugmentationBase(nn.Module):
             same_on_batch,
             keepdim,
         )
-        self._params, self._shape = {}, []
+        self._params = {}
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         """The parameters of each sample, and "batch_prob", (B,), which says whether the sample is changed."""
@@ -71,6 +70,11 @@ class AugmentationBase(nn.Module):
         """The inverse of the geometric change, applied to a result; ``shape`` is the shape of the original
         images."""
         return input
+
+    @torch.jit.unused
+    def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        """``inverse_transform`` for label masks; the result has no new label values."""
+        return self.inverse_transform(input, params, shape)
 
     def draw(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         """``generate_parameters``, with the constructor's options for whole batches applied."""
@@ -127,8 +131,8 @@ class AugmentationBase(nn.Module):
             params["seed"] = seed
         elif "batch_prob" not in params:
             params = {**params, "batch_prob": torch.ones_like(seed, dtype=torch.bool)}
-        self._params, self._shape = params, list(batch.shape)
-        return super().__call__(batch, seed, params)
+        self._params = {**params, "forward_input_shape": torch.tensor(batch.shape)}
+        return super().__call__(batch, seed, self._params)
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         """The homographies (B, 3, 3), float64, that map input pixels to output pixels; the identity for
@@ -139,16 +143,15 @@ class AugmentationBase(nn.Module):
     def transform_matrix(self) -> Tensor:
         """The homographies (B, 3, 3), float64, of the last call: they map input pixels (x, y, 1) to output
         pixels."""
-        if not self._shape:
+        if not self._params:
             raise AttributeError("transform_matrix: expected a call before")
         try:
-            return self.compute_transformation(self._params, self._shape)
+            return self.compute_transformation(self._params, shape_of(self._params))
         except ValueError as error:  # TorchScript asks for every property
             raise AttributeError(f"transform_matrix: {error}") from error
 
     def extra_repr(self) -> str:
-        hidden = ("training", "_shape")
-        shown = {k: v for k, v in vars(self).items() if not k.startswith("_") and k not in hidden}
+        shown = {k: v for k, v in vars(self).items() if not k.startswith("_") and k != "training"}
         return ", ".join(f"{k}={v!r}" for k, v in shown.items())
 
 
@@ -183,6 +186,21 @@ class GeometricAugmentationBase2D(AugmentationBase2D):
         torch.Size([2, 3, 3])
     """
 
+    @torch.jit.unused
+    def inverse(self, input: Tensor, params: Optional[Dict[str, Tensor]] = None) -> Tensor:
+        """Undo the change of the last call (or of ``params``). Content that was moved out of an image is
+        lost."""
+        given = self._params if params is None else params
+        shape = shape_of(given)
+        batch = input[None] if input.dim() == self.rank - 1 else input
+        check_rank(batch, self.rank, "(B, C, H, W)", "input")
+        if batch.size(0) != shape[0]:
+            raise ValueError(
+                f"input: expected {shape[0]} images, as many as in the call, got {batch.size(0)}"
+            )
+        out = self.inverse_transform(batch, given, shape)
+        return out[0] if self.keepdim and input.dim() < batch.dim() else out
+
 
 class AugmentationBase3D(AugmentationBase):
     """Random changes of volumes (B, C, D, H, W).
@@ -193,6 +211,13 @@ class AugmentationBase3D(AugmentationBase):
     """
 
     rank = 5
+
+
+def shape_of(params: Dict[str, Tensor]) -> List[int]:
+    """The shape of the images that a call changed by ``params``, which it keeps among them."""
+    if "forward_input_shape" not in params:
+        raise ValueError("params: expected the parameters of a call, its _params, with 'forward_input_shape'")
+    return [int(n) for n in params["forward_input_shape"]]
 
 
 def draw_seeds(count: int, generator: Optional[torch.Generator] = None) -> Tensor:

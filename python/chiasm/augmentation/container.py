@@ -5,20 +5,21 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, cast
 import torch
 from torch import Tensor, nn
 
-from ..geometry.linalg import transform_points
+from ..primitives.core.checks import check_tensor
 from ..primitives.random.draws import check_seed, integers, ranks, split, uniform
-from .base import AugmentationBase, draw_seeds, identity, select
+from .annotations import as_movable, check_value, is_single, moved_coordinates
+from .base import AugmentationBase, draw_seeds, identity, select, shape_of
 from .crop import RandomResizedCrop
 from .cut import Cut
 from .cut3d import Cut3D
-from .keys import keys_of_call, read_keys
+from .keys import keys_of_call, on_dict, read_keys
 from .mixing import MixAugmentationBase, RandomMosaic
 from .resizing import Resize
 
 #: The number of steps to apply: a number, (least, greatest), (least,), or False for all.
 Some = Union[bool, int, Tuple[int, ...]]
 
-_KEYS = ("input", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
+_KEYS = ("input", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints", "class")
 
 
 class Fixed(AugmentationBase):
@@ -107,9 +108,12 @@ class AugmentationSequential(nn.Module):
 
     Args:
         args: augmentations, sequences of them, and modules that take only an image (``enhance.Normalize``).
-        data_keys: the arguments of a call: first "input" (or "image"), then any number of "mask" (B, C, H,
-            W), "bbox" (B, N, 4, 2) with the centres of corner pixels, "bbox_xyxy" and "bbox_xywh" (B, N, 4)
-            with the edges of boxes, and "keypoints" (B, N, 2).
+        data_keys: the arguments of a call: "input" (or "image"), and any number of "mask" (B, C, H, W) of
+            any dtype, "bbox" (B, N, 4, 2) with the centres of corner pixels, "bbox_xyxy" and "bbox_xywh" (B,
+            N, 4) with the edges of boxes, "keypoints" (B, N, 2), and "class" (or "label"), which stays as it
+            is. Boxes and keypoints may be a list of B tensors (N, ...) of different lengths; of whole numbers
+            they become float32. A second "input" is changed as the first one. A call also takes a dict, whose
+            keys are these words, maybe with "_" or "-" and more ("mask_left"); other items stay as they are.
         same_on_batch: True or False overrides the setting of each augmentation.
         keepdim: True returns an image without a batch dimension for an image without one.
         random_apply: how many steps are applied to each sample, in their order: a number, (least, greatest),
@@ -126,12 +130,11 @@ class AugmentationSequential(nn.Module):
 
     #: The parameters of the last call, for each step.
     _params: List[Dict[str, Tensor]]
-    _shapes: List[List[int]]
 
     def __init__(
         self,
         *args: nn.Module,
-        data_keys: Sequence[str] = ("input",),
+        data_keys: Optional[Sequence[str]] = ("input",),
         same_on_batch: Optional[bool] = None,
         keepdim: bool = False,
         random_apply: Some = False,
@@ -145,8 +148,9 @@ class AugmentationSequential(nn.Module):
         self.steps = nn.ModuleList(steps)
         self.some = random_apply is not False
         self.chosen = _chosen(steps, random_apply, random_apply_weights)
-        self.data_keys, self.keepdim = read_keys(data_keys, _KEYS), keepdim
-        self._params, self._shapes = [], []
+        self.data_keys = ["input"] if data_keys is None else read_keys(data_keys, _KEYS)
+        self.keepdim = keepdim
+        self._params = []
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
         """The images, changed according to ``seed`` (B,), int64."""
@@ -162,78 +166,148 @@ class AugmentationSequential(nn.Module):
 
     def __call__(
         self,
-        *args: Tensor,
+        *args: Any,
         params: Optional[List[Dict[str, Tensor]]] = None,
         data_keys: Optional[Sequence[str]] = None,
         seed: Optional[Tensor] = None,
         generator: Optional[torch.Generator] = None,
     ) -> Any:
-        """The tensors that ``data_keys`` names, changed: one tensor, or a list.
+        """The data that ``data_keys`` names, changed: one tensor, or a list.
 
         Args:
-            args: the tensors. An exported or scripted sequence takes images and seeds.
+            args: the data, or a dict of it. An exported or scripted sequence takes images and seeds.
             params: the parameters of an earlier call (its ``_params``).
-            data_keys: as in the constructor, for this call.
+            data_keys: as in the constructor, for this call; those of a dict are its own.
             seed: (B,), int64: all random numbers are drawn from it.
             generator: draws the seeds if none are given; PyTorch's default generator if None.
+
+        Raises:
+            TypeError: if an argument is not a tensor.
+            ValueError: if a shape, a key or ``params`` is not as above.
         """
+        if len(args) == 1 and isinstance(args[0], dict):
+            return on_dict(self.__call__, args[0], _KEYS, params=params, seed=seed, generator=generator)
         if len(args) == 2 and self.data_keys == ["input"] and data_keys is None and seed is None:
             return super().__call__(args[0], args[1])  # forward's own arguments, images and seeds
         keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args))
-        alone = args[0].dim() == 3
-        data = [a[None] if alone else a for a in args]
+        data, single = self._batched(keys, args)
+        first = keys.index("input")
         if seed is None:
-            seed = draw_seeds(data[0].size(0), generator).to(data[0].device)
-        self._params, self._shapes = [], []
+            seed = draw_seeds(data[first].size(0), generator).to(data[first].device)
+        if params is not None:
+            self._check_params(params)
+        self._params = []
         seeds = split(seed, len(self.steps) + 1)  # the last draws which steps
         chosen = self.chosen(seeds[-1]) if self.some else None
         for i, step in enumerate(self._typed()):
-            self._shapes.append(list(data[0].shape))
+            shape = list(data[first].shape)
             given = None if params is None else params[i]
             if given is None and chosen is not None:
-                given = {**step.draw(seeds[i], self._shapes[i]), "seed": seeds[i]}
+                given = {**step.draw(seeds[i], shape), "seed": seeds[i]}
                 given["batch_prob"] &= chosen[i]
-            image = step.change(data[0], given, seeds[i])
-            if self.some:
-                image = select(step._params, image, data[0])
+            image = self._changed(step, data[first], step.change(data[first], given, seeds[i]))
             self._params.append(step._params)
-            matrix = _matrix(step, step._params, self._shapes[i], keys)
-            data = [image] + [
-                step.transform_mask(d, step._params) if key == "mask" else _moved(key, d, matrix)
-                for key, d in zip(keys[1:], data[1:])
+            matrix = _matrix(step, step._params, shape, keys)
+            data = [
+                image if n == first else self._along(step, key, value, matrix)
+                for n, (key, value) in enumerate(zip(keys, data))
             ]
-        data = [d[0] for d in data] if alone and self.keepdim else data
-        return data[0] if len(data) == 1 else data
+        return self._as_given(keys, args, data, single)
 
     def inverse(
         self,
-        *args: Tensor,
+        *args: Any,
         params: Optional[List[Dict[str, Tensor]]] = None,
         data_keys: Optional[Sequence[str]] = None,
     ) -> Any:
         """Undo the geometric changes of the last call (or of ``params``); pixel values are not restored.
 
-        Content that was moved out of an image is lost.
+        Content that was moved out of an image is lost. ``data_keys`` may leave out "input" here.
+
+        Raises:
+            TypeError: if an argument is not a tensor.
+            ValueError: if a shape or a key is not that of a call, or if there are no parameters.
         """
-        keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args))
+        if len(args) == 1 and isinstance(args[0], dict):
+            return on_dict(self.inverse, args[0], _KEYS, params=params)
+        keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args), with_image=False)
         params = self._params if params is None else params
-        data = list(args)
-        for step, given, shape in list(zip(self._typed(), params, self._shapes))[::-1]:
+        self._check_params(params)
+        data, single = self._batched(keys, args, shape_of(params[0])[0] if params else -1)
+        for step, given in list(zip(self._typed(), params))[::-1]:
+            shape = shape_of(given)
             matrix = torch.linalg.inv(_matrix(step, given, shape, keys))
-            data = [
-                step.inverse_transform(d, given, shape) if k in ("input", "mask") else _moved(k, d, matrix)
-                for k, d in zip(keys, data)
-            ]
-        return data[0] if len(data) == 1 else data
+            data = [_back(step, key, value, given, shape, matrix) for key, value in zip(keys, data)]
+        return self._as_given(keys, args, data, single)
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    def __getitem__(self, index: int) -> nn.Module:
+        """A step, as it was given."""
+        step = self._typed()[index]
+        if isinstance(step, Fixed):
+            return step.module
+        return step.sequence if isinstance(step, Nested) else step
+
+    def _check_params(self, params: Any) -> None:
+        """Raise unless there are parameters of a call for each step."""
+        count = len(self.steps)
+        if not isinstance(params, (list, tuple)) or len(params) != count:
+            got = len(params) if isinstance(params, (list, tuple)) else type(params).__name__
+            raise ValueError(
+                f"params: expected those of a call, one dict for each of {count} steps, got {got}"
+            )
+
+    def _batched(self, keys: List[str], args: Sequence[Any], batch: int = -1) -> Tuple[List[Any], List[bool]]:
+        """The data of a call with the batch's dimension, checked, and what came without it. ``batch`` is the
+        number of images of the call before, -1 if there was none."""
+        rank = max((step.rank for step in self._typed()), default=4)
+        leading = keys.index("input") if "input" in keys else 0
+        alone = is_single(keys[leading], args[leading], rank)
+        single = [alone and is_single(key, value, rank) for key, value in zip(keys, args)]
+        data = [value[None] if one else value for value, one in zip(args, single)]
+        spatial: List[int] = []
+        if "input" in keys:
+            image = data[leading]
+            check_tensor(image, "input")
+            check_value("input", image, image.size(0) if batch < 0 else batch, [], rank)
+            batch, spatial = image.size(0), list(image.shape[2:])
+        for key, value in zip(keys, data):
+            check_value(key, value, batch, spatial, rank)
+        return [as_movable(key, value) for key, value in zip(keys, data)], single
+
+    def _as_given(self, keys: List[str], args: Sequence[Any], data: List[Any], single: List[bool]) -> Any:
+        """The result of a call: masks of their dtype, without the batch's dimension what came without it if
+        ``keepdim``; one value, or a list."""
+        made = [d.view(a.dtype) if key == "mask" else d for key, a, d in zip(keys, args, data)]
+        made = [value[0] if one and self.keepdim else value for value, one in zip(made, single)]
+        return made[0] if len(made) == 1 else made
+
+    def _changed(self, step: AugmentationBase, before: Tensor, after: Tensor) -> Tensor:
+        """The images after a step; those that are not chosen stay, also if the step draws nothing."""
+        return select(step._params, after, before) if self.some else after
+
+    def _along(self, step: AugmentationBase, key: str, value: Any, matrix: Tensor) -> Any:
+        """What belongs to images, after the step that has just changed them."""
+        if key == "class":
+            return value
+        if key == "input":
+            return self._changed(step, value, step.apply_transform(value, step._params))
+        return (
+            step.transform_mask(value, step._params)
+            if key == "mask"
+            else moved_coordinates(key, value, matrix)
+        )
 
     @property
     def transform_matrix(self) -> Tensor:
         """The homographies (B, 3, 3), float64, of the last call: they map input pixels (x, y, 1) to output
         pixels."""
         total = None
-        for step, given, shape in zip(self._typed(), self._params, self._shapes):
+        for step, given in zip(self._typed(), self._params):
             try:
-                matrix = step.compute_transformation(given, shape)
+                matrix = step.compute_transformation(given, shape_of(given))
             except ValueError as error:  # TorchScript asks for every property
                 raise AttributeError(f"transform_matrix: {error}") from error
             total = matrix if total is None else matrix @ total
@@ -278,21 +352,26 @@ def _changes_size(step: nn.Module) -> bool:
 
 def _matrix(step: AugmentationBase, params: Dict[str, Tensor], shape: List[int], keys: List[str]) -> Tensor:
     """A step's homographies, if boxes or points need them; not every step can compute them."""
-    if any(key not in ("input", "mask") for key in keys):
+    if "class" in keys and isinstance(step, RandomMosaic):
+        raise ValueError(
+            "data_keys: expected no 'class', for RandomMosaic mixes images, and with them classes"
+        )
+    if any(key not in ("input", "mask", "class") for key in keys):
         return step.compute_transformation(params, shape)
     return identity(params["batch_prob"], 3)
 
 
-def _moved(key: str, data: Tensor, matrix: Tensor) -> Tensor:
-    """Boxes or points, mapped by homographies (B, 3, 3)."""
-    if key in ("keypoints", "bbox"):
-        flat = data.reshape(data.size(0), -1, 2)
-        return transform_points(matrix, flat.to(torch.float64)).reshape(data.shape).to(data.dtype)
-    first, second = data[..., :2].to(torch.float64), data[..., 2:].to(torch.float64)
-    # From edges to centres of corner pixels: the last pixel's coordinate is one less.
-    last = (second if key == "bbox_xyxy" else first + second) - 1.0
-    x, y = torch.stack([first[..., 0], last[..., 0]], -1), torch.stack([first[..., 1], last[..., 1]], -1)
-    corners = torch.stack([x[..., [0, 1, 1, 0]], y[..., [0, 0, 1, 1]]], -1)
-    moved = transform_points(matrix, corners.reshape(data.size(0), -1, 2)).reshape(corners.shape)
-    low, high = moved.amin(-2), moved.amax(-2) + 1.0
-    return torch.cat([low, high if key == "bbox_xyxy" else high - low], -1).to(data.dtype)
+def _back(
+    step: AugmentationBase,
+    key: str,
+    value: Any,
+    params: Dict[str, Tensor],
+    shape: List[int],
+    matrix: Tensor,
+) -> Any:
+    """What a step gave, taken back; ``matrix`` are the inverse homographies (B, 3, 3)."""
+    if key == "class":
+        return value
+    if key == "input":
+        return step.inverse_transform(value, params, shape)
+    return step.inverse_mask(value, params, shape) if key == "mask" else moved_coordinates(key, value, matrix)

@@ -12,6 +12,7 @@ from ..geometry.transform.thin_plate import get_tps_transform, warp_image_tps
 from ..primitives.core.checks import check_floating
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.warping import normalized_axis, position_dtype
+from .annotations import moved_mask
 from .base import AugmentationBase2D, Range, as_mode, check_batch, select
 from .decisions import below
 from .settings import fixed
@@ -119,7 +120,7 @@ class RandomElasticTransform(AugmentationBase2D):
 
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        return self.moved(input, params, "nearest")
+        return moved_mask(input, lambda values, _: self.moved(values, params, "nearest"), bytes_too=False)
 
 
 def _control_points(seed: Tensor, scale: float) -> Tuple[Tensor, Tensor]:

@@ -7,7 +7,7 @@ from torch import Tensor, nn
 
 from ..primitives.core.broadcasting import each
 from ..primitives.random.draws import uniform
-from .base import AugmentationBase2D, as_size, draw_seeds
+from .base import AugmentationBase2D, as_size, draw_seeds, shape_of
 from .decisions import check_chance
 from .keys import keys_of_call, read_keys
 from .mix import (
@@ -297,7 +297,7 @@ class TileAugmentationBase(AugmentationBase2D):
         data = [value[None] if alone else value for value in args]
         image = self.change(data[first], params, seed, generator)
         made = [
-            image if i == first else self.along(key, value, self._params, self._shape)
+            image if i == first else self.along(key, value, self._params, shape_of(self._params))
             for i, (key, value) in enumerate(zip(keys, data))
         ]
         made = [value[0] for value in made] if alone and self.keepdim else made

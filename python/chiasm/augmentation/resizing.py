@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.transform.resize import resize, size_of
+from .annotations import moved_mask
 from .base import GeometricAugmentationBase2D, Size, as_mode, as_size, identity
 from .decisions import check_always
 
@@ -65,11 +66,15 @@ class Resize(GeometricAugmentationBase2D):
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         height, width = self.output_size(list(input.shape))
-        return resize(input, (height, width), "nearest")
+        return moved_mask(input, lambda values, _: resize(values, (height, width), "nearest"))
 
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return resize(input, (shape[2], shape[3]), self.resample, self.align_corners)
+
+    @torch.jit.unused
+    def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return moved_mask(input, lambda values, _: resize(values, (shape[2], shape[3]), "nearest"))
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         height, width = self.output_size(shape)

@@ -2,8 +2,10 @@
 take."""
 
 import math
+from numbers import Real
 from typing import Any, Callable, List, Sequence, Tuple, Union
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -19,14 +21,14 @@ def about(center: float, least: float, greatest: float) -> Reader:
     """
 
     def read(name: str, value: Any) -> Tuple[float, float]:
-        numbers = _numbers(name, value)
-        if len(numbers) == 2 and numbers[0] <= numbers[1]:
-            return numbers[0], numbers[1]
-        if len(numbers) != 1:
+        found = numbers(name, value)
+        if len(found) == 2 and found[0] <= found[1]:
+            return found[0], found[1]
+        if len(found) != 1:
             raise ValueError(f"{name}: expected a number, or a range (low, high), got {value}")
-        if numbers[0] < 0.0:
+        if found[0] < 0.0:
             raise ValueError(f"{name}: expected a number that is not negative, got {value}")
-        return float(max(center - numbers[0], least)), float(min(center + numbers[0], greatest))
+        return float(max(center - found[0], least)), float(min(center + found[0], greatest))
 
     return read
 
@@ -54,14 +56,16 @@ def fixed(name: str, value: Any) -> Tuple[float, float]:
     >>> fixed("gain", 0.5)
     (0.5, 0.5)
     """
-    numbers = _numbers(name, value)
-    return numbers[0], numbers[-1]
+    found = numbers(name, value)
+    if len(found) > 2:
+        raise ValueError(f"{name}: expected a number, or two, got {value}")
+    return found[0], found[-1]
 
 
 def bits(name: str, value: Any) -> Tuple[int, int]:
     """A number x stands for x to 8."""
-    numbers = _numbers(name, value)
-    return int(numbers[0]), int(numbers[1]) if len(numbers) == 2 else 8
+    found = list_of_whole(name, value)
+    return found[0], found[1] if len(found) == 2 else 8
 
 
 def whole(name: str, value: Any) -> Tuple[int, int]:
@@ -70,20 +74,23 @@ def whole(name: str, value: Any) -> Tuple[int, int]:
     >>> whole("kernel_size", 3)
     (3, 3)
     """
-    low, high = fixed(name, value)
-    if low != int(low) or high != int(high):
-        raise ValueError(f"{name}: expected whole numbers, got {value}")
+    low, high = fixed(name, list_of_whole(name, value))
     return int(low), int(high)
 
 
 def word(name: str, value: Any) -> str:
     """A string, or the name of an enum member in lower case."""
-    return value if isinstance(value, str) else str(value.name).lower()
+    found = getattr(value, "name", value)
+    if not isinstance(found, str):
+        raise TypeError(f"{name}: expected a string, got {value!r}")
+    return value if isinstance(value, str) else found.lower()
 
 
 def vector(name: str, value: Union[float, Sequence[float], Tensor]) -> Tensor:
     """One or several numbers as a tensor (N,)."""
-    return torch.as_tensor(value, dtype=torch.float32).reshape(-1)
+    if isinstance(value, Tensor):
+        return value.to(torch.float32).reshape(-1)
+    return torch.tensor(numbers(name, value), dtype=torch.float32)
 
 
 def plain(name: str, value: Any) -> Any:
@@ -92,20 +99,47 @@ def plain(name: str, value: Any) -> Any:
 
 
 def number(name: str, value: Any) -> Any:
-    """A whole number as a float, since TorchScript distinguishes the two types."""
-    return float(value) if isinstance(value, int) else value
+    """A number, which must be finite, as a float: TorchScript distinguishes it from a whole one."""
+    found = numbers(name, value)
+    if len(found) != 1 or math.isinf(found[0]):
+        raise ValueError(f"{name}: expected a number, got {value}")
+    return found[0]
 
 
 def list_of_whole(name: str, value: Any) -> Any:
     """One number or several as a list, None as None."""
-    return None if value is None else [int(n) for n in _numbers(name, value)]
+    if value is None:
+        return None
+    found = numbers(name, value)
+    if any(n != math.floor(n) for n in found if math.isfinite(n)) or any(math.isinf(n) for n in found):
+        raise ValueError(f"{name}: expected whole numbers, got {value}")
+    return [int(n) for n in found]
 
 
-def _numbers(name: str, value: Any) -> List[float]:
-    """One number or several."""
-    if isinstance(value, Tensor):
+def one_whole(name: str, value: Any) -> int:
+    """A whole number.
+
+    >>> one_whole("n", 2.0)
+    2
+    """
+    found = list_of_whole(name, value)
+    if found is None or len(found) != 1:
+        raise ValueError(f"{name}: expected a whole number, got {value}")
+    return found[0]
+
+
+def numbers(name: str, value: Any) -> List[float]:
+    """One number or several, of which none is NaN.
+
+    >>> numbers("size", (3, 4.5))
+    [3.0, 4.5]
+    """
+    if isinstance(value, (Tensor, np.ndarray)):
         value = value.tolist()
-    found = [float(v) for v in value] if isinstance(value, (list, tuple)) else [float(value)]
+    given = list(value) if isinstance(value, (list, tuple)) else [value]
+    if not given or not all(isinstance(v, Real) or (isinstance(v, Tensor) and v.numel() == 1) for v in given):
+        raise TypeError(f"{name}: expected a number, or several, got {value!r}")
+    found = [float(v) for v in given]
     if any(math.isnan(v) for v in found):
         raise ValueError(f"{name}: expected numbers, got {value}")
     return found

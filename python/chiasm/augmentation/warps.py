@@ -1,13 +1,15 @@
 """Shared by random warps: a matrix for each sample, and the sampling of images by these matrices."""
 
-from typing import Any, Dict, List
+from typing import Any, Callable, Dict, List, Optional
 
 import torch
 from torch import Tensor
 
 from ..primitives.linalg.matrices import inverse3x3
-from ..primitives.resampling.warping import check_source, sample_affine, sample_projective
+from ..primitives.resampling.warping import check_sampling, check_source, sample_affine, sample_projective
+from .annotations import moved_mask
 from .base import GeometricAugmentationBase2D, as_mode, identity
+from .settings import numbers, word
 
 
 def chosen(matrix: Tensor, params: Dict[str, Tensor]) -> Tensor:
@@ -27,6 +29,7 @@ def warped(
     padding_mode: str,
     align_corners: bool,
     affine: bool = True,
+    fill_value: Optional[Tensor] = None,
 ) -> Tensor:
     """The images, warped to (B, C, height, width) by homographies (B, 3, 3), float64, from input to
     output."""
@@ -34,9 +37,9 @@ def warped(
     inverse = inverse3x3(matrix)
     if affine:
         return sample_affine(
-            input, inverse[:, :2], height, width, resample, padding_mode, align_corners, None
+            input, inverse[:, :2], height, width, resample, padding_mode, align_corners, fill_value
         )
-    return sample_projective(input, inverse, height, width, resample, padding_mode, align_corners, None)
+    return sample_projective(input, inverse, height, width, resample, padding_mode, align_corners, fill_value)
 
 
 def middle(like: Tensor, height: int, width: int) -> Tensor:
@@ -50,12 +53,15 @@ class Warp(GeometricAugmentationBase2D):
 
     Args:
         resample: "bilinear", "nearest" or "bicubic".
-        padding_mode: the values outside the image: "zeros", "border" or "reflection".
+        padding_mode: the values outside the image: "zeros", "border", "reflection" or "fill".
         align_corners: True: "reflection" mirrors at the centres of the border pixels; False: at the image's
             outer edges.
         affine: whether the matrices' last row is (0, 0, 1).
+        fill_value: for "fill", a number, also for masks, or one for each channel; black by default.
         p, same_on_batch, keepdim: as in ``AugmentationBase``.
     """
+
+    fill_value: List[float]
 
     def __init__(
         self,
@@ -66,33 +72,62 @@ class Warp(GeometricAugmentationBase2D):
         same_on_batch: bool,
         keepdim: bool,
         affine: bool = True,
+        fill_value: Optional[Any] = None,
     ) -> None:
         super().__init__(p, 1.0, same_on_batch, keepdim)
-        self.resample, self.padding_mode = as_mode(resample), padding_mode
+        self.resample, self.padding_mode = as_mode(resample), word("padding_mode", padding_mode)
+        check_sampling(self.resample, self.padding_mode)
         self.align_corners, self.affine = align_corners, affine
+        self.fill_value = [0.0] if fill_value is None else numbers("fill_value", fill_value)
 
     def output_size(self, shape: List[int]) -> List[int]:
         """Height and width of the result."""
         return shape[2:4]
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        return self.sampled(input, params, self.resample)
+        return self.sampled(input, params, self.resample, self.fill_value)
 
-    def sampled(self, input: Tensor, params: Dict[str, Tensor], resample: str) -> Tensor:
+    def sampled(
+        self, input: Tensor, params: Dict[str, Tensor], resample: str, fill_value: List[float]
+    ) -> Tensor:
         """The images, sampled with the given interpolation."""
         shape = list(input.shape)
         height, width = self.output_size(shape)
         matrix = self.compute_transformation(params, shape)
-        return warped(
-            input, matrix, height, width, resample, self.padding_mode, self.align_corners, self.affine
-        )
+        return self.warped_by(matrix, input, height, width, resample, fill_value)
+
+    def warped_by(
+        self, matrix: Tensor, input: Tensor, height: int, width: int, resample: str, fill_value: List[float]
+    ) -> Tensor:
+        """``warped`` with this module's settings."""
+        fill: Optional[Tensor] = None
+        if self.padding_mode == "fill":
+            if len(fill_value) != 1 and len(fill_value) != input.size(1):
+                raise ValueError(
+                    f"fill_value: expected a number, or {input.size(1)}, one a channel, got {fill_value}"
+                )
+            fill = torch.tensor(fill_value, dtype=torch.float64, device=input.device)
+        mode, corners = self.padding_mode, self.align_corners
+        return warped(input, matrix, height, width, resample, mode, corners, self.affine, fill)
 
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        return self.sampled(input, params, "nearest")
+        return self._moved_mask(input, lambda mask, fill: self.sampled(mask, params, "nearest", fill))
 
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         back = inverse3x3(self.compute_transformation(params, shape))
-        mode, padding, corners = self.resample, self.padding_mode, self.align_corners
-        return warped(input, back, shape[2], shape[3], mode, padding, corners, self.affine)
+        return self.warped_by(back, input, shape[2], shape[3], self.resample, self.fill_value)
+
+    @torch.jit.unused
+    def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        back = inverse3x3(self.compute_transformation(params, shape))
+        return self._moved_mask(
+            input, lambda mask, fill: self.warped_by(back, mask, shape[2], shape[3], "nearest", fill)
+        )
+
+    @torch.jit.unused
+    def _moved_mask(self, mask: Tensor, move: Callable[[Tensor, List[float]], Tensor]) -> Tensor:
+        """A mask, moved by nearest sampling. A colour of images means nothing to a mask; a number does."""
+        fill = self.fill_value[0] if self.padding_mode == "fill" and len(self.fill_value) == 1 else 0.0
+        return moved_mask(mask, lambda values, outside: move(values, [outside]), fill)

@@ -16,6 +16,7 @@ from ..geometry.transform.volume import warp_perspective3d
 from ..primitives.linalg.matrices import inverse
 from ..primitives.random.draws import between, check_seed, uniform
 from ..primitives.resampling.volumes import check_volume
+from .annotations import moved_mask
 from .base import AugmentationBase3D, as_mode, identity
 from .decisions import below
 from .settings import fixed, ranges
@@ -281,11 +282,17 @@ class Warp3D(AugmentationBase3D):
 
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        return _warped(input, self.compute_transformation(params, list(input.shape)), "nearest")
+        matrix = self.compute_transformation(params, list(input.shape))
+        return moved_mask(input, lambda values, _: _warped(values, matrix, "nearest"))
 
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return _warped(input, inverse(self.compute_transformation(params, shape)), self.resample)
+
+    @torch.jit.unused
+    def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        back = inverse(self.compute_transformation(params, shape))
+        return moved_mask(input, lambda values, _: _warped(values, back, "nearest"))
 
 
 class RandomAffine3D(Warp3D):

@@ -103,8 +103,10 @@ def equalize_clahe(
             raise ValueError(
                 f"clip_limit: expected a number, or shape ({input.size(0)},), got {list(clip_limit.shape)}"
             )
-        # one for each plane
-        clip_limit = clip_limit[:, None].expand(input.size(0), input[0].flatten(0, -3).size(0)).reshape(-1)
+        channels = 1
+        for i in range(1, input.dim() - 2):
+            channels = channels * input.size(i)
+        clip_limit = clip_limit[:, None].expand(input.size(0), channels).reshape(-1)  # one for each plane
     if input.dtype == torch.uint8:
         bytes = in_planes(input).reshape([-1, input.size(-2), input.size(-1)])
         return _equalized(bytes, clip_limit, tiles_y, tiles_x).to(torch.uint8).reshape(input.shape)

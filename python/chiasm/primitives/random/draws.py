@@ -41,7 +41,7 @@ def words(seed: Tensor, count: int, stream: int = 0) -> Tensor:
     block = torch.arange((count + 3) // 4, device=seed.device)[None, :]
     zero = torch.zeros_like(block)
     drawn = philox4x32([block, zero + stream, zero, zero], [k[:, None] for k in key_of(seed)])
-    return torch.stack(drawn, -1).reshape(seed.size(0), -1)[:, :count]
+    return torch.stack(drawn, -1).flatten(1)[:, :count]
 
 
 def uniform(seed: Tensor, count: int, stream: int = 0) -> Tensor:
@@ -53,9 +53,17 @@ def uniform(seed: Tensor, count: int, stream: int = 0) -> Tensor:
     return (words(seed, count, stream) >> 8).to(torch.float32) * 5.9604644775390625e-08
 
 
+def _values_of_a_sample(input: Tensor) -> int:
+    """How many values each sample of a batch (B, ...) has, where B may be 0."""
+    count = 1
+    for i in range(1, input.dim()):
+        count = count * input.size(i)
+    return count
+
+
 def uniform_like(input: Tensor, seed: Tensor, stream: int = 0) -> Tensor:
     """``uniform`` for every value of a batch (B, ...), float32."""
-    return uniform(seed, input[0].numel(), stream).reshape(input.shape)
+    return uniform(seed, _values_of_a_sample(input), stream).reshape(input.shape)
 
 
 def between(u: Tensor, low: float, high: float) -> Tensor:
@@ -69,16 +77,16 @@ def normal(seed: Tensor, count: int, stream: int = 0) -> Tensor:
     G. Box, M. Muller, A note on the generation of random normal deviates, Annals of Mathematical Statistics
     29(2), 1958.
     """
-    pair = uniform(seed, (count + 1) // 2 * 2, stream).reshape(seed.size(0), -1, 2)
+    pair = uniform(seed, (count + 1) // 2 * 2, stream).reshape(seed.size(0), (count + 1) // 2, 2)
     radius = torch.sqrt(-2.0 * torch.log(1.0 - pair[:, :, 0]))
     angle = pair[:, :, 1] * (2.0 * math.pi)
     drawn = torch.stack([radius * torch.cos(angle), radius * torch.sin(angle)], -1)
-    return drawn.reshape(seed.size(0), -1)[:, :count]
+    return drawn.flatten(1)[:, :count]
 
 
 def normal_like(input: Tensor, seed: Tensor, stream: int = 0) -> Tensor:
     """``normal`` for every value of a batch (B, ...), float32."""
-    return normal(seed, input[0].numel(), stream).reshape(input.shape)
+    return normal(seed, _values_of_a_sample(input), stream).reshape(input.shape)
 
 
 def integers(seed: Tensor, high: int, count: int, stream: int = 0) -> Tensor:
