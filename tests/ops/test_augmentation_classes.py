@@ -1,6 +1,7 @@
 """Classes of the augmentations: Kornia's constructors, seeds, TorchScript."""
 
 import inspect
+import math
 from typing import Any
 
 import pytest
@@ -24,6 +25,31 @@ GIVEN = {
     "ColorJiggle": (0.2, 0.2, 0.2, 0.1),
     "RandomRain": ((5, 9), (3, 5), (-2, 2)),
 }
+#: What the classes that move pixels need.
+MOVING: dict[str, Any] = {
+    "CenterCrop": (8,),
+    "CenterCrop3D": (4,),
+    "LongestMaxSize": (8,),
+    "PadTo": ((20, 20),),
+    "RandomAffine": (10.0,),
+    "RandomAffine3D": (10.0,),
+    "RandomCrop": (8,),
+    "RandomCrop3D": (4,),
+    "RandomFisheye": ((-0.3, 0.3), (-0.3, 0.3), (0.9, 1.0)),
+    "RandomMotionBlur3D": (3, 10.0, 0.5),
+    "RandomResizedCrop": (8,),
+    "RandomRotation": (10.0,),
+    "RandomRotation3D": (10.0,),
+    "RandomRotation90": ((0, 3),),
+    "RandomShear": (10.0,),
+    "Resize": (8,),
+    "SmallestMaxSize": (8,),
+}
+MADE = [
+    name
+    for name in A.__all__
+    if inspect.isclass(getattr(A, name)) and "Base" not in name and not name.endswith("Sequential")
+]
 FUNCTIONS = {name: entry for name, entry in catalog().items() if name.startswith("augmentation.")}
 every_class = pytest.mark.parametrize("name", CLASSES)
 
@@ -129,3 +155,44 @@ def test_what_is_refused() -> None:
         A.RandomBoxBlur(normalized=False)
     with pytest.raises(ValueError, match="kernel_size: expected whole numbers"):
         A.RandomMedianBlur((3.5, 3.0))
+    with pytest.raises(ValueError, match="m: expected finite numbers, got nan"):
+        A.RandAugment(2, math.nan)
+    with pytest.raises(ValueError, match="m: expected 0 to 30, got nan"):
+        A.rand_augment(images(), SEED, 2, math.nan)
+    with pytest.raises(ValueError, match="pad_mode: expected one of"):
+        A.PadTo((4, 5), "wrap")
+    with pytest.raises(ValueError, match="max_size: expected a positive number"):
+        A.LongestMaxSize(0)
+    with pytest.raises(ValueError, match=r"size: expected whole numbers, got 2\.5"):
+        A.Resize(2.5)
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_wrong_setting_is_named(name: str) -> None:
+    made = getattr(A, name)
+    signature, refused = inspect.signature(made), 0
+    for argument in signature.parameters:
+        for wrong in (None, "x", -1, [], ("x",), (1, "y"), [[]], {}, math.inf, math.nan, 2.5, range(9)):
+            bound = signature.bind_partial(*GIVEN.get(name, MOVING.get(name, ())))
+            bound.arguments[argument] = wrong
+            try:
+                made(*bound.args, **bound.kwargs)
+            except (TypeError, ValueError) as error:
+                before, _, after = str(error).partition(":")
+                assert argument in before, (argument, wrong, error)
+                assert "expected" in after
+                refused += 1
+    assert refused > 0 or not signature.parameters or name in ("AutoAugment", "TrivialAugment")
+
+
+def test_whole_numbers_may_be_floats() -> None:
+    x = images()
+    for made, other in (
+        (A.RandAugment(2.0, 9.0), A.RandAugment(2, 9)),
+        (A.AugMix(2.0, 2.0, 2.0), A.AugMix(2, 2, 2)),
+        (A.Resize((8.0, 9.0)), A.Resize((8, 9))),
+    ):
+        assert made(x, seed=SEED).equal(other(x, seed=SEED))
+    labels = torch.arange(5)
+    one, other = A.RandomCutMixV2(2.0), A.RandomCutMixV2(2)
+    assert one(x, labels, seed=SEED)[0].equal(other(x, labels, seed=SEED)[0])

@@ -124,6 +124,10 @@ def test_snow() -> None:
         np.testing.assert_allclose(made[b].permute(1, 2, 0).numpy(), expected, atol=1e-4)
 
 
+def test_no_rain() -> None:
+    assert torch.equal(A.random_rain(images(), SEED, (0, 0), p=1.0), images())
+
+
 def test_rain() -> None:
     x, u, place = images(30, 40), uniform(SEED, 4), uniform(SEED, 24, 1).reshape(8, 12, 2)
     made = A.random_rain(x, SEED, (4, 12), (5, 9), (-4, 4), P)

@@ -233,6 +233,14 @@ def test_what_is_refused() -> None:
         sequence(random_apply=True)
     with pytest.raises(ValueError, match="random_apply_weights: expected 4 positive numbers"):
         sequence(random_apply=2, random_apply_weights=[1.0, 2.0])
+    with pytest.raises(ValueError, match="random_apply_weights: expected finite numbers"):
+        sequence(random_apply=2, random_apply_weights=[1.0, float("nan"), 1.0, 1.0])
+    with pytest.raises(ValueError, match="random_apply: expected whole numbers"):
+        sequence(random_apply=(0.5, 2))
+    with pytest.raises(TypeError, match="args: expected modules, got str"):
+        augmentation.AugmentationSequential("flip")  # pyright: ignore
+    with pytest.raises(ValueError, match=r"input: expected shape \(B, C, H, W\), got 0 dimensions"):
+        sequence()(torch.tensor(1.0))
     for step in (augmentation.CenterCrop(4), augmentation.CenterCrop3D(4), augmentation.RandomMosaic((4, 4))):
         with pytest.raises(ValueError, match="steps that change the size"):
             augmentation.AugmentationSequential(step, random_apply=1)

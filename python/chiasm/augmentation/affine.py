@@ -10,7 +10,7 @@ from ..geometry.transform.matrices import get_affine_matrix2d
 from ..primitives.random.draws import between, uniform
 from .base import Range, check_batch, pair
 from .decisions import below
-from .settings import symmetric
+from .settings import numbers, symmetric
 from .warps import Warp, chosen, middle, warped
 
 
@@ -144,7 +144,7 @@ class RandomAffine(Warp):
             resample, padding_mode, align_corners, p, same_on_batch, keepdim, fill_value=fill_value
         )
         self.degrees = symmetric("degrees", degrees)
-        moved = [0.0, 0.0] if translate is None else [float(v) for v in translate]
+        moved = [0.0, 0.0] if translate is None else numbers("translate", translate)
         if len(moved) != 2 or min(moved) < 0.0 or max(moved) > 1.0:
             raise ValueError(f"translate: expected two numbers of 0 to 1, got {translate}")
         self.translate = (moved[0], moved[1])
@@ -172,9 +172,9 @@ class RandomAffine(Warp):
 
 def two_ranges(value: Any, name: str) -> Tuple[Tuple[float, float], Optional[Tuple[float, float]]]:
     """The range along x, and the range along y if four numbers are given."""
-    numbers = value.flatten().tolist() if isinstance(value, Tensor) else pair(value)
-    if len(numbers) == 4:
-        return symmetric(name, numbers[:2]), symmetric(name, numbers[2:])
+    bounds = value.flatten().tolist() if isinstance(value, Tensor) else pair(value)
+    if len(bounds) == 4:
+        return symmetric(name, bounds[:2]), symmetric(name, bounds[2:])
     return symmetric(name, value), None
 
 

@@ -10,6 +10,7 @@ from ..primitives.core.broadcasting import where_chosen
 from ..primitives.core.checks import check_pixels, check_rank
 from ..primitives.random.draws import check_seed, uniform
 from .decisions import below, check_chance
+from .settings import number, whole_numbers
 
 Range = Union[float, Tuple[float, float], List[float], Tensor]
 Size = Union[int, Tuple[int, int]]
@@ -42,14 +43,10 @@ class AugmentationBase(nn.Module):
         self, p: float = 0.5, p_batch: float = 1.0, same_on_batch: bool = False, keepdim: bool = False
     ) -> None:
         super().__init__()
-        check_chance(p)
-        check_chance(p_batch, "p_batch")
-        self.p, self.p_batch, self.same_on_batch, self.keepdim = (
-            float(p),
-            float(p_batch),
-            same_on_batch,
-            keepdim,
-        )
+        self.p, self.p_batch = number("p", p), number("p_batch", p_batch)
+        check_chance(self.p)
+        check_chance(self.p_batch, "p_batch")
+        self.same_on_batch, self.keepdim = same_on_batch, keepdim
         self._params = {}
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
@@ -249,11 +246,11 @@ def pair(value: Any) -> List[Any]:
 
 def as_size(value: Size, name: str) -> Tuple[int, int]:
     """(height, width); one number stands for both."""
-    numbers = [int(v) for v in pair(value)]
-    numbers = numbers * 2 if len(numbers) == 1 else numbers
-    if len(numbers) != 2 or min(numbers) < 1:
+    sides = whole_numbers(name, value)
+    sides = sides * 2 if len(sides) == 1 else sides
+    if len(sides) != 2 or min(sides) < 1:
         raise ValueError(f"{name}: expected a positive number, or (height, width), got {value}")
-    return numbers[0], numbers[1]
+    return sides[0], sides[1]
 
 
 def as_mode(value: Any, name: str = "resample") -> str:

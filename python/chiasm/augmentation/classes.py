@@ -16,7 +16,7 @@ from ..primitives.random.draws import uniform
 from . import blur, colour, distort, jitter, levels, light, noise, policies, weather
 from .base import IntensityAugmentationBase2D, select
 from .decisions import below
-from .settings import Reader, about, bits, fixed, list_of_whole, number, plain, vector, whole, word
+from .settings import Reader, about, bits, fixed, list_of_whole, number, one_whole, plain, vector, whole, word
 
 Setting = Tuple[str, Any, Reader]
 #: Marks a setting without a default.
@@ -36,6 +36,7 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
         "select": select,
         "below": below,
         "store": _store,
+        "number": number,
         "uniform": uniform,
     }
     named = {setting[0]: setting for setting in settings}
@@ -53,7 +54,7 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
     start += [f"{each}={each}" for each in common if each != "p" or whole_chance]
     body.append(f"super().__init__({', '.join(start)})")
     if not whole_chance:
-        body.append("self.chance = float(p)")
+        body.append("self.chance = number('p', p)")
     for each in order:
         default = named[each][1] if each in named else defaults[each]
         scope[f"default_{each}"] = default
@@ -135,7 +136,7 @@ _MADE = [
     _class(
         "RandomChannelDropout",
         noise.random_channel_dropout,
-        [("num_drop_channels", 1, plain), ("fill_value", 0.0, number)],
+        [("num_drop_channels", 1, one_whole), ("fill_value", 0.0, number)],
         _HALF,
     ),
     _class("RandomChannelShuffle", noise.random_channel_shuffle, [], _HALF),
@@ -294,15 +295,15 @@ _MADE = [
         _HALF,
     ),
     _class("AutoAugment", policies.auto_augment, [("policy", "imagenet", plain)], ""),
-    _class("RandAugment", policies.rand_augment, [("n", _NEEDED, plain), ("m", _NEEDED, plain)], ""),
+    _class("RandAugment", policies.rand_augment, [("n", _NEEDED, one_whole), ("m", _NEEDED, one_whole)], ""),
     _class("TrivialAugment", policies.trivial_augment, [], ""),
     _class(
         "AugMix",
         policies.aug_mix,
         [
-            ("severity", 3, plain),
-            ("mixture_width", 3, plain),
-            ("chain_depth", -1, plain),
+            ("severity", 3, one_whole),
+            ("mixture_width", 3, one_whole),
+            ("chain_depth", -1, one_whole),
             ("alpha", 1.0, number),
             ("all_ops", True, plain),
         ],

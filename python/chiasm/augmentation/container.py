@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, cast
 import torch
 from torch import Tensor, nn
 
-from ..primitives.core.checks import check_tensor
+from ..primitives.core.checks import check_rank
 from ..primitives.random.draws import check_seed, integers, ranks, split, uniform
 from .annotations import as_movable, check_value, is_single, moved_coordinates
 from .base import AugmentationBase, draw_seeds, identity, select, shape_of
@@ -15,6 +15,7 @@ from .cut3d import Cut3D
 from .keys import keys_of_call, on_dict, read_keys
 from .mixing import MixAugmentationBase, RandomMosaic
 from .resizing import Resize
+from .settings import numbers, whole_numbers
 
 #: The number of steps to apply: a number, (least, greatest), (least,), or False for all.
 Some = Union[bool, int, Tuple[int, ...]]
@@ -68,6 +69,8 @@ def _steps(module: nn.Module, whole: bool) -> List[AugmentationBase]:
 
 
 def _step(module: nn.Module) -> AugmentationBase:
+    if not isinstance(module, nn.Module):
+        raise TypeError(f"args: expected modules, got {type(module).__name__}")
     if isinstance(module, MixAugmentationBase):
         raise ValueError(
             f"args: expected augmentations of images alone; call {type(module).__name__}, which takes"
@@ -270,7 +273,7 @@ class AugmentationSequential(nn.Module):
         spatial: List[int] = []
         if "input" in keys:
             image = data[leading]
-            check_tensor(image, "input")
+            check_rank(image, rank, "(B, C, D, H, W)" if rank == 5 else "(B, C, H, W)", "input")
             check_value("input", image, image.size(0) if batch < 0 else batch, [], rank)
             batch, spatial = image.size(0), list(image.shape[2:])
         for key, value in zip(keys, data):
@@ -334,11 +337,11 @@ def _chosen(
         raise ValueError("random_apply: expected a number of steps; their order is fixed, got True")
     if any(_changes_size(step) for step in steps):
         raise ValueError("random_apply: expected False for steps that change the size of images")
-    given = (random_apply, random_apply) if isinstance(random_apply, int) else (*random_apply, total)
-    least, greatest = int(given[0]), int(given[1])
-    if not 0 <= least <= greatest <= total:
+    given = whole_numbers("random_apply", random_apply)
+    least, greatest = given[0], given[0] if isinstance(random_apply, int) else [*given, total][1]
+    if len(given) > 2 or not 0 <= least <= greatest <= total:
         raise ValueError(f"random_apply: expected 0 to {total} steps, got {random_apply}")
-    shares = [1.0] * total if weights is None else [float(w) for w in weights]
+    shares = [1.0] * total if weights is None else numbers("random_apply_weights", weights)
     if len(shares) != total or min(shares, default=1.0) <= 0.0:
         raise ValueError(f"random_apply_weights: expected {total} positive numbers, got {weights}")
     return Chosen(least, greatest, shares)

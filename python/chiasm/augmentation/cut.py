@@ -7,8 +7,9 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_pair
 from ..primitives.random.draws import words
-from .base import GeometricAugmentationBase2D, Size, as_size, check_batch, identity, pair
+from .base import GeometricAugmentationBase2D, Size, as_size, check_batch, identity
 from .decisions import check_always
+from .settings import number, whole_numbers
 
 
 def inside(position: Tensor, size: int, padding_mode: str) -> Tensor:
@@ -118,10 +119,10 @@ class Cut(GeometricAugmentationBase2D):
         same_on_batch: bool = False,
         keepdim: bool = False,
     ) -> None:
-        check_always(p)
+        check_always(number("p", p))
         super().__init__(1.0, 1.0, same_on_batch, keepdim)
         check_choice(padding_mode, ["constant", "reflect", "replicate", "circular"], "padding_mode")
-        self.size, self.padding_mode, self.fill = as_size(size, "size"), padding_mode, float(fill)
+        self.size, self.padding_mode, self.fill = as_size(size, "size"), padding_mode, number("fill", fill)
 
     def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
         """The upper left corners of the crops, (B, 2), int64, (x, y)."""
@@ -187,7 +188,7 @@ class RandomCrop(Cut):
         cropping_mode: str = "slice",
     ) -> None:
         super().__init__(size, padding_mode, fill, p, same_on_batch, keepdim)
-        margins = [int(n) for n in pair(0 if padding is None else padding)]
+        margins = whole_numbers("padding", 0 if padding is None else padding)
         if len(margins) not in (1, 2, 4) or min(margins) < 0:
             raise ValueError(f"padding: expected 1, 2 or 4 numbers that are not negative, got {padding}")
         self.padding, self.pad_if_needed = (margins * 4)[:4], bool(pad_if_needed)
@@ -256,7 +257,8 @@ class PadTo(Cut):
         keepdim: bool = False,
         crop_if_exceeds: bool = True,
     ) -> None:
-        super().__init__(size, pad_mode, pad_value, keepdim=keepdim)
+        check_choice(pad_mode, ["constant", "reflect", "replicate", "circular"], "pad_mode")
+        super().__init__(size, pad_mode, number("pad_value", pad_value), keepdim=keepdim)
         self.crop_if_exceeds = bool(crop_if_exceeds)
 
     def corner(self, seed: Tensor, shape: List[int]) -> Tensor:

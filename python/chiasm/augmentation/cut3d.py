@@ -8,9 +8,10 @@ from torch import Tensor
 from ..primitives.core.checks import check_choice
 from ..primitives.random.draws import check_seed, words
 from ..primitives.resampling.volumes import check_voxels
-from .base import AugmentationBase3D, as_mode, identity, pair
+from .base import AugmentationBase3D, as_mode, identity
 from .cut import beginning, inside
 from .decisions import check_always
+from .settings import number, whole_numbers
 
 
 def cut3d(
@@ -97,15 +98,15 @@ class Cut3D(AugmentationBase3D):
     def __init__(
         self, size: Any, padding_mode: str, fill: float, p: float, same_on_batch: bool, keepdim: bool
     ) -> None:
-        check_always(p)
+        check_always(number("p", p))
         super().__init__(1.0, 1.0, same_on_batch, keepdim)
         check_choice(padding_mode, ["constant", "reflect", "replicate", "circular"], "padding_mode")
-        sides = [int(n) for n in pair(size)]
+        sides = whole_numbers("size", size)
         sides = sides * 3 if len(sides) == 1 else sides
         if len(sides) != 3 or min(sides) < 1:
             raise ValueError(f"size: expected a positive number, or (depth, height, width), got {size}")
         self.size = (sides[0], sides[1], sides[2])
-        self.padding_mode, self.fill = padding_mode, float(fill)
+        self.padding_mode, self.fill = padding_mode, number("fill", fill)
 
     def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
         """The first corners of the crops, (B, 3), int64, (x, y, z)."""
@@ -164,7 +165,7 @@ class RandomCrop3D(Cut3D):
     ) -> None:
         super().__init__(size, padding_mode, fill, p, same_on_batch, keepdim)
         as_mode(resample)
-        margins = [int(n) for n in pair(0 if padding is None else padding)]
+        margins = whole_numbers("padding", 0 if padding is None else padding)
         if len(margins) not in (1, 3, 6) or min(margins) < 0:
             raise ValueError(f"padding: expected 1, 3 or 6 numbers that are not negative, got {padding}")
         if len(margins) < 6:

@@ -15,7 +15,7 @@ from ..primitives.resampling.warping import normalized_axis, position_dtype
 from .annotations import moved_mask
 from .base import AugmentationBase2D, Range, as_mode, check_batch, select
 from .decisions import below
-from .settings import fixed
+from .settings import fixed, number, whole
 
 
 def _noise(seed: Tensor, height: int, width: int) -> Tensor:
@@ -89,7 +89,7 @@ class RandomElasticTransform(AugmentationBase2D):
         keepdim: bool = False,
     ) -> None:
         super().__init__(p, 1.0, same_on_batch, keepdim)
-        self.kernel_size = (int(kernel_size[0]), int(kernel_size[1]))
+        self.kernel_size = whole("kernel_size", kernel_size)
         self.sigma, self.alpha = fixed("sigma", sigma), fixed("alpha", alpha)
         self.align_corners, self.resample, self.padding_mode = (
             bool(align_corners),
@@ -201,7 +201,8 @@ class RandomThinPlateSpline(AugmentationBase2D):
         keepdim: bool = False,
     ) -> None:
         super().__init__(p, 1.0, same_on_batch, keepdim)
-        self.scale, self.align_corners, self.padding_mode = float(scale), bool(align_corners), padding_mode
+        self.scale, self.align_corners = number("scale", scale), bool(align_corners)
+        self.padding_mode = padding_mode
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         source, target = _control_points(seed, self.scale)

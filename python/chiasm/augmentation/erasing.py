@@ -10,7 +10,7 @@ from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.warping import pixel_axes
 from .base import IntensityAugmentationBase2D, check_batch, select
 from .decisions import below
-from .settings import symmetric
+from .settings import number, symmetric
 
 
 def _draw(
@@ -98,7 +98,7 @@ class RandomErasing(IntensityAugmentationBase2D):
         self.scale, self.ratio, self.value = (
             symmetric("scale", scale),
             symmetric("ratio", ratio),
-            float(value),
+            number("value", value),
         )
         if self.scale[0] <= 0.0 or self.ratio[0] <= 0.0:
             raise ValueError(f"scale, ratio: expected positive ranges, got {scale} and {ratio}")

@@ -12,6 +12,8 @@ def read_keys(data_keys: Sequence[Any], known: Sequence[str], with_image: bool =
     >>> read_keys(["image", "mask"], ["input", "mask"])
     ['input', 'mask']
     """
+    if isinstance(data_keys, str) or not isinstance(data_keys, (list, tuple)):
+        raise TypeError(f"data_keys: expected a list of names, got {data_keys!r}")
     names = [str(getattr(key, "name", key)).lower() for key in data_keys]
     keys = [_ALIASES.get(name, name) for name in names]
     for key, given in zip(keys, data_keys):

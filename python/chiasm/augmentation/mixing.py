@@ -19,7 +19,7 @@ from .mix import (
     random_transplantation3d,
 )
 from .mosaic import boxes_of_mosaic, check_mosaic, cut_at_corner, cut_out_of_mosaic, mosaic_parameters
-from .settings import fixed, whole
+from .settings import fixed, number, one_whole, whole, whole_numbers
 
 
 class MixAugmentationBase(nn.Module):
@@ -44,9 +44,9 @@ class MixAugmentationBase(nn.Module):
         data_keys: Sequence[Any] = ("input", "class"),
     ) -> None:
         super().__init__()
-        check_chance(p)
+        self.p, self.same_on_batch, self.keepdim = number("p", p), same_on_batch, keepdim
+        check_chance(self.p)
         check_seeds_differ(same_on_batch)
-        self.p, self.same_on_batch, self.keepdim = float(p), same_on_batch, keepdim
         self.data_keys, self._params = read_keys(data_keys, self.known), {}
 
     def __call__(
@@ -166,7 +166,8 @@ class RandomCutMixV2(MixAugmentationBase):
         use_correct_lambda: bool = False,
     ) -> None:
         super().__init__(p, same_on_batch, keepdim, data_keys)
-        self.num_mix, self.beta = num_mix, 1.0 if beta is None else float(beta)
+        self.num_mix = one_whole("num_mix", num_mix)
+        self.beta = 1.0 if beta is None else number("beta", beta)
         self.cut_size = (0.0, 1.0) if cut_size is None else fixed("cut_size", cut_size)
         self.use_correct_lambda = bool(use_correct_lambda)
 
@@ -204,10 +205,10 @@ class RandomTransplantation(MixAugmentationBase):
         data_keys: Optional[Sequence[Any]] = None,
     ) -> None:
         super().__init__(p, data_keys=("input", "mask") if data_keys is None else data_keys)
-        check_chance(p_batch, "p_batch")
-        labels = [] if excluded_labels is None else excluded_labels
-        self.excluded_labels = [int(label) for label in labels]
-        self.p_batch = float(p_batch)
+        none = excluded_labels is None or (isinstance(excluded_labels, (list, tuple)) and not excluded_labels)
+        self.excluded_labels = [] if none else whole_numbers("excluded_labels", excluded_labels)
+        self.p_batch = number("p_batch", p_batch)
+        check_chance(self.p_batch, "p_batch")
 
     def forward(self, input: Tensor, mask: Tensor, seed: Tensor) -> Tuple[Tensor, Tensor]:
         return self.of_batch(
@@ -411,7 +412,7 @@ class RandomMosaic(TileAugmentationBase):
         )
         self.mosaic_grid = whole("mosaic_grid", mosaic_grid)
         self.start_ratio_range = fixed("start_ratio_range", start_ratio_range)
-        self.min_bbox_size, self.padding_mode = float(min_bbox_size), padding_mode
+        self.min_bbox_size, self.padding_mode = number("min_bbox_size", min_bbox_size), padding_mode
         check_mosaic(self.mosaic_grid, self.start_ratio_range, padding_mode)
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:

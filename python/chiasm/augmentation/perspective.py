@@ -10,6 +10,7 @@ from ..primitives.core.checks import check_choice
 from ..primitives.random.draws import uniform
 from .base import check_batch
 from .decisions import below
+from .settings import number
 from .warps import Warp, chosen, warped
 
 
@@ -104,7 +105,8 @@ class RandomPerspective(Warp):
     ) -> None:
         super().__init__(resample, "zeros", align_corners, p, same_on_batch, keepdim, affine=False)
         check_choice(sampling_method, ["basic", "area_preserving"], "sampling_method")
-        self.distortion_scale, self.sampling_method = float(distortion_scale), sampling_method
+        self.distortion_scale = number("distortion_scale", distortion_scale)
+        self.sampling_method = sampling_method
         if not 0.0 <= self.distortion_scale <= 1.0:
             raise ValueError(f"distortion_scale: expected 0 to 1, got {distortion_scale}")
 

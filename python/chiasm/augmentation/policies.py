@@ -43,7 +43,7 @@ def rand_augment(input: Tensor, seed: Tensor, n: int = 2, m: int = 9, mode: str 
     _check(input, mode)
     if n < 1:
         raise ValueError(f"n: expected at least 1, got {n}")
-    if m < 0 or m > 30:
+    if not (m >= 0 and m <= 30):  # NaN neither
         raise ValueError(f"m: expected 0 to 30, got {m}")
     sign = torch.where(drawn(seed, n, input) < 0.5, -1.0, 1.0)
     operation = integers(seed, 14, n, 1)

@@ -9,6 +9,7 @@ from ..geometry.transform.resize import resize, size_of
 from .annotations import moved_mask
 from .base import GeometricAugmentationBase2D, Size, as_mode, as_size, identity
 from .decisions import check_always
+from .settings import number, one_whole
 
 
 class Resize(GeometricAugmentationBase2D):
@@ -41,7 +42,7 @@ class Resize(GeometricAugmentationBase2D):
         p: float = 1.0,
         keepdim: bool = False,
     ) -> None:
-        check_always(p)
+        check_always(number("p", p))
         super().__init__(1.0, 1.0, False, keepdim)
         if side not in ("short", "long", "vert", "horz"):
             raise ValueError(f"side: expected 'short', 'long', 'vert' or 'horz', got {side!r}")
@@ -104,7 +105,8 @@ class LongestMaxSize(Resize):
     def __init__(
         self, max_size: int, resample: Any = "bilinear", align_corners: bool = True, p: float = 1.0
     ) -> None:
-        super().__init__(max_size, "long", resample, align_corners, p=p)
+        size = as_size(one_whole("max_size", max_size), "max_size")[0]
+        super().__init__(size, "long", resample, align_corners, p=p)
 
 
 class SmallestMaxSize(Resize):
@@ -123,4 +125,5 @@ class SmallestMaxSize(Resize):
     def __init__(
         self, max_size: int, resample: Any = "bilinear", align_corners: bool = True, p: float = 1.0
     ) -> None:
-        super().__init__(max_size, "short", resample, align_corners, p=p)
+        size = as_size(one_whole("max_size", max_size), "max_size")[0]
+        super().__init__(size, "short", resample, align_corners, p=p)

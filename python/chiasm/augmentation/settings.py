@@ -3,7 +3,7 @@ take."""
 
 import math
 from numbers import Real
-from typing import Any, Callable, List, Sequence, Tuple, Union
+from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import torch
@@ -64,7 +64,7 @@ def fixed(name: str, value: Any) -> Tuple[float, float]:
 
 def bits(name: str, value: Any) -> Tuple[int, int]:
     """A number x stands for x to 8."""
-    found = list_of_whole(name, value)
+    found = whole_numbers(name, value)
     return found[0], found[1] if len(found) == 2 else 8
 
 
@@ -74,7 +74,7 @@ def whole(name: str, value: Any) -> Tuple[int, int]:
     >>> whole("kernel_size", 3)
     (3, 3)
     """
-    low, high = fixed(name, list_of_whole(name, value))
+    low, high = fixed(name, whole_numbers(name, value))
     return int(low), int(high)
 
 
@@ -98,22 +98,17 @@ def plain(name: str, value: Any) -> Any:
     return value
 
 
-def number(name: str, value: Any) -> Any:
-    """A number, which must be finite, as a float: TorchScript distinguishes it from a whole one."""
+def number(name: str, value: Any) -> float:
+    """A number as a float, since TorchScript distinguishes it from a whole one."""
     found = numbers(name, value)
-    if len(found) != 1 or math.isinf(found[0]):
+    if len(found) != 1:
         raise ValueError(f"{name}: expected a number, got {value}")
     return found[0]
 
 
-def list_of_whole(name: str, value: Any) -> Any:
+def list_of_whole(name: str, value: Any) -> Optional[List[int]]:
     """One number or several as a list, None as None."""
-    if value is None:
-        return None
-    found = numbers(name, value)
-    if any(n != math.floor(n) for n in found if math.isfinite(n)) or any(math.isinf(n) for n in found):
-        raise ValueError(f"{name}: expected whole numbers, got {value}")
-    return [int(n) for n in found]
+    return None if value is None else whole_numbers(name, value)
 
 
 def one_whole(name: str, value: Any) -> int:
@@ -122,14 +117,14 @@ def one_whole(name: str, value: Any) -> int:
     >>> one_whole("n", 2.0)
     2
     """
-    found = list_of_whole(name, value)
-    if found is None or len(found) != 1:
+    found = whole_numbers(name, value)
+    if len(found) != 1:
         raise ValueError(f"{name}: expected a whole number, got {value}")
     return found[0]
 
 
 def numbers(name: str, value: Any) -> List[float]:
-    """One number or several, of which none is NaN.
+    """One finite number or several.
 
     >>> numbers("size", (3, 4.5))
     [3.0, 4.5]
@@ -140,6 +135,14 @@ def numbers(name: str, value: Any) -> List[float]:
     if not given or not all(isinstance(v, Real) or (isinstance(v, Tensor) and v.numel() == 1) for v in given):
         raise TypeError(f"{name}: expected a number, or several, got {value!r}")
     found = [float(v) for v in given]
-    if any(math.isnan(v) for v in found):
-        raise ValueError(f"{name}: expected numbers, got {value}")
+    if not all(math.isfinite(v) for v in found):
+        raise ValueError(f"{name}: expected finite numbers, got {value}")
     return found
+
+
+def whole_numbers(name: str, value: Any) -> List[int]:
+    """One whole number or several."""
+    found = numbers(name, value)
+    if any(n != int(n) for n in found):
+        raise ValueError(f"{name}: expected whole numbers, got {value}")
+    return [int(n) for n in found]

@@ -19,7 +19,7 @@ from ..primitives.resampling.volumes import check_volume
 from .annotations import moved_mask
 from .base import AugmentationBase3D, as_mode, identity
 from .decisions import below
-from .settings import fixed, ranges
+from .settings import fixed, number, numbers, ranges
 
 Range = Tuple[float, float]
 
@@ -334,7 +334,7 @@ class RandomAffine3D(Warp3D):
     ) -> None:
         super().__init__(resample, align_corners, p, same_on_batch, keepdim)
         self.degrees = ranges("degrees", degrees, 3)
-        moved = [0.0, 0.0, 0.0] if translate is None else [float(v) for v in translate]
+        moved = [0.0, 0.0, 0.0] if translate is None else numbers("translate", translate)
         if len(moved) != 3 or min(moved) < 0.0 or max(moved) > 1.0:
             raise ValueError(f"translate: expected three numbers of 0 to 1, got {translate}")
         self.translate = (moved[0], moved[1], moved[2])
@@ -350,8 +350,9 @@ class RandomAffine3D(Warp3D):
 
 def _factors(scale: Any) -> List[Range]:
     """One range of factors, or one for each axis."""
-    rows = scale.tolist() if isinstance(scale, Tensor) else list(scale)
-    found = [fixed("scale", row) for row in (rows if isinstance(rows[0], (list, tuple)) else [rows])]
+    rows = scale.tolist() if isinstance(scale, Tensor) else scale
+    several = isinstance(rows, (list, tuple)) and len(rows) > 0 and isinstance(rows[0], (list, tuple))
+    found = [fixed("scale", row) for row in (rows if several else [rows])]
     if len(found) not in (1, 3) or min(low for low, _ in found) <= 0.0:
         raise ValueError(f"scale: expected a range of positive factors, or three, got {scale}")
     return found
@@ -419,7 +420,7 @@ class RandomPerspective3D(Warp3D):
         keepdim: bool = False,
     ) -> None:
         super().__init__(resample, align_corners, p, same_on_batch, keepdim)
-        self.distortion_scale = float(distortion_scale)
+        self.distortion_scale = number("distortion_scale", distortion_scale)
         if not 0.0 <= self.distortion_scale <= 1.0:
             raise ValueError(f"distortion_scale: expected 0 to 1, got {distortion_scale}")
 

@@ -64,7 +64,7 @@ def random_rain(
     drops = whole_between(u[:, 1], number_of_drops)[:, None, None]
     high = whole_between(u[:, 2], drop_height)[:, None, None]
     wide = whole_between(u[:, 3], drop_width)[:, None, None]
-    place = uniform(seed, 2 * most, 1).reshape(-1, most, 2, 1)
+    place = uniform(seed, 2 * most, 1).reshape(seed.size(0), most, 2, 1)
     # Drops begin at positions where they lie within the image, if there is room for them.
     top = torch.floor(place[:, :, 0] * (height - high + 1).clamp(min=1)).to(torch.int64)
     room = (width - wide.abs()).clamp(min=1)
