@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -210,3 +211,13 @@ X, S, L = boxes(1, 5, dtype=torch.float32), torch.rand(1, 5), torch.zeros(1, 5, 
 def test_errors(call: Callable[[], Tensor], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call()
+
+
+@pytest.mark.parametrize(
+    ("decode", "shape"), [(ops.decode_yolov8, (2, 6, 0)), (ops.decode_yolov5, (2, 0, 7))], ids=["v8", "v5"]
+)
+def test_no_places_are_no_objects(decode: Callable[..., Any], shape: tuple[int, ...]) -> None:
+    for call in (decode, torch.jit.script(decode)):
+        boxes, scores, labels, found = call(torch.zeros(shape), score_threshold=-1.0, max_output=5)
+        assert torch.equal(boxes, torch.zeros(2, 5, 4)) and torch.equal(scores, torch.zeros(2, 5))
+        assert torch.equal(labels, torch.zeros(2, 5, dtype=torch.int64)) and not found.any()

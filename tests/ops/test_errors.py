@@ -5,7 +5,7 @@ from typing import Callable
 import pytest
 import torch
 
-from chiasm import color, enhance, feature, filters, losses, metrics, morphology, pipelines
+from chiasm import color, enhance, feature, filters, image, losses, metrics, morphology, ops, pipelines
 from chiasm.geometry import conversions, epipolar, homography, subpix, transform
 from chiasm.primitives.core.target import exporting
 from chiasm.primitives.filters.correlation import centred
@@ -15,6 +15,7 @@ X = torch.zeros(1, 3, 8, 8)
 BYTES = torch.zeros(1, 3, 8, 8, dtype=torch.uint8)
 EYE = torch.eye(3)[None]
 FRAME = torch.zeros(8, 8, 3, dtype=torch.uint8)
+BOXES = torch.zeros(1, 4)
 
 WRONG = [
     (
@@ -465,3 +466,59 @@ def test_the_check_of_a_border_leaves_symbols_alone(border: str, lowest: int) ->
     )
     assert {(int(r.lower), int(r.upper)) for r in program.range_constraints.values()} == {(lowest, 4096)}
     assert not [n for n in program.graph.nodes if "assert" in str(n.target)]
+
+
+@pytest.mark.parametrize(
+    ("error", "message", "call"),
+    [
+        (ValueError, r"size: expected 2 numbers, got 1", lambda: pipelines.letterbox(FRAME[None], (5,))),
+        (TypeError, r"size: expected 2 numbers, got int", lambda: pipelines.center_crop(FRAME[None], 640)),
+        (
+            ValueError,
+            r"mean: expected 3 numbers, got 1",
+            lambda: pipelines.letterbox(FRAME[None], mean=(0.0,)),
+        ),
+        (
+            TypeError,
+            r"std: expected 3 numbers, got float",
+            lambda: pipelines.crop_boxes(FRAME, BOXES, std=0.5),
+        ),
+        (
+            ValueError,
+            r"value: expected a whole number from 0 to 255, got 1.5",
+            lambda: pipelines.letterbox(FRAME[None], value=1.5),
+        ),
+        (
+            ValueError,
+            r"frame: expected at least one pixel, got \[1, 0, 8, 3\]",
+            lambda: pipelines.letterbox(FRAME[None, :0]),
+        ),
+        (ValueError, r"size: expected 2 numbers, got 1", lambda: transform.resize(X, (5,))),
+        (
+            ValueError,
+            r"kernel: expected at least one pixel, got \[0, 3\]",
+            lambda: morphology.dilation(X, torch.ones(0, 3)),
+        ),
+        (
+            ValueError,
+            r"tensor: expected at least one image, got \[0, 3, 8, 8\]",
+            lambda: image.make_grid(X[:0]),
+        ),
+        *[
+            (
+                ValueError,
+                r"input: expected an image for 2 boxes, got \[0, 3, 8, 8\]",
+                lambda f=f: f(X[:0], torch.zeros(2, 5), 1),
+            )
+            for f in (ops.roi_align, ops.roi_pool, ops.ps_roi_align, ops.ps_roi_pool)
+        ],
+        (
+            ValueError,
+            r"input: expected at least one pixel, got \[1, 3, 0, 8\]",
+            lambda: ops.roi_pool(X[:, :, :0], torch.zeros(2, 5), 1),
+        ),
+    ],
+)
+def test_empty_tensors_and_short_settings(error: type[Exception], message: str, call: Callable) -> None:
+    with pytest.raises(error, match=f"^{message}"):
+        call()

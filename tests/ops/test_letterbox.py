@@ -174,7 +174,7 @@ FRAME = torch.zeros(1, 4, 6, 3, dtype=torch.uint8)
         (lambda: letterbox(FRAME.float()), TypeError, "frame: expected dtype torch.uint8"),
         (lambda: letterbox(FRAME[0]), ValueError, r"frame: expected shape \(B, H, W, 3\)"),
         (lambda: letterbox(FRAME, (0, 4)), ValueError, "size: expected positive"),
-        (lambda: letterbox(FRAME, value=256), ValueError, "value: expected a number from 0 to 255"),
+        (lambda: letterbox(FRAME, value=256), ValueError, "value: expected a whole number from 0 to 255"),
         (lambda: letterbox(FRAME, anchor="right"), ValueError, "anchor: expected one of"),
         (lambda: letterbox(FRAME, std=(1.0, 0.0, 1.0)), ValueError, "std: expected numbers above 0"),
         (lambda: letterbox(FRAME, color="grey"), ValueError, "color: expected one of"),

@@ -186,3 +186,9 @@ MESSAGES = [
 def test_message(call, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call()
+
+
+def test_no_cameras_are_rectified() -> None:
+    none = torch.zeros(0, 3, 3)
+    shapes = [r.shape for r in stereo_rectify(none, none, none, none[..., :1], 10, 12)]
+    assert shapes == [(0, 3, 3), (0, 3, 3), (0, 3, 4), (0, 3, 4), (0, 4, 4)]

@@ -165,9 +165,8 @@ def _principal_point(
     K: Tensor, R: Tensor, focal: Tensor, height: int, width: int, dist: Optional[Tensor]
 ) -> Tensor:
     """The principal point (B, 2) that puts the mean of the rotated image corners at the image centre."""
-    size = torch.stack(
-        [torch.ones_like(focal[0, 0]) * (width - 1), torch.ones_like(focal[0, 0]) * (height - 1)], -1
-    )
+    one = torch.ones([], dtype=focal.dtype, device=focal.device)
+    size = torch.stack([one * (width - 1), one * (height - 1)], -1)
     corner = torch.tensor([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], dtype=K.dtype, device=K.device)
     corners = (corner * size).expand([K.size(0), 4, 2])
     if dist is not None:

@@ -21,7 +21,7 @@ def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> 
         (C, R * (H + padding) - padding, n_row * (W + padding) - padding) with R rows, R = ceil(B / n_row).
 
     Raises:
-        ValueError: if tensor is not (B, C, H, W), n_row is not positive or padding is negative.
+        ValueError: if tensor is not (B, C, H, W) or B is 0, n_row is not positive or padding is negative.
 
     Example:
         >>> make_grid(torch.ones(3, 1, 1, 1), n_row=2, padding=1)[0]
@@ -31,6 +31,8 @@ def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> 
     """
     check_rank(tensor, 4, "(B, C, H, W)", "tensor")
     batch, channels, height, width = tensor.shape
+    if batch < 1:
+        raise ValueError(f"tensor: expected at least one image, got {list(tensor.shape)}")
     columns = 1
     if n_row is None:
         while columns * columns < batch:

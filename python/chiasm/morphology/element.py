@@ -66,6 +66,8 @@ def _window(
     if kernel.dim() != 2:
         raise ValueError(f"kernel: expected shape (kh, kw), got {list(kernel.shape)}")
     kh, kw = kernel.size(0), kernel.size(1)
+    if kh < 1 or kw < 1:
+        raise ValueError(f"kernel: expected at least one pixel, got [{kh}, {kw}]")
     row, column = _origin(origin, kh, kw)
     dtype = tensor.dtype if tensor.is_floating_point() else torch.float64
     heights = torch.zeros_like(kernel, dtype=dtype)

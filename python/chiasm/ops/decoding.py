@@ -188,6 +188,11 @@ def suppressed(
     score_threshold: float,
 ) -> Detections:
     """The boxes (B, N, 4), scores and labels (B, N) that `batched_nms_fixed` keeps."""
+    if isinstance(boxes.size(1), int) and boxes.size(1) == 0:
+        # empty slots read the first place, and there is none: one whose score is above no threshold
+        batch = boxes.size(0)
+        boxes, labels = boxes.new_zeros([batch, 1, 4]), labels.new_zeros([batch, 1])
+        scores = scores.new_full([batch, 1], float("-inf"))
     slots, found = batched_nms_fixed(boxes, scores, labels, iou_threshold, max_output, score_threshold)
     return where_found(boxes_at(boxes, slots), scores.gather(1, slots), labels.gather(1, slots), found)
 

@@ -6,7 +6,15 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_last, check_rank, check_tensor
+from ..primitives.core.checks import (
+    check_choice,
+    check_last,
+    check_number,
+    check_pair,
+    check_rank,
+    check_tensor,
+    check_triple,
+)
 from ..primitives.resampling.placing import placed_bytes, scaled_bytes
 
 Numbers = Tuple[float, float, float]
@@ -43,8 +51,8 @@ def letterbox(
 
     Raises:
         TypeError: if frame is not uint8.
-        ValueError: if frame is not (B, H, W, 3), a size is not positive, value is no byte, a standard
-            deviation is not above 0, or a choice is not as above.
+        ValueError: if frame is not (B, H, W, 3) or has no pixels, a size is not positive, value is no byte, a
+            standard deviation is not above 0, or a choice is not as above.
 
     Example:
         >>> image, to_frame = letterbox(torch.zeros(1, 720, 1280, 3, dtype=torch.uint8))
@@ -170,10 +178,14 @@ def _check_frame(frame: Tensor, size: Tuple[int, int], value: int) -> None:
         raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
     if frame.dim() != 4 or frame.size(3) != 3:
         raise ValueError(f"frame: expected shape (B, H, W, 3), got {list(frame.shape)}")
+    if frame.size(1) < 1 or frame.size(2) < 1:
+        raise ValueError(f"frame: expected at least one pixel, got {list(frame.shape)}")
+    check_pair(size, "size")
     if size[0] < 1 or size[1] < 1:
         raise ValueError(f"size: expected positive numbers, got ({size[0]}, {size[1]})")
-    if value < 0 or value > 255:
-        raise ValueError(f"value: expected a number from 0 to 255, got {value}")
+    check_number(value, "value")
+    if not (value >= 0 and value <= 255 and value % 1 == 0):
+        raise ValueError(f"value: expected a whole number from 0 to 255, got {value}")
 
 
 def _sides(frame: Tensor) -> Tuple[Tensor, Tensor]:
@@ -202,6 +214,8 @@ def _network_input(
     color: str,
 ) -> Tensor:
     check_choice(color, ["bgr", "rgb"], "color")
+    check_triple(mean, "mean")
+    check_triple(std, "std")
     scale: List[float] = []
     offset: List[float] = []
     for m, s in zip(mean, std):

@@ -24,6 +24,7 @@ from .onnx_division import TRANSLATIONS
 from .onnx_function import domain_version, function_name, fuse
 from .onnx_indices import check_indices
 from .onnx_scatter import add_in_order
+from .onnx_shifts import SHIFTS
 
 OPSET = 18
 IR_VERSION = 8  # what ONNX Runtime 1.14 and later read
@@ -79,7 +80,7 @@ def to_onnx(
                 output_names=[t.name for t in outputs],
                 optimize=False,
                 verbose=False,
-                custom_translation_table=TRANSLATIONS,
+                custom_translation_table=TRANSLATIONS | SHIFTS,
             )
             assert made is not None
             _simplify(made.model)

@@ -5,7 +5,7 @@ from typing import Optional, Tuple, Union
 from torch import Tensor
 
 from ...primitives.core.broadcasting import in_batch, like_given
-from ...primitives.core.checks import check_choice, check_pixels
+from ...primitives.core.checks import check_choice, check_pair, check_pixels
 from ...primitives.resampling.resizing import (
     area_bytes,
     cubic_bytes,
@@ -106,6 +106,7 @@ def _resize_of_batch(
 def size_of(height: int, width: int, size: Union[int, Tuple[int, int]], side: str) -> Tuple[int, int]:
     """(height, width) of the result of ``resize``."""
     if not isinstance(size, int):
+        check_pair(size, "size")
         return size
     base = width
     if side == "vert":

@@ -19,10 +19,14 @@ def checked_regions(input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor
     tensor([[1., 1., 1., 1., 1.]])
     """
     check_image(input, "input")
+    if input.size(2) < 1 or input.size(3) < 1:
+        raise ValueError(f"input: expected at least one pixel, got {list(input.shape)}")
     if isinstance(boxes, Tensor):
         if boxes.dim() != 2 or boxes.size(1) != 5:
             raise ValueError(f"boxes: expected shape (K, 5), got {list(boxes.shape)}")
         check_floating(boxes, "boxes")
+        if isinstance(input.size(0), int) and input.size(0) == 0 and boxes.size(0) > 0:
+            raise ValueError(f"input: expected an image for {boxes.size(0)} boxes, got {list(input.shape)}")
         return boxes
     if not torch.jit.is_scripting():
         _check_list(boxes)
