@@ -3,10 +3,28 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
+import torch
+from torch import Tensor
 
 import chiasm.runtime
-from chiasm.export import export
+from chiasm.export import Spec, TensorSpec, export
 from chiasm.export.catalog import catalog
+
+
+def limited(x: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    return x.clamp(min=0.5), x.clamp(max=0.5), torch.clamp_min(x, -1.0), x.clamp(-1.0, 1.0)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64", "float16"])
+def test_limits_of_one_side(dtype: str, tmp_path: Path) -> None:
+    outputs = [TensorSpec(f"o{i}") for i in range(4)]
+    spec = Spec("test.limited", [TensorSpec("x", ("N",))], outputs, dtypes=(dtype,), gradients=())
+    method = chiasm.runtime.open(export(limited, spec, tmp_path, formats=["onnx"])).method(backend="onnx")
+    x = np.array([np.inf, -np.inf, np.nan, 0.25, -2.0, 7.0] * 3, dtype)
+    expected = np.maximum(x, 0.5), np.minimum(x, 0.5), np.maximum(x, -1), np.clip(x, -1, 1)
+    for actual, wanted in zip(method(x), expected, strict=True):
+        np.testing.assert_array_equal(actual, wanted)
 
 
 def areas(box: np.ndarray) -> np.ndarray:

@@ -424,9 +424,6 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (x, torch.tensor([1, 0, 1]), integers(20, 3, 8), 9, 20, 7) for x in bytes_and_words()[:2]
     ],
     "placing.scaled_bytes": lambda t: [(x, [2, 0], [0.5, 2.0], [-1.0, 3.0]) for x in bytes_and_words()[:2]],
-    "boxes.not_negative": lambda t: [
-        (torch.cat([numbers(t, 9), torch.tensor([torch.inf, -torch.inf], dtype=t)]),)
-    ],
     "boxes.kept_boxes": lambda t: [
         (torch.cat([numbers(t, 2, 9, 2), 1 + numbers(t, 2, 9, 3)[..., :2]], -1), integers(2, 2, 9), 0.4, 5)
     ],

@@ -20,6 +20,7 @@ from ..job import Artifact, ExportJob, Method
 from ..patches.onnx import fast_onnx
 from ..spec import Spec, TensorSpec
 from ..tracing.graph import dynamic_shapes
+from .onnx_clamps import keep_infinities
 from .onnx_division import TRANSLATIONS
 from .onnx_function import domain_version, function_name, fuse
 from .onnx_indices import check_indices
@@ -85,6 +86,7 @@ def to_onnx(
             assert made is not None
             _simplify(made.model)
             add_in_order(made.model)
+            keep_infinities(made.model)
             _keep_tiny_terms(made.model)
     except Exception as error:
         raise explain(spec.name, "ONNX", error) from error

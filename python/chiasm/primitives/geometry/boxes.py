@@ -19,29 +19,13 @@ def box_areas(boxes: Tensor) -> Tensor:
     return (boxes[..., 2] - boxes[..., 0]) * (boxes[..., 3] - boxes[..., 1])
 
 
-@primitive
-def not_negative(x: Tensor) -> Tensor:
-    """x, and 0 instead of what is less; infinity and NaN stay.
-
-    >>> not_negative(torch.tensor([-1.0, 2.0, torch.inf, torch.nan]))
-    tensor([0., 2., inf, nan])
-    """
-    return x.clamp(min=0.0)
-
-
-@not_negative.lowering("onnx")
-def _not_negative_by_maximum(x: Tensor) -> Tensor:
-    # ONNX Runtime's Clip without an upper limit makes infinity the largest number.
-    return torch.maximum(x, torch.zeros([], dtype=x.dtype, device=x.device))
-
-
 def intersections(a: Tensor, b: Tensor) -> Tensor:
     """The areas (...) of the intersections of boxes (..., 4); they broadcast.
 
     >>> intersections(torch.tensor([0.0, 0.0, 2.0, 2.0]), torch.tensor([1.0, 0.0, 3.0, 2.0]))
     tensor(2.)
     """
-    sides = not_negative(torch.minimum(a[..., 2:], b[..., 2:]) - torch.maximum(a[..., :2], b[..., :2]))
+    sides = (torch.minimum(a[..., 2:], b[..., 2:]) - torch.maximum(a[..., :2], b[..., :2])).clamp(min=0.0)
     return sides[..., 0] * sides[..., 1]
 
 
