@@ -183,7 +183,8 @@ def _check_frame(frame: Tensor, size: Tuple[int, int], value: int) -> None:
     check_pair(size, "size")
     if size[0] < 1 or size[1] < 1:
         raise ValueError(f"size: expected positive numbers, got ({size[0]}, {size[1]})")
-    check_number(value, "value")
+    if not torch.jit.is_scripting():
+        check_number(value, "value")
     if not (value >= 0 and value <= 255 and value % 1 == 0):
         raise ValueError(f"value: expected a whole number from 0 to 255, got {value}")
 
