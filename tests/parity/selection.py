@@ -5,7 +5,7 @@
 
 The whole catalog takes hours (`make test-all`). A run compiles the ops that its tests name, those whose
 source has changed, and one more of each family. Of the rest it exports those that have changed, and every
-twentieth other one. A gradient takes most of an export's time: only ops that have changed, those whose
+thirtieth other one. A gradient takes most of an export's time: only ops that have changed, those whose
 gradient a test takes, and every sixteenth of the others have it. The contents of the sources decide which
 ones these are, so that the same sources have the same tests. tests/changes.py says what the sources are
 compared with.
@@ -24,7 +24,7 @@ from pathlib import Path
 from rich.console import Console
 
 from chiasm.export.catalog import catalog
-from chiasm.export.workers import export_names
+from chiasm.export.workers import Wanted, export_all
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
@@ -47,7 +47,7 @@ APART = (
 #: Ops whose gradient tests take natively.
 DIFFERENTIATED = ("filters.sobel",)
 #: One of so many ops that are not compiled and have not changed is exported.
-EXPORTED = 20
+EXPORTED = 30
 #: One of so many exported ops is exported with its gradient.
 GRADIENTS = 16
 #: Ops that take minutes to compile and are left to `make test-all`, unless a test names them.
@@ -132,13 +132,13 @@ def main(arguments: list[str]) -> None:
     every = (*without_native, "native")
     whole = [n for n, reason in native.items() if n in DIFFERENTIATED or reason.endswith(CHANGED)]
     sampled = [n for n in others[::GRADIENTS] if not any(fnmatch(n, pattern) for pattern in SLOW)]
-    for names, formats, methods in (
-        (whole, every, ("forward", "vjp")),
-        ([n for n in native if n not in whole], every, ("forward",)),
-        (sampled, without_native, ("forward", "vjp")),
-        ([n for n in others if n not in sampled], without_native, ("forward",)),
-    ):
-        export_names(names, Path(arguments[0]), formats, methods=methods, jobs=len(os.sched_getaffinity(0)))
+    both, forward = ("forward", "vjp"), ("forward",)
+    # those that take longest first
+    ops = [Wanted(n, every, methods=both) for n in whole]
+    ops += [Wanted(n, every, methods=forward) for n in native if n not in whole]
+    ops += [Wanted(n, without_native, methods=both) for n in sampled]
+    ops += [Wanted(n, without_native, methods=forward) for n in others if n not in sampled]
+    export_all(ops, Path(arguments[0]), jobs=len(os.sched_getaffinity(0)))
 
 
 if __name__ == "__main__":

@@ -10,11 +10,11 @@ import signal
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 from rich.console import Console
@@ -31,9 +31,23 @@ console = Console(emoji=False)
 _PR_SET_PDEATHSIG = 1
 
 
+class Wanted(NamedTuple):
+    """An op to export, and how."""
+
+    name: str
+    formats: tuple[str, ...] = FORMATS
+    isas: tuple[str, ...] = ("x86-64-v3",)
+    methods: tuple[str, ...] = METHODS
+
+
 def export_names(
     names, output: Path, formats=FORMATS, isas=("x86-64-v3",), methods=METHODS, jobs: int = 1
 ) -> None:
+    """`export_all` of ops that are exported in the same way."""
+    export_all([Wanted(name, formats, isas, methods) for name in names], output, jobs)
+
+
+def export_all(ops: Sequence[Wanted], output: Path, jobs: int = 1) -> None:
     """Export ops of the catalog, several at once, with a progress bar. Raises ExportError at the end if some
     failed."""
     _collect_seldom()
@@ -45,14 +59,14 @@ def export_names(
     scratch = tempfile.TemporaryDirectory(prefix="chiasm-export-", ignore_cleanup_errors=True)
     workers = (
         ProcessPoolExecutor(
-            min(jobs, len(names)), mp_context=context, initializer=_worker, initargs=(scratch.name,)
+            min(jobs, len(ops)), mp_context=context, initializer=_worker, initargs=(scratch.name,)
         )
-        if len(names) > 1
+        if len(ops) > 1
         else _Here()
     )
     with scratch, Progress(*columns, console=console) as progress, workers as pool:
-        task = progress.add_task("exporting", total=len(names))
-        pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in names}
+        task = progress.add_task("exporting", total=len(ops))
+        pending = {pool.submit(export_entry, op, output): op.name for op in ops}
         try:
             for done in as_completed(pending):
                 name = pending[done]
@@ -63,7 +77,7 @@ def export_names(
                     )
                 except Exception as error:  # one op's failure, of whatever kind, does not stop the others
                     failures[name] = _failure(name, error)
-                    if len(names) > 1:
+                    if len(ops) > 1:
                         console.print(f"[red]failed[/] {escape(failures[name])}", highlight=False)
                 progress.update(task, advance=1, description=name)
         except KeyboardInterrupt:
@@ -71,12 +85,10 @@ def export_names(
             raise
     if failures:
         # once more: hundreds of lines may have been printed since
-        many = (
-            [f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}"] if len(names) > 1 else []
-        )
+        many = [f"{len(failures)} of {len(ops)} ops failed: {', '.join(failures)}"] if len(ops) > 1 else []
         raise ExportError("\n".join([*many, *failures.values()]))
     click.echo(
-        f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify"
+        f"{len(ops)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify"
         f" {output}/*{SUFFIX}"
     )
 
@@ -133,9 +145,7 @@ def _failure(name: str, error: Exception) -> str:
     return f"{name}: {type(error).__name__}: {one_line(error)}"
 
 
-def export_entry(
-    name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...], methods: tuple[str, ...]
-) -> float:
+def export_entry(op: Wanted, output: Path) -> float:
     """Export one op of the catalog; returns the seconds it took."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -143,6 +153,6 @@ def export_entry(
         from .pipeline import export as export_op
 
         started = time.monotonic()
-        entry = catalog()[name]
-        export_op(entry.function(), entry.spec, output, formats, isas, methods)
+        entry = catalog()[op.name]
+        export_op(entry.function(), entry.spec, output, op.formats, op.isas, op.methods)
         return time.monotonic() - started
