@@ -24,6 +24,7 @@ import chiasm.runtime
 from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image, samples
 from chiasm.export.catalog import catalog
 from chiasm.export.comparison import onnx_session
+from chiasm.export.formats.native_cache import key
 from chiasm.export.job import with_cotangents
 from chiasm.export.manifest import BundleError, read_manifest, schema
 from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
@@ -146,7 +147,7 @@ print(export(scaled_difference, SPEC, sys.argv[1]))
 
 
 def test_a_compilation_is_found_again_whatever_the_process_did_before() -> None:
-    def key() -> str:
+    def key_of_trace() -> str:
         op = bind_spec(scaled_difference, SPEC)
         inputs = samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32")
         outputs = output_specs(trace(op, SPEC, list(SPEC.inputs), inputs, "onnx"), SPEC, "float32")
@@ -155,7 +156,7 @@ def test_a_compilation_is_found_again_whatever_the_process_did_before() -> None:
         program = trace_vjp(vjp_module(op, SPEC, outputs), SPEC, tensors, example)
         return key(program, SPEC, "x86-64-v3", "chiasm 1", True)
 
-    assert key() == key()
+    assert key_of_trace() == key_of_trace()
 
 
 @pytest.mark.parametrize("backend", ["native", "torch", "onnx"])

@@ -1,6 +1,7 @@
 """Fixtures that tests of the runtime share: see scale_bundle.py.
 
-Of files of tests of what has not changed since the base every third is run; `make test-all` runs all.
+If a file of tests and what it tests have not changed since the base, only every sixth such file runs; `make
+test-all` runs all.
 """
 
 from pathlib import Path
