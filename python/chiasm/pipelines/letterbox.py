@@ -8,8 +8,8 @@ from torch import Tensor
 
 from ..primitives.core.checks import (
     check_choice,
+    check_integer,
     check_last,
-    check_number,
     check_pair,
     check_rank,
     check_tensor,
@@ -183,8 +183,7 @@ def _check_frame(frame: Tensor, size: Tuple[int, int], value: int) -> None:
     check_pair(size, "size")
     if size[0] < 1 or size[1] < 1:
         raise ValueError(f"size: expected positive numbers, got ({size[0]}, {size[1]})")
-    if not torch.jit.is_scripting():
-        check_number(value, "value")
+    check_integer(value, "value")
     if not (value >= 0 and value <= 255 and value % 1 == 0):
         raise ValueError(f"value: expected a whole number from 0 to 255, got {value}")
 

@@ -21,6 +21,12 @@ def check_number(value: float, name: str) -> None:
         _check_number(value, name)
 
 
+def check_integer(value: int, name: str) -> None:
+    """The same for a whole number, which TorchScript does not take for a ``float``."""
+    if not torch.jit.is_scripting():
+        _check_number(value, name)
+
+
 def check_pair(value: Tuple[int, int], name: str) -> None:
     """Raise unless ``value`` has two numbers. TorchScript knows its length."""
     if not torch.jit.is_scripting():
