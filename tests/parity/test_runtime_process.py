@@ -110,24 +110,27 @@ def test_torch_can_be_imported_after_its_backend(tmp_path: Path) -> None:
     assert run_python(code) == "12.0 12.0 6.0"
 
 
-def test_without_memory_for_libtorch_the_others_are_listed(tmp_path: Path) -> None:
+def test_without_memory_for_libtorch_the_others_are_listed_and_it_is_tried_again(tmp_path: Path) -> None:
     code = """
 import resource, sys
 import chiasm.runtime
 pages = int(open("/proc/self/statm").read().split()[0])
 most = pages * resource.getpagesize() + (200 << 20)
-resource.setrlimit(resource.RLIMIT_AS, (most, most))
+before = resource.getrlimit(resource.RLIMIT_AS)
+resource.setrlimit(resource.RLIMIT_AS, (most, before[1]))
 print({backend.name: backend.available for backend in chiasm.runtime.backends()})
 try:
     chiasm.runtime.open(sys.argv[1]).method(backend="torch")
 except chiasm.runtime.ChiasmError as error:
     print(error.code.name)
+resource.setrlimit(resource.RLIMIT_AS, before)
+print(chiasm.runtime.open(sys.argv[1]).method(backend="torch").backend)
 """
     done = subprocess.run(
         [sys.executable, "-c", code, str(write_scale(tmp_path))], capture_output=True, text=True, check=True
     )
     assert "'native': True" in done.stdout and "'torch': False" in done.stdout, done.stdout
-    assert done.stdout.splitlines()[1:] == ["UNAVAILABLE"]
+    assert done.stdout.splitlines()[1:] == ["OUT_OF_MEMORY", "torch"]
 
 
 def test_thread_policy_comes_first(tmp_path: Path) -> None:
