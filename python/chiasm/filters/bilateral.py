@@ -5,7 +5,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_number, check_pixels, odd_pair
+from ..primitives.core.checks import check_choice, check_pixels, check_positive, odd_pair
 from ..primitives.filters.bilateral import bilateral_bytes, bilateral_mean
 from .gaussian import gaussian_kernels
 
@@ -130,9 +130,7 @@ def _weighted_mean(
     if isinstance(sigma_color, Tensor):
         color = sigma_color.to(like.dtype).reshape(-1, 1, 1, 1)
     else:
-        check_number(sigma_color, "sigma_color")
-        if not sigma_color > 0.0:
-            raise ValueError(f"sigma_color: expected a positive number, got {sigma_color}")
+        check_positive(sigma_color, "sigma_color")
         color = torch.full([1, 1, 1, 1], sigma_color, dtype=like.dtype, device=input.device)
     falloff = -0.5 / (color * color)
     squares = color_distance_type == "l2"

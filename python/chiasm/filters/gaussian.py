@@ -6,7 +6,7 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_number, check_pixels, check_sigmas, odd_pair
+from ..primitives.core.checks import check_pixels, check_positive, check_sigmas, odd_pair
 from ..primitives.core.materialise import materialised
 from ..primitives.filters.correlation import correlated2d
 from ..primitives.filters.fixed_point import fixed_taps, separable_bytes
@@ -49,9 +49,7 @@ def get_gaussian_kernel1d(
     if isinstance(sigma, Tensor):
         s = sigma.reshape(-1, 1)
     else:
-        check_number(sigma, "sigma")
-        if not sigma > 0.0:
-            raise ValueError(f"sigma: expected a positive number, got {sigma}")
+        check_positive(sigma, "sigma")
         s = torch.full([1, 1], sigma, dtype=dtype)
     x = torch.arange(kernel_size, device=s.device).to(s.dtype) - (kernel_size - 1) * 0.5
     weight = torch.exp(-(x * x) / (2.0 * s * s))

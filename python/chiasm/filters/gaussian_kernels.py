@@ -9,6 +9,7 @@ from ..primitives.core.checks import (
     check_broadcastable,
     check_floating,
     check_number,
+    check_positive,
     check_sigmas,
     check_triple,
 )
@@ -255,9 +256,7 @@ def get_gaussian_kernel3d(
 def _deviation(sigma: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
     """``as_column`` for a number that must be positive."""
     if not isinstance(sigma, Tensor):
-        check_number(sigma, "sigma")
-        if not sigma > 0.0:
-            raise ValueError(f"sigma: expected a positive number, got {sigma}")
+        check_positive(sigma, "sigma")
     return as_column(sigma, dtype, "sigma")
 
 

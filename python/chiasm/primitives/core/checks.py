@@ -21,6 +21,13 @@ def check_number(value: float, name: str) -> None:
         _check_number(value, name)
 
 
+def check_positive(value: float, name: str) -> None:
+    """Raise unless ``value`` is a number above 0, which NaN is not."""
+    check_number(value, name)
+    if not value > 0.0:
+        raise ValueError(f"{name}: expected a positive number, got {value}")
+
+
 def check_integer(value: int, name: str) -> None:
     """The same for a whole number, which TorchScript does not take for a ``float``."""
     if not torch.jit.is_scripting():
