@@ -79,10 +79,10 @@ def leave_out(
     asked_for = any("::" in argument for argument in config.args) or config.option.keyword
     if os.environ.get("CHIASM_ALL_TESTS") or asked_for:
         return
-    left_out = [item for item in items if folder in item.path.parents and not runs(item)]
+    left_out = {item for item in items if folder in item.path.parents and not runs(item)}
     if left_out:
-        items[:] = [item for item in items if item not in set(left_out)]
-        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
+        config.hook.pytest_deselected(items=list(left_out))
 
 
 if __name__ == "__main__":

@@ -90,15 +90,24 @@ def check_rank(value: Tensor, rank: int, layout: str, name: str) -> None:
 
 
 def check_image(value: Tensor, name: str) -> None:
-    """Raise unless ``value`` is a floating-point (B, C, H, W) tensor."""
+    """Raise unless ``value`` is a floating-point (B, C, H, W) tensor with values; B may be 0."""
     check_rank(value, 4, "(B, C, H, W)", name)
     check_floating(value, name)
+    check_not_empty(value, 3, name)
+
+
+def check_not_empty(value: Tensor, dims: int, name: str) -> None:
+    """Raise ValueError if one of the last ``dims`` dimensions has size 0."""
+    for i in range(value.dim() - dims, value.dim()):
+        if value.size(i) == 0:
+            raise ValueError(f"{name}: expected sizes of at least 1, got {list(value.shape)}")
 
 
 def check_pixels(value: Tensor, name: str, deep: bool = False) -> None:
     """Raise unless ``value`` is a (B, C, H, W) tensor, floating point or uint8; ``deep`` also allows 16
-    bits."""
+    bits. B may be 0, no other size."""
     check_rank(value, 4, "(B, C, H, W)", name)
+    check_not_empty(value, 3, name)
     if not deep:
         check_values(value, name)
         return
