@@ -1,7 +1,8 @@
 # onnxscript's values have the operators of numbers, which its types do not say.
 # pyright: reportArgumentType=false, reportReturnType=false, reportCallIssue=false
 # pyright: reportAttributeAccessIssue=false
-"""Shifts of bytes in ONNX: torch.onnx makes int8 of them."""
+"""Shifts of whole numbers in ONNX, as in PyTorch: torch.onnx makes int8 of bytes, BitShift of 16 bits, which no
+engine has, and shifts by as many bits as a number has, or more, which ONNX does not define."""
 
 from __future__ import annotations
 
@@ -10,34 +11,52 @@ from typing import Any
 
 import onnx_ir
 import torch
+from onnx_ir import DataType
 from onnxscript import opset18 as op
-from onnxscript.function_libs.torch_lib.ops import core
 
 aten = torch.ops.aten
 
 
-def _translation(direction: str, other_types: Callable, numbers: Callable) -> Callable:
+def _translation(direction: str) -> Callable:
     """aten::bitwise_right_shift or aten::bitwise_left_shift, by a tensor or by a number."""
 
     def shift(self: Any, other: Any) -> Any:
         by_tensor = isinstance(other, onnx_ir.Value)
-        if self.dtype != onnx_ir.DataType.UINT8 or (by_tensor and other.dtype != onnx_ir.DataType.UINT8):
-            return other_types(self, other) if by_tensor else numbers(self, other)
-        zero = op.CastLike(op.Constant(value_int=0), self)
-        if not by_tensor:
-            # a byte has 8 bits: no shift is longer
-            if not 0 <= other < 8:
-                return op.Mul(self, zero)
-            return op.BitShift(self, op.CastLike(op.Constant(value_int=other), self), direction=direction)
-        last = op.CastLike(op.Constant(value_int=7), self)
-        longer = op.Greater(other, last)
-        return op.Where(longer, zero, op.BitShift(self, op.Where(longer, last, other), direction=direction))
+        own = self.dtype if self.dtype is not None or not by_tensor else other.dtype
+        # BitShift has uint32 and uint64 in every engine
+        signed, unsigned = (
+            (DataType.INT64, DataType.UINT64) if own.bitwidth == 64 else (DataType.INT32, DataType.UINT32)
+        )
+        zero = op.Constant(value=onnx_ir.tensor(0, dtype=signed))
+        bits = op.Constant(value=onnx_ir.tensor(own.bitwidth, dtype=signed))
+        if by_tensor:
+            distance = op.Cast(other, to=signed)
+            inside = op.And(op.Less(distance, bits), op.Not(op.Less(distance, zero)))
+            distance = op.Where(inside, distance, zero)
+        else:
+            inside = op.Constant(value=onnx_ir.tensor(0 <= other < own.bitwidth))
+            distance = op.Constant(
+                value=onnx_ir.tensor(other if 0 <= other < own.bitwidth else 0, dtype=signed)
+            )
+        value = op.Cast(self, to=signed)
+        # To the right, a negative number x is shifted as the complement of ~x, which has a sign bit of 0.
+        complement = direction == "RIGHT" and own.is_signed()
+        negative = op.Less(value, zero)
+        if complement:
+            value = op.Where(negative, op.BitwiseNot(value), value)
+        shifted = op.BitShift(
+            op.Cast(value, to=unsigned), op.Cast(distance, to=unsigned), direction=direction
+        )
+        result = op.Where(inside, op.Cast(shifted, to=signed), zero)
+        if complement:
+            result = op.Where(negative, op.BitwiseNot(result), result)
+        return op.Cast(result, to=own)
 
     return shift
 
 
-_right = _translation("RIGHT", core.aten_bitwise_right_shift, core.aten_bitwise_right_shift_tensor_scalar)
-_left = _translation("LEFT", core.aten_bitwise_left_shift, core.aten_bitwise_left_shift_tensor_scalar)
+_right = _translation("RIGHT")
+_left = _translation("LEFT")
 
 #: For torch.onnx.export: how operators are translated.
 SHIFTS: dict[Callable, Callable] = {
