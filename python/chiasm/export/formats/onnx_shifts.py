@@ -1,8 +1,8 @@
 # onnxscript's values have the operators of numbers, which its types do not say.
 # pyright: reportArgumentType=false, reportReturnType=false, reportCallIssue=false
 # pyright: reportAttributeAccessIssue=false
-"""Shifts of whole numbers in ONNX, as in PyTorch: torch.onnx makes int8 of bytes, BitShift of 16 bits, which no
-engine has, and shifts by as many bits as a number has, or more, which ONNX does not define."""
+"""Shifts of whole numbers in ONNX, as in PyTorch: torch.onnx makes int8 of bytes, a BitShift of 16 bits, which
+no engine has, and shifts by as many bits as a number has, or more, which ONNX does not define."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _translation(direction: str) -> Callable:
 
     def shift(self: Any, other: Any) -> Any:
         by_tensor = isinstance(other, onnx_ir.Value)
-        own = self.dtype if self.dtype is not None or not by_tensor else other.dtype
+        own: Any = self.dtype if self.dtype is not None or not by_tensor else other.dtype
         # BitShift has uint32 and uint64 in every engine
         signed, unsigned = (
             (DataType.INT64, DataType.UINT64) if own.bitwidth == 64 else (DataType.INT32, DataType.UINT32)
