@@ -1,7 +1,7 @@
 # onnxscript's values have the operators of numbers, which its types do not say.
 # pyright: reportArgumentType=false, reportReturnType=false, reportCallIssue=false
 # pyright: reportAttributeAccessIssue=false
-"""Shifts of whole numbers in ONNX, as in PyTorch: torch.onnx makes int8 of bytes, a BitShift of 16 bits, which
+"""Shifts of whole numbers in ONNX, as in PyTorch: torch.onnx makes int8 of bytes, a BitShift of 16 bits that
 no engine has, and shifts by as many bits as a number has, or more, which ONNX does not define."""
 
 from __future__ import annotations
