@@ -9,6 +9,7 @@ import torch
 from PIL import Image, ImageOps
 from torch import Tensor
 
+from chiasm import enhance, filters
 from chiasm.color import bgr_to_grayscale, rgb_to_grayscale, rgb_to_hsv
 from chiasm.enhance import (
     adjust_brightness,
@@ -292,6 +293,18 @@ def test_what_pillow_does_to_bytes() -> None:
             np.testing.assert_array_equal(
                 as_frame(solarize(x, float(limit))), np.asarray(ImageOps.solarize(pillow, limit))
             )
+
+
+def test_no_images_give_no_images() -> None:
+    nothing = torch.zeros(0, 3, 4, 5, dtype=torch.uint8)
+    for made in (
+        enhance.invert(nothing),
+        enhance.equalize(nothing),
+        filters.bilateral_blur(nothing, 3, 9.0, (1.0, 1.0)),
+        enhance.autocontrast(nothing),
+    ):
+        assert made.shape == nothing.shape and made.dtype == torch.uint8
+    assert filters.in_range(nothing, [0.0] * 3, [9.0] * 3).shape == nothing.shape
 
 
 def test_curves_are_their_formulas_rounded_to_even() -> None:

@@ -186,6 +186,8 @@ def test_rectangle_colours_of_every_shape() -> None:
     )
     # Empty
     assert torch.equal(image.draw_rectangle(x, torch.tensor([[[9, 9, 3, 3]]]).expand(2, 1, 4), full), x)
+    unchanged = image.draw_rectangle(x, torch.zeros(2, 0, 4))
+    assert torch.equal(unchanged, x) and unchanged.data_ptr() != x.data_ptr()
 
 
 def ellipse(count: int, seed: int) -> np.ndarray:

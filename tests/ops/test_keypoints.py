@@ -132,9 +132,12 @@ def test_half_precision_is_computed_in_float32() -> None:
     torch.testing.assert_close(points, ops.decode_heatmaps(maps.float(), "dark")[0].half())
 
 
-def test_an_empty_batch() -> None:
+def test_an_empty_batch_and_no_keypoints() -> None:
     points, scores = ops.decode_heatmaps(torch.zeros(0, 3, 8, 8), "quarter")
     assert points.shape == (0, 3, 2) and scores.shape == (0, 3)
+    for refinement in ("none", "quarter", "dark"):
+        points, scores = ops.decode_heatmaps(torch.zeros(2, 0, 8, 8), refinement)
+        assert points.shape == (2, 0, 2) and scores.shape == (2, 0)
     points, scores = ops.decode_simcc(torch.zeros(2, 0, 8), torch.zeros(2, 0, 4))
     assert points.shape == (2, 0, 2) and scores.shape == (2, 0)
 

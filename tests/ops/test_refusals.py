@@ -69,8 +69,27 @@ def test_small_images_work_or_are_refused_in_words(entry: Entry, size: tuple[int
         inputs = samples.make(spec, sizes, spec.variants()[0])
     except (ValueError, RuntimeError, IndexError):
         pytest.skip("the spec's sampler wants more pixels")
-    message = re.compile(rf"({'|'.join(argument_names(entry))}|size): expected .*got .*", re.DOTALL)
+    assert_works_or_is_refused_in_words(entry, inputs)
+
+
+@pytest.mark.parametrize(
+    ("entry", "symbol"),
+    [(e, symbol) for e in ENTRIES.values() for symbol in samples.fit(e.spec, SIZES)],
+    ids=lambda p: p if isinstance(p, str) else p.spec.name,
+)
+def test_empty_tensors_work_or_are_refused_in_words(entry: Entry, symbol: str) -> None:
+    spec = entry.spec
+    inputs = samples.make(spec, samples.fit(spec, SIZES), spec.variants()[0])
+    for tensor in spec.inputs:
+        for dim, size in enumerate(tensor.shape):
+            if size == symbol and not tensor.sizes:  # the shape of such a tensor is a value
+                inputs[tensor.name] = inputs[tensor.name].narrow(dim, 0, 0)
+    assert_works_or_is_refused_in_words(entry, inputs)
+
+
+def assert_works_or_is_refused_in_words(entry: Entry, inputs: dict[str, Tensor]) -> None:
+    message = re.compile(rf"({'|'.join(argument_names(entry))}): expected .*got .*", re.DOTALL)
     try:
-        bind_spec(entry.function(), spec)(**inputs)
+        bind_spec(entry.function(), entry.spec)(**inputs)
     except ValueError as error:
         assert message.fullmatch(str(error))

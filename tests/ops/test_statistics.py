@@ -82,7 +82,7 @@ def test_nan_is_passed_over() -> None:
 
 def test_images_without_pixels() -> None:
     for op in (mean_std_dev, min_max_loc):
-        with pytest.raises(ValueError, match=r"image: expected at least one pixel, got \[1, 3, 0, 4\]"):
+        with pytest.raises(ValueError, match=r"image: expected sizes of at least 1, got \[1, 3, 0, 4\]"):
             op(torch.zeros(1, 3, 0, 4))
         with pytest.raises(TypeError, match="image"):
             op(torch.zeros(1, 3, 2, 2, dtype=torch.int64))

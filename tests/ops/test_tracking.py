@@ -177,6 +177,17 @@ def test_what_is_no_detection() -> None:
     assert not state[2].any() and state[0].dtype == torch.float32
 
 
+def test_without_slots_nothing_is_tracked() -> None:
+    scores, found = torch.rand(2, 3), torch.ones(2, 3).bool()
+    for state in (
+        sort_track(*start(0, 2), torch.rand(2, 3, 4), found),
+        byte_track(*start(0, 2), torch.rand(2, 3, 4), scores, found),
+    ):
+        assert [x.numel() for x in state] == [0, 0, 0, 2, 0, 0, 0]
+        assert state[1].shape == (2, 0, 7, 7) and state[4].shape == (2, 0, 4)
+        assert state[3].eq(0).all()
+
+
 def test_the_how_to_follows_objects() -> None:
     """Section 4 of docs/howto/detector.md, with a detector that finds two boxes, which move apart."""
     page = (Path(__file__).parents[2] / "docs" / "howto" / "detector.md").read_text()

@@ -76,6 +76,35 @@ def test_sizes_are_two(name: str, call: Callable) -> None:
     call([3, 3])
 
 
+VOLUME = torch.rand(1, 1, 4, 5, 6)
+EYE_3D = torch.eye(4)[None]
+CUBE = torch.rand(1, 8, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("size", lambda n: pipelines.letterbox(FRAME, n[:2])),
+        ("size", lambda n: pipelines.center_crop(FRAME, n[:2])),
+        ("size", lambda n: pipelines.crop_boxes(FRAME[0], torch.zeros(1, 4), n[:2])),
+        ("size", lambda n: transform.resize(X, n[:2])),
+        ("dsize", lambda n: transform.warp_perspective(X, EYE, n[:2])),
+        ("dsize", lambda n: transform.warp_affine3d(VOLUME, EYE_3D[:, :3], n)),
+        ("dsize", lambda n: transform.warp_perspective3d(VOLUME, EYE_3D, n)),
+        ("dsize", lambda n: transform.homography_warp3d(VOLUME, EYE_3D, n)),
+        ("out_size", lambda n: transform.crop_by_transform_mat3d(VOLUME, EYE_3D, n)),
+        ("size", lambda n: transform.center_crop3d(VOLUME, n)),
+        ("size", lambda n: transform.crop_and_resize3d(VOLUME, CUBE, n)),
+        ("size", lambda n: transform.crop_by_boxes3d(VOLUME, CUBE, CUBE, size=n)),
+        ("kernel_size", lambda n: filters.box_blur(X, n[:2])),
+        ("kernel_size", lambda n: filters.median_blur(X, n[:2])),
+    ],
+)
+def test_sizes_are_whole(name: str, call: Callable) -> None:
+    with pytest.raises(TypeError, match=rf"^{name}: expected whole numbers, got \(3\.0, 3"):
+        call((3.0, 3, 3))
+
+
 NAN = float("nan")
 ONES = (1.0, 1.0, 1.0)
 FRAME = torch.zeros(1, 8, 8, 3, dtype=torch.uint8)

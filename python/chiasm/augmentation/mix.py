@@ -9,9 +9,10 @@ import torch
 from torch import Tensor
 
 from ..enhance.arithmetic import add_weighted
-from ..primitives.core.checks import check_pixels, check_rank, check_tensor, check_values
+from ..primitives.core.checks import check_pixels, check_tensor
 from ..primitives.random.draws import ranks, uniform
 from ..primitives.random.philox import key_of, philox4x32
+from ..primitives.resampling.volumes import check_voxels
 from .decisions import between, check_bounds, check_chance, drawn
 from .distributions import beta as beta_numbers
 
@@ -250,8 +251,7 @@ def random_transplantation3d(
         >>> random_transplantation3d(x, mask, torch.tensor([7]), [0], 1.0)[1]
         tensor([[[[0, 3]]]])
     """
-    check_rank(input, 5, "(B, C, D, H, W)", "input")
-    check_values(input, "input")
+    check_voxels(input, "input")
     return _transplanted(input, mask, seed, excluded_labels, p)
 
 

@@ -8,7 +8,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_tensor
+from ..primitives.core.checks import check_choice, check_not_empty, check_tensor
 from ..primitives.images.color_planes import check_channels
 from ..primitives.images.subsampled import packed_to_rgb, rgb_to_subsampled, subsampled_to_rgb
 
@@ -202,6 +202,7 @@ def _check_part(part: Tensor, channels: int, name: str) -> None:
     if part.dim() != 4:
         raise ValueError(f"{name}: expected shape (B, {channels}, H, W), got {list(part.shape)}")
     check_channels(part, channels, name)
+    check_not_empty(part, 2, name)
 
 
 def _check_batch(part: Tensor, y: Tensor, name: str) -> None:

@@ -5,7 +5,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_rgb, check_values
+from ..primitives.core.checks import check_not_empty, check_rgb, check_values
 from ..primitives.images.color_planes import channels_of, mix_bytes, mix_channels
 from ..primitives.numbers.reductions import greatest
 
@@ -38,6 +38,7 @@ def sepia(input: Tensor, rescale: bool = True, eps: float = 1e-6) -> Tensor:
     """
     check_rgb(input, "input")
     check_values(input, "input")
+    check_not_empty(input, 2, "input")
     if input.dtype == torch.uint8:
         return _sepia_of_bytes(input, rescale)
     toned = mix_channels(input, [0.393, 0.769, 0.189, 0.349, 0.686, 0.168, 0.272, 0.534, 0.131], 0.0, "input")

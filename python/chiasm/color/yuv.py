@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_rgb, check_values
+from ..primitives.core.checks import check_not_empty, check_rgb, check_values
 from ..primitives.images.color_planes import check_channels, luma_chroma, mix_bytes, mix_channels
 from ..primitives.resampling.decimation import every_second
 from ..primitives.resampling.taps import nearest_index
@@ -248,6 +248,8 @@ def _check_pair(imagey: Tensor, imageuv: Tensor) -> None:
     check_values(imagey, "imagey")
     check_channels(imageuv, 2, "imageuv")
     check_values(imageuv, "imageuv")
+    check_not_empty(imagey, 2, "imagey")
+    check_not_empty(imageuv, 2, "imageuv")
     if (imagey.dtype == torch.uint8) != (imageuv.dtype == torch.uint8):
         raise TypeError(
             f"imageuv: expected uint8 with an imagey of uint8 and no other, got {imageuv.dtype} and"

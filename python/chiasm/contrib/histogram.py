@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank, check_tensor
+from ..primitives.core.checks import check_floating, check_not_empty, check_rank, check_tensor
 from ..primitives.images.histograms import bincount, lut, quantize_u8, running_sum
 from ..primitives.numbers.search import interpolate
 
@@ -69,6 +69,8 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
         raise ValueError(
             f"source: expected shapes (*, H, W), got {list(source.shape)} and {list(template.shape)}"
         )
+    check_not_empty(source, 2, "source")
+    check_not_empty(template, 2, "template")
     if per_plane:
         if source.shape[:-2] != template.shape[:-2]:
             raise ValueError(

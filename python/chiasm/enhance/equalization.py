@@ -6,9 +6,10 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import in_batch, like_given
-from ..primitives.core.checks import check_floating, check_pixels, check_rank
+from ..primitives.core.checks import check_pixels
 from ..primitives.images.histograms import bincount, level_rows, lut, running_sum, whole_quotient
 from ..primitives.images.tables import table_entries
+from ..primitives.resampling.volumes import check_volume
 
 
 def equalize(input: Tensor) -> Tensor:
@@ -57,8 +58,7 @@ def equalize3d(input: Tensor) -> Tensor:
         >>> equalize3d(torch.ones(1, 1, 2, 3, 4)).shape
         torch.Size([1, 1, 2, 3, 4])
     """
-    check_rank(input, 5, "(B, C, D, H, W)", "input")
-    check_floating(input, "input")
+    check_volume(input, "input")
     return _equalized(input)
 
 

@@ -5,7 +5,7 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_number, check_values
+from ..primitives.core.checks import check_floating, check_not_empty, check_number, check_values
 from ..primitives.core.layout import in_planes
 from ..primitives.numbers.reductions import greatest, least
 
@@ -89,6 +89,7 @@ def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0,
     check_floating(input, "input")
     if input.dim() < 2:
         raise ValueError(f"input: expected shape (*, H, W), got {list(input.shape)}")
+    check_not_empty(input, 2, "input")
     low, high = least(input, [-2, -1]), greatest(input, [-2, -1])
     return (input - low) * ((max_val - min_val) / (high - low + eps)) + min_val
 

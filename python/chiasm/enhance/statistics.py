@@ -31,7 +31,7 @@ def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
         >>> mean_std_dev(torch.tensor([1.0, 3.0, 1.0, 3.0]).reshape(1, 1, 2, 2))
         (tensor([[2.]]), tensor([[1.]]))
     """
-    _check_some_pixels(image)
+    check_pixels(image, "image")
     if image.dtype != torch.uint8:
         values = image.to(torch.float64)
         mean = values.mean([2, 3], keepdim=True)
@@ -70,7 +70,7 @@ def min_max_loc(image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
         >>> min_max_loc(torch.tensor([5.0, 7.0, 2.0, 2.0]).reshape(1, 1, 2, 2))
         (tensor([[2.]]), tensor([[7.]]), tensor([[[0, 1]]]), tensor([[[1, 0]]]))
     """
-    _check_some_pixels(image)
+    check_pixels(image, "image")
     values = in_planes(image).flatten(2)
     low, high = values, values
     if image.dtype != torch.uint8:
@@ -98,9 +98,3 @@ def _first(values: Tensor, wanted: Tensor) -> Tensor:
 def _place(index: Tensor, width: int) -> Tensor:
     y = torch.div(index, width, rounding_mode="floor")
     return torch.cat([index - y * width, y], 2)
-
-
-def _check_some_pixels(image: Tensor) -> None:
-    check_pixels(image, "image")
-    if image.size(2) < 1 or image.size(3) < 1:
-        raise ValueError(f"image: expected at least one pixel, got {list(image.shape)}")

@@ -16,7 +16,16 @@ from torch import Tensor
 from ..primitives.features.matching import two_smallest
 from ..primitives.numbers.ranking import stable_topk
 from .laf import check_laf, determinants
-from .pairing import batched, dissimilarities, distances_to, is_mutual, ratios_to, result_rows
+from .pairing import (
+    batched,
+    dissimilarities,
+    distances_to,
+    is_mutual,
+    no_matches,
+    one_is_empty,
+    ratios_to,
+    result_rows,
+)
 
 
 def match_adalam(
@@ -57,7 +66,7 @@ def match_adalam(
     are matches.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``; N1 at least 1. If the second set has only one
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``. If the second set has only one
             descriptor, all confidences are 0.
         lafs1, lafs2: (B, N1, 2, 3) and (B, N2, 2, 3), floating point, the oriented frames of the descriptors
             in pixels (B = 1 if descriptors have no batch).
@@ -107,6 +116,8 @@ def match_adalam(
     _check_factors(orientation_difference_threshold, scale_rate_threshold, detected_scale_rate_threshold)
     first, second, given = batched(desc1, desc2, dm)
     far = dissimilarities(first, second, given, mask1, mask2)
+    if one_is_empty(far):
+        return no_matches(far, desc1)
     least = two_smallest(far, True)
     index = least[..., 0]
     putative, both = index >= 0, is_mutual(far, index)

@@ -18,7 +18,17 @@ from torch import Tensor
 from ..primitives.core.checks import check_tensor
 from ..primitives.features.matching import two_smallest
 from .laf import check_laf, get_laf_center
-from .pairing import batched, dissimilarities, distances_to, is_mutual, points_back, ratios_to, result_rows
+from .pairing import (
+    batched,
+    dissimilarities,
+    distances_to,
+    is_mutual,
+    no_matches,
+    one_is_empty,
+    points_back,
+    ratios_to,
+    result_rows,
+)
 
 
 def only_matches(distances: Tensor, indices: Tensor, valid: Tensor) -> Tuple[Tensor, Tensor]:
@@ -57,7 +67,7 @@ def match_nn(
 
     Args:
         desc1: ([B,] N1, D), floating point.
-        desc2: ([B,] N2, D), N2 at least 1.
+        desc2: ([B,] N2, D). If either set has no descriptor, there are no matches.
         dm: ([B,] N1, N2), distances to use instead of those of the descriptors.
         mask1, mask2: ([B,] N1) and ([B,] N2), bool, masks of the descriptors to use; None means all.
 
@@ -78,7 +88,10 @@ def match_nn(
                 [1, 0]]), tensor([True, True]))
     """
     first, second, given = batched(desc1, desc2, dm)
-    index = two_smallest(dissimilarities(first, second, given, mask1, mask2), True)[..., 0]
+    far = dissimilarities(first, second, given, mask1, mask2)
+    if one_is_empty(far):
+        return no_matches(far, desc1)
+    index = two_smallest(far, True)[..., 0]
     return result_rows(distances_to(first, second, given, index), index, index >= 0, desc1)
 
 
@@ -92,7 +105,7 @@ def match_mnn(
     """Mutual nearest neighbours: pairs whose descriptors are each nearest to the other one.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``; N1 at least 1.
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``.
 
     Returns:
         distances ([B,] N1, 1); indices ([B,] N1, 2), int64; valid ([B,] N1), bool.
@@ -110,6 +123,8 @@ def match_mnn(
     """
     first, second, given = batched(desc1, desc2, dm)
     far = dissimilarities(first, second, given, mask1, mask2)
+    if one_is_empty(far):
+        return no_matches(far, desc1)
     index = two_smallest(far, True)[..., 0]
     return result_rows(distances_to(first, second, given, index), index, is_mutual(far, index), desc1)
 
@@ -146,7 +161,10 @@ def match_snn(
         (tensor([[0.2500]]), tensor([[0, 1]]))
     """
     first, second, given = batched(desc1, desc2, dm)
-    least = two_smallest(dissimilarities(first, second, given, mask1, mask2), True)
+    far = dissimilarities(first, second, given, mask1, mask2)
+    if one_is_empty(far):
+        return no_matches(far, desc1)
+    least = two_smallest(far, True)
     ratio, tested = ratios_to(first, second, given, least[..., 0], least[..., 1])
     return result_rows(ratio, least[..., 0], tested & (ratio <= th), desc1)
 
@@ -183,6 +201,8 @@ def match_smnn(
     """
     first, second, given = batched(desc1, desc2, dm)
     far = dissimilarities(first, second, given, mask1, mask2)
+    if one_is_empty(far):
+        return no_matches(far, desc1)
     there, back = two_smallest(far, True), two_smallest(far, False)
     index = there[..., 0]
     ratio, tested = ratios_to(first, second, given, index, there[..., 1])
@@ -278,6 +298,8 @@ def match_fginn(
             f"lafs2: expected a frame for each of {second.size(1)} descriptors, got {list(lafs2.shape)}"
         )
     far = dissimilarities(first, second, given, mask1, mask2)
+    if one_is_empty(far):
+        return no_matches(far, desc1)
     index = two_smallest(far, True)[..., 0]
     centre = get_laf_center(lafs2).detach()
     nearest = centre.gather(1, index.clamp(min=0)[..., None].expand(-1, -1, 2))

@@ -18,15 +18,9 @@ def batched(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor]) -> Tuple[Tensor,
     check_floating(desc2, "desc2")
     if desc1.dim() != 2 and desc1.dim() != 3:
         raise ValueError(f"desc1: expected shape (N1, D) or (B, N1, D), got {list(desc1.shape)}")
-    if (
-        desc2.dim() != desc1.dim()
-        or desc2.size(-1) != desc1.size(-1)
-        or desc2.size(0) < 1
-        or desc2.size(-2) < 1
-    ):
+    if desc2.dim() != desc1.dim() or desc2.size(-1) != desc1.size(-1):
         raise ValueError(
-            f"desc2: expected some descriptors like those of desc1 {list(desc1.shape)}, got"
-            f" {list(desc2.shape)}"
+            f"desc2: expected descriptors like those of desc1 {list(desc1.shape)}, got {list(desc2.shape)}"
         )
     if desc1.dim() == 3 and desc2.size(0) != desc1.size(0):
         raise ValueError(f"desc2: expected desc1's batch of {desc1.size(0)}, got {list(desc2.shape)}")
@@ -103,6 +97,17 @@ def points_back(back: Tensor, index: Tensor) -> Tensor:
     return (index >= 0) & (
         back.gather(-1, index.clamp(min=0)) == torch.arange(index.size(-1), device=index.device)
     )
+
+
+def one_is_empty(far: Tensor) -> bool:
+    """Whether one of the sets whose dissimilarities are ``far`` (B, N1, N2) has no descriptor."""
+    return far.size(1) == 0 or far.size(2) == 0
+
+
+def no_matches(far: Tensor, desc1: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    """The results where no descriptor has a match."""
+    nothing = torch.full([far.size(0), far.size(1)], -1, dtype=torch.int64, device=desc1.device)
+    return result_rows(nothing.to(desc1.dtype), nothing, nothing >= 0, desc1)
 
 
 def result_rows(

@@ -5,7 +5,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_pixels, check_rank
+from ..primitives.core.checks import check_choice, check_floating, check_pixels
 from ..primitives.core.materialise import materialised
 from ..primitives.filters.correlation import (
     centred,
@@ -16,6 +16,7 @@ from ..primitives.filters.correlation import (
 )
 from ..primitives.filters.fixed_point import bytes_of_sums, correlated_bytes, whole_taps
 from ..primitives.filters.padding import check_border, check_inside
+from ..primitives.resampling.volumes import check_volume
 
 
 def filter2d(
@@ -154,8 +155,7 @@ def filter3d(
         >>> filter3d(torch.ones(1, 1, 3, 3, 3), torch.ones(3, 3, 3), normalized=True)[0, 0, 1, 1]
         tensor([1.0000, 1.0000, 1.0000])
     """
-    check_rank(input, 5, "(B, C, D, H, W)", "input")
-    check_floating(input, "input")
+    check_volume(input, "input")
     check_border(border_type)
     check_choice(behaviour, ["corr", "conv"], "behaviour")
     k = _ready(kernel, input, 3, "(kD, kH, kW) or (B, kD, kH, kW)", normalized, behaviour == "conv", "kernel")

@@ -5,8 +5,9 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_rank
+from ..primitives.core.checks import check_choice
 from ..primitives.filters.padding import stencil3d
+from ..primitives.resampling.volumes import check_volume
 
 
 def spatial_gradient3d(input: Tensor, mode: str = "diff", order: int = 1) -> Tensor:
@@ -30,8 +31,7 @@ def spatial_gradient3d(input: Tensor, mode: str = "diff", order: int = 1) -> Ten
         >>> spatial_gradient3d(ramp)[0, 0, :, 1, 1, 2]
         tensor([1., 0., 0.])
     """
-    check_rank(input, 5, "(B, C, D, H, W)", "input")
-    check_floating(input, "input")
+    check_volume(input, "input")
     check_choice(mode, ["diff"], "mode")
     if order != 1 and order != 2:
         raise ValueError(f"order: expected 1 or 2, got {order}")

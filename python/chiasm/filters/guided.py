@@ -71,6 +71,8 @@ def guided_blur(
     small_guidance, small_input = guidance, input
     if subsample > 1:
         small = (height // subsample, width // subsample)
+        if small[0] < 1 or small[1] < 1:
+            raise ValueError(f"subsample: expected at most a side of {height} x {width}, got {subsample}")
         small_guidance = resize(guidance, small, "nearest")
         small_input = resize(input, small, "nearest")
         ky = 2 * (ky // 2 // subsample) + 1

@@ -7,7 +7,14 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import in_batch, like_given
-from ..primitives.core.checks import check_choice, check_number, check_pixels, check_values, odd_pair
+from ..primitives.core.checks import (
+    check_choice,
+    check_not_empty,
+    check_number,
+    check_pixels,
+    check_values,
+    odd_pair,
+)
 from ..primitives.core.layout import in_planes
 from ..primitives.filters.correlation import box_sums
 from ..primitives.filters.fixed_point import box_bytes, fixed_taps, separable_bytes
@@ -225,6 +232,7 @@ def otsu_threshold(
     check_values(x, "x")
     if x.dim() < 2:
         raise ValueError(f"x: expected shape (*, H, W), got {list(x.shape)}")
+    check_not_empty(x, 2, "x")
     if nbins < 2:
         raise ValueError(f"nbins: expected at least 2, got {nbins}")
     if x.dtype == torch.uint8:

@@ -9,7 +9,14 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_last, check_matrix, check_rank, check_tensor
+from ..primitives.core.checks import (
+    check_floating,
+    check_last,
+    check_matrix,
+    check_not_empty,
+    check_rank,
+    check_tensor,
+)
 from ..primitives.core.materialise import materialised
 from ..primitives.geometry.intrinsics import from_pixels, to_pixels, with_one
 from ..primitives.geometry.lens import coefficients, distort, tilt_matrices, under_homography, undistort
@@ -143,6 +150,7 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     check_floating(image, "image")
     if image.dim() < 3:
         raise ValueError(f"image: expected shape (*, C, H, W), got {list(image.shape)}")
+    check_not_empty(image, 3, "image")
     _check_lens(K, dist)
     for value, name, own in ((K, "K", 2), (dist, "dist", 1)):
         if value.dim() - own != image.dim() - 3:

@@ -182,6 +182,8 @@ def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
     check_last(Q, 4, "Q")
     if Q.dim() < 2:
         raise ValueError(f"Q: expected shape (*, N, 4), got {list(Q.shape)}")
+    if Q.size(-2) < 1:
+        raise ValueError(f"Q: expected at least one quaternion, got {list(Q.shape)}")
     q = Q.to(torch.float64)
     weighted = q
     if w is not None:

@@ -141,7 +141,7 @@ def _painted(image: Tensor, x: Tensor, y: Tensor, color: Tensor) -> Tensor:
     place = torch.where(inside, y * width + x, torch.full_like(x, 0) + height * width)
     hits = torch.zeros([x.size(0), height * width + 1], dtype=torch.float32, device=image.device)
     hits = hits.scatter_add(1, place, torch.ones_like(place, dtype=torch.float32))
-    mask = hits[:, : height * width].reshape(-1, 1, height, width) > 0
+    mask = hits[:, : height * width].reshape(x.size(0), 1, height, width) > 0
     if image.dim() == 3:
         mask = mask[0]
     return torch.where(mask, color.to(image.dtype)[:, None, None], image)

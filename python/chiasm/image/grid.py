@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_rank
+from ..primitives.core.checks import check_not_empty, check_rank
 
 
 def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> Tensor:
@@ -33,6 +33,7 @@ def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> 
     batch, channels, height, width = tensor.shape
     if batch < 1:
         raise ValueError(f"tensor: expected at least one image, got {list(tensor.shape)}")
+    check_not_empty(tensor, 3, "tensor")
     columns = 1
     if n_row is None:
         while columns * columns < batch:

@@ -55,6 +55,8 @@ def draw_rectangle(
     if line_width < 1:
         raise ValueError(f"line_width: expected a positive number, got {line_width}")
     count = rectangle.size(1)
+    if count == 0:
+        return image.clone()
     before = line_width // 2
     after = line_width - before - 1
     colors = _per_rectangle(color, image, count)
@@ -116,6 +118,8 @@ def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Ten
         raise ValueError(
             f"polygons: expected shape (B, N, 2) for images {list(images.shape)}, got {list(polygons.shape)}"
         )
+    if polygons.size(1) < 1:
+        raise ValueError(f"polygons: expected at least one vertex, got {list(polygons.shape)}")
     check_tensor(colors, "colors")
     paint = colors.to(images.dtype)
     if paint.dim() == 1 and (paint.size(0) == 1 or paint.size(0) == channels):

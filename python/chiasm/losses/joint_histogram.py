@@ -10,6 +10,7 @@ from ..primitives.core.checks import (
     broadcastable,
     check_choice,
     check_floating,
+    check_not_empty,
     check_same_shape,
     check_tensor,
 )
@@ -27,6 +28,7 @@ def check_signals(
     check_choice(kernel_function, ["xu", "rectangular", "truncated_gaussian"], "kernel_function")
     if input.dim() < 1:
         raise ValueError("input: expected shape (*, N), got a scalar")
+    check_not_empty(input, 1, "input")
     if num_bins < 2:
         raise ValueError(f"num_bins: expected at least 2, got {num_bins}")
     if not window_radius > 0.5:

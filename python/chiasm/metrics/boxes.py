@@ -110,6 +110,9 @@ def mean_average_precision(
     _check_like(pred_scores, pred_boxes, "pred_scores")
     pred_class = _classes(pred_labels, pred_mask, pred_boxes, n_classes, "pred")
     gt_class = _classes(gt_labels, gt_mask, gt_boxes, n_classes, "gt")
+    if pred_boxes.size(0) == 0 or pred_boxes.size(1) == 0 or gt_boxes.size(1) == 0:
+        nothing = torch.zeros([n_classes - 1], dtype=pred_boxes.dtype, device=pred_boxes.device)
+        return nothing.mean(), nothing
     scores = pred_scores.reshape(-1)
     count = pred_scores.size(0) * pred_scores.size(1)
     order = stable_topk(scores, count)[1]
@@ -198,10 +201,6 @@ def _classes(labels: Tensor, mask: Optional[Tensor], boxes: Tensor, n_classes: i
     """The boxes' classes, 0 for those that are void."""
     check_integer(labels, f"{kind}_labels")
     _check_like(labels, boxes, f"{kind}_labels")
-    if boxes.size(1) < 1:
-        raise ValueError(
-            f"{kind}_boxes: expected room for at least one box an image, got {list(boxes.shape)}"
-        )
     known = labels.to(torch.int64)
     there = (known > 0) & (known < n_classes)
     if mask is not None:

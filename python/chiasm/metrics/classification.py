@@ -35,6 +35,8 @@ def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:  #
     """
     check_rank(pred, 2, "(B, C)", "pred")
     check_floating(pred, "pred")
+    if pred.size(1) < 1:
+        raise ValueError(f"pred: expected at least one class, got {list(pred.shape)}")
     check_integer(target, "target")
     if (target.dim() != 1 and not (target.dim() == 2 and target.size(1) == 1)) or target.size(0) != pred.size(
         0

@@ -62,7 +62,7 @@ def decode_heatmaps(
     points = torch.cat([column, row], 2).to(values.dtype)
     if refinement == "quarter":
         points = points + _towards_the_higher(values, row, column)
-    elif refinement == "dark":
+    elif refinement == "dark" and heatmaps.size(1) > 0:
         deviation = 0.3 * ((kernel_size - 1) * 0.5 - 1.0) + 0.8
         smooth = gaussian_blur2d(values, (kernel_size, kernel_size), (deviation, deviation), "constant")
         x, y = (points + _newton_step(smooth, row, column)).unbind(2)

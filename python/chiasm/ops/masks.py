@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank, check_tensor
+from ..primitives.core.checks import check_floating, check_not_empty, check_rank, check_tensor
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.resizing import resized
@@ -70,6 +70,7 @@ def masks_from_prototypes(
     """
     check_rank(prototypes, 4, "(B, P, h, w)", "prototypes")
     check_floating(prototypes, "prototypes")
+    check_not_empty(prototypes, 2, "prototypes")
     batch, count = prototypes.size(0), prototypes.size(1)
     check_tensor(coefficients, "coefficients")
     if coefficients.dim() != 3 or coefficients.size(0) != batch or coefficients.size(2) != count:
@@ -125,6 +126,7 @@ def paste_masks(masks: Tensor, boxes: Tensor, size: Tuple[int, int]) -> Tensor:
     check_floating(masks, "masks")
     if masks.size(1) != 1:
         raise ValueError(f"masks: expected shape (N, 1, M, M), got {list(masks.shape)}")
+    check_not_empty(masks, 2, "masks")
     check_tensor(boxes, "boxes")
     if boxes.dim() != 2 or boxes.size(0) != masks.size(0) or boxes.size(1) != 4:
         raise ValueError(

@@ -254,6 +254,9 @@ def _associated(
     """The index of the detection of each track, and a mask of the tracks that have one."""
     # A pair without overlap is worth the same as no pair, so it is not considered.
     pairs = (overlap > 0.0) & tracks[:, :, None] & detections[:, None]
+    if overlap.size(1) == 0:
+        nothing = torch.zeros([overlap.size(0), 0], dtype=torch.int64, device=overlap.device)
+        return nothing, nothing > 0
     costs = torch.where(pairs, 1.0 - overlap, torch.full_like(overlap, float("inf")))
     alone = torch.ones([overlap.size(0), 1], dtype=overlap.dtype, device=overlap.device)
     index, assigned = cheapest(costs, alone)

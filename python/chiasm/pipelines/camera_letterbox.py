@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from ..color.camera import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, yuyv_to_rgb
-from ..primitives.core.checks import check_tensor
+from ..primitives.core.checks import check_not_empty, check_tensor
 from .letterbox import Numbers, letterbox
 
 
@@ -174,6 +174,7 @@ def _planes(part: Tensor, channels: int, name: str) -> Tensor:
     check_tensor(part, name)
     if part.dim() != 4 or part.size(3) != channels:
         raise ValueError(f"{name}: expected shape (B, H, W, {channels}), got {list(part.shape)}")
+    check_not_empty(part, 3, name)
     return part.permute(0, 3, 1, 2)
 
 

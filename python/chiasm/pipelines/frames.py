@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import sobel
-from ..primitives.core.checks import check_tensor
+from ..primitives.core.checks import check_not_empty, check_tensor
 from ..primitives.filters.padding import check_margins
 from ..primitives.filters.stencil import join_channels
 from ..primitives.images.frames import frame_to_grey, resize_frame
@@ -80,3 +80,4 @@ def _check(frame: Tensor) -> None:
         raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
     if frame.dim() != 3 or frame.size(2) != 3:
         raise ValueError(f"frame: expected shape (H, W, 3), got {list(frame.shape)}")
+    check_not_empty(frame, 3, "frame")

@@ -5,6 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
+from ...primitives.core.checks import check_size3d
 from ...primitives.resampling.volumes import check_volume, check_volume_sampling
 from .matrices import check_points, from_rows
 from .matrices3d import get_perspective_transform3d
@@ -35,6 +36,7 @@ def center_crop3d(
     """
     check_volume(tensor, "tensor")
     check_volume_sampling(interpolation, "zeros", "interpolation")
+    check_size3d(size, "size")
     one = torch.ones([tensor.size(0)], dtype=torch.float64, device=tensor.device)
     zero = torch.zeros_like(one)
     x, y, z = (
@@ -79,6 +81,7 @@ def crop_and_resize3d(
     check_volume(tensor, "tensor")
     check_points(boxes, 8, 3, "boxes")
     check_volume_sampling(interpolation, "zeros", "interpolation")
+    check_size3d(size, "size")
     one = torch.ones_like(boxes[:, 0, 0].to(torch.float64))
     low, x, y, z = torch.zeros_like(one), one * (size[2] - 1), one * (size[1] - 1), one * (size[0] - 1)
     target = from_rows(
@@ -137,5 +140,6 @@ def crop_by_boxes3d(
     if size is None:
         extent = (dst_box[0, 6] - dst_box[0, 0]).round()
         size = (int(extent[2].item()) + 1, int(extent[1].item()) + 1, int(extent[0].item()) + 1)
+    check_size3d(size, "size")
     matrix = get_perspective_transform3d(src_box.to(torch.float64), dst_box.to(torch.float64))
     return crop_by_transform_mat3d(tensor, matrix, size, interpolation, "zeros", align_corners)

@@ -63,7 +63,11 @@ def pyrdown(
     over, under = as_ratio(factor)
     size = (input.size(2) * under // over, input.size(3) * under // over)
     if size[0] < 1 or size[1] < 1:
-        raise ValueError(f"size: expected positive sizes, got ({size[0]}, {size[1]})")
+        least = (over + under - 1) // under
+        raise ValueError(
+            f"input: expected at least {least} x {least} pixels for a factor of {factor}, got"
+            f" {list(input.shape)}"
+        )
     return blurred_and_resized(input, size[0], size[1], align_corners, _binomial(), border_type)
 
 

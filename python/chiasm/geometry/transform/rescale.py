@@ -59,6 +59,10 @@ def _rescale_of_batch(
     over_height, under_height = as_ratio(down)
     over_width, under_width = as_ratio(across)
     size = (input.size(2) * over_height // under_height, input.size(3) * over_width // under_width)
+    if size[0] < 1 or size[1] < 1:
+        raise ValueError(
+            f"factor: expected to leave a pixel of {input.size(2)} x {input.size(3)}, got ({down}, {across})"
+        )
     return resize(input, size, interpolation, align_corners, "short", antialias)
 
 
@@ -98,6 +102,11 @@ def resize_to_be_divisible(
         _nearest_multiple(input.size(2), divisible_factor),
         _nearest_multiple(input.size(3), divisible_factor),
     )
+    if size[0] < 1 or size[1] < 1:
+        raise ValueError(
+            f"divisible_factor: expected less than twice the sides {input.size(2)} x {input.size(3)}, got"
+            f" {divisible_factor}"
+        )
     return resize(input, size, interpolation, align_corners, side, antialias)
 
 

@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last
+from ...primitives.core.checks import check_last, check_size3d
 from ...primitives.linalg.matrices import inverse
 from ...primitives.resampling.volumes import check_volume, check_volume_sampling, sample_volume, voxel_axes
 from ...primitives.resampling.warping import (
@@ -58,6 +58,7 @@ def warp_affine3d(
     check_volume(src, "src")
     check_matrix(M, 3, 4, "M")
     check_volume_sampling(flags, padding_mode, "flags")
+    check_size3d(dsize, "dsize")
     return _warped(src, homogeneous(M.to(torch.float64)), dsize, flags, padding_mode, align_corners, True)
 
 
@@ -220,6 +221,7 @@ def warp_perspective3d(
     check_volume(src, "src")
     check_matrix(M, 4, 4, "M")
     check_volume_sampling(flags, border_mode, "flags", "border_mode")
+    check_size3d(dsize, "dsize")
     return _warped(src, M.to(torch.float64), dsize, flags, border_mode, align_corners, False)
 
 
@@ -287,6 +289,7 @@ def homography_warp3d(
     check_volume(patch_src, "patch_src")
     check_matrix(src_homo_dst, 4, 4, "src_homo_dst")
     check_volume_sampling(mode, padding_mode)
+    check_size3d(dsize, "dsize")
     precision = position_dtype(patch_src.dtype)
     m = src_homo_dst.to(precision)
     if normalized_coordinates:
@@ -340,5 +343,6 @@ def crop_by_transform_mat3d(
     check_volume(tensor, "tensor")
     check_matrix(transform, 4, 4, "transform")
     check_volume_sampling(mode, padding_mode)
+    check_size3d(out_size, "out_size")
     matrix = transform.expand(tensor.size(0), 4, 4).to(torch.float64)
     return _warped(tensor, matrix, out_size, mode, padding_mode, align_corners, True)

@@ -2,7 +2,7 @@
 data."""
 
 from collections.abc import Sequence
-from numbers import Real
+from numbers import Integral, Real
 from typing import List, Tuple, Union
 
 import torch
@@ -35,9 +35,17 @@ def check_integer(value: int, name: str) -> None:
 
 
 def check_pair(value: Tuple[int, int], name: str) -> None:
-    """Raise unless ``value`` has two numbers. TorchScript knows its length."""
+    """Raise unless ``value`` has two whole numbers. TorchScript knows its length and type."""
     if not torch.jit.is_scripting():
         _check_length(value, 2, name)
+        _check_whole(value, name)
+
+
+def check_size3d(value: Tuple[int, int, int], name: str) -> None:
+    """Raise unless ``value`` has three whole numbers, the sizes of a volume."""
+    if not torch.jit.is_scripting():
+        _check_length(value, 3, name)
+        _check_whole(value, name)
 
 
 def check_triple(value: Tuple[float, float, float], name: str) -> None:
@@ -64,6 +72,11 @@ def _check_length(value: object, length: int, name: str) -> None:
         raise TypeError(f"{name}: expected {length} numbers, got {type(value).__name__}")
     if len(value) != length:
         raise ValueError(f"{name}: expected {length} numbers, got {len(value)}")
+
+
+def _check_whole(values: Sequence[object], name: str) -> None:
+    if not all(isinstance(n, (Integral, torch.SymInt)) for n in values):
+        raise TypeError(f"{name}: expected whole numbers, got {values}")
 
 
 def check_floating(value: Tensor, name: str) -> None:

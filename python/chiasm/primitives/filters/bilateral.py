@@ -127,7 +127,7 @@ def _mean_of_bytes(
         for j in range(kx):
             difference = q[:, :, i : i + height, j : j + width] - centre
             apart = difference * difference if squares else difference.abs()
-            entry = apart.sum(1, keepdim=True).to(torch.int64).reshape(batch, -1)
+            entry = apart.sum(1).to(torch.int64).flatten(1)
             weight = table.gather(1, entry).reshape(batch, 1, height, width)
             weight = weight * nearness[:, i, j].reshape(-1, 1, 1, 1)
             total = total + weight

@@ -19,8 +19,6 @@ def checked_regions(input: Tensor, boxes: Union[Tensor, List[Tensor]]) -> Tensor
     tensor([[1., 1., 1., 1., 1.]])
     """
     check_image(input, "input")
-    if input.size(2) < 1 or input.size(3) < 1:
-        raise ValueError(f"input: expected at least one pixel, got {list(input.shape)}")
     if isinstance(boxes, Tensor):
         if boxes.dim() != 2 or boxes.size(1) != 5:
             raise ValueError(f"boxes: expected shape (K, 5), got {list(boxes.shape)}")

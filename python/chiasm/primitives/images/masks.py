@@ -19,7 +19,7 @@ def range_mask(x: Tensor, low: Tensor, high: Tensor) -> Tensor:
     tables = ((level >= low) & (level <= high)).to(torch.uint8) * 255
     planes = in_planes(x)
     rows = tables.expand(x.size(0), x.size(1), 1, 256).reshape(-1, 256)
-    inside = table_entries(planes.reshape(rows.size(0), -1), rows).reshape(planes.shape)
+    inside = table_entries(planes.flatten(2).flatten(0, 1), rows).reshape(planes.shape)
     return inside.to(torch.float32).amin(1, keepdim=True).to(torch.uint8)
 
 

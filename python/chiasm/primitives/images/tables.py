@@ -33,7 +33,7 @@ def looked_up(image: Tensor, values: Tensor, white: float) -> Tensor:
 @primitive
 def table_entries(image: Tensor, tables: Tensor) -> Tensor:
     """The entries of tables (B, 256) at bytes (B, *)."""
-    index = image.reshape(image.size(0), -1).to(torch.int64)
+    index = image.flatten(1).to(torch.int64)
     return tables.gather(1, index).reshape(image.shape)
 
 

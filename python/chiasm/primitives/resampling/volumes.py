@@ -5,21 +5,24 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..core.checks import check_choice, check_floating, check_rank, check_values
+from ..core.checks import check_choice, check_floating, check_not_empty, check_rank, check_values
 from ..numbers.rounding import known_or
 from .taps import gather_taps, reflect_positions
 
 
 def check_volume(value: Tensor, name: str) -> None:
-    """Raise unless ``value`` is a floating-point (B, C, D, H, W) tensor."""
+    """Raise unless ``value`` is a floating-point (B, C, D, H, W) tensor with values; B may be 0."""
     check_rank(value, 5, "(B, C, D, H, W)", name)
     check_floating(value, name)
+    check_not_empty(value, 4, name)
 
 
 def check_voxels(value: Tensor, name: str) -> None:
-    """Raise unless ``value`` is a (B, C, D, H, W) tensor, floating point or uint8."""
+    """Raise unless ``value`` is a (B, C, D, H, W) tensor with values, floating point or uint8; B may be
+    0."""
     check_rank(value, 5, "(B, C, D, H, W)", name)
     check_values(value, name)
+    check_not_empty(value, 4, name)
 
 
 def check_volume_sampling(
