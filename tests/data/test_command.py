@@ -93,7 +93,23 @@ def begun(photos: Path, folder: Path) -> subprocess.Popen:
     return process
 
 
-@pytest.mark.parametrize("end", ["driver", "worker", "interrupt"])
+SIGNALS = {"interrupt": signal.SIGINT, "termination": signal.SIGTERM}
+
+
+@pytest.mark.parametrize("signal_name", SIGNALS)
+def test_a_signal_while_workers_start_ends_the_run(photos: Path, tmp_path: Path, signal_name: str) -> None:
+    process = start(PREPROCESS, photos, tmp_path / "out", "--rows", 1, "-j", 3)
+    deadline = time.monotonic() + 180
+    while not children(process.pid):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    process.send_signal(SIGNALS[signal_name])
+    text, _ = process.communicate(timeout=180)
+    assert process.returncode == 128 + SIGNALS[signal_name] and text.count("Error") == 1, text
+    assert "Traceback" not in text and "leaked" not in text and left_over(tmp_path / "out") == []
+
+
+@pytest.mark.parametrize("end", ["driver", "worker", "interrupt", "termination"])
 def test_what_is_ended_goes_on(photos: Path, undisturbed: Path, tmp_path: Path, end: str) -> None:
     out = tmp_path / "out"
     process = begun(photos, out)
@@ -107,15 +123,15 @@ def test_what_is_ended_goes_on(photos: Path, undisturbed: Path, tmp_path: Path, 
     elif end == "worker":
         os.kill(workers[0], signal.SIGKILL)
     else:
-        process.send_signal(signal.SIGINT)
+        process.send_signal(SIGNALS[end])
     for pid in (process.pid, *workers):
         os.kill(pid, signal.SIGCONT)
     text, _ = process.communicate(timeout=180)
     assert "Traceback" not in text
     if end == "worker":
         assert process.returncode == 1 and "a worker was killed" in text
-    if end == "interrupt":
-        assert process.returncode == 130 and "interrupted" in text
+    if end in SIGNALS:
+        assert process.returncode == 128 + SIGNALS[end] and "Error: " in text
     deadline = time.monotonic() + 60
     while any(Path(f"/proc/{pid}").exists() for pid in workers):  # no worker outlives its driver
         assert time.monotonic() < deadline
@@ -176,11 +192,24 @@ def a_tar(*members: tarfile.TarInfo | str, records: dict[str, str] | None = None
 
 @pytest.mark.parametrize(
     "damage",
-    ["header", "hole", "cut in a header", "cut between members", "no end", "two", "sparse", "deep", "size"],
+    [
+        "header",
+        "hole",
+        "cut in a header",
+        "cut between members",
+        "no end",
+        "two",
+        "sparse",
+        "deep",
+        "size",
+        "far",
+    ],
 )
 def test_no_member_of_a_damaged_tar_is_missing_without_a_word(damage: str, tmp_path: Path) -> None:
     source = tmp_path / "a.tar"
-    records = {"sparse": {"GNU.sparse.map": "x,y"}, "size": {"size": "-512"}}.get(damage)
+    records = {"sparse": {"GNU.sparse.map": "x,y"}, "size": {"size": "-512"}, "far": {"size": "9" * 20}}.get(
+        damage
+    )
     data = a_tar("a.jpg", "b.jpg", "c.jpg", records=records)
     second = data.index(b"b.jpg") if records is None else 0
     if damage == "header":
@@ -318,6 +347,19 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
         assert not list(out.glob("part-*"))
     code, text = chiasm_map("--help")
     assert code == 0 and "Examples:" in text
+
+
+def test_links_to_nothing_and_to_themselves_are_left_out(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(b"")
+    (tmp_path / "nothing.png").symlink_to("nowhere.png")
+    (tmp_path / "self.png").symlink_to("self.png")
+    [shard], _ = plan(tmp_path, 500)
+    assert shard.names == ("a.png",)
+
+
+def test_the_only_image_as_a_constant_names_the_option(photos: Path, tmp_path: Path) -> None:
+    code, text = chiasm_map(PREPROCESS, photos, tmp_path / "out", "-s", "frame=1")
+    assert code == 1 and "leave out --set frame" in text
 
 
 def test_two_runs_do_not_share_a_folder(photos: Path, tmp_path: Path) -> None:

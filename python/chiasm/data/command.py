@@ -162,6 +162,8 @@ def _mapping(bundle: Path, columns: dict[str, str], settings: dict[str, str], ki
     others = [t["name"] for t in inputs if t["name"] not in constants and t not in images[:1]]
     if not images or others:
         missing = f"needs {others[0]!r} too: --set {others[0]}=VALUE" if images else "takes no image"
+        if not images and (given := [t["name"] for t in inputs if is_image(t, LAYOUTS)]):
+            missing = f"takes no image beside {given[0]!r}: leave out --set {given[0]}"
         raise DataError(f"{manifest['name']} {missing}")
     outputs = {t["name"]: t["name"] for t in manifest["methods"]["forward"]["outputs"]}
     if ID in outputs.values():

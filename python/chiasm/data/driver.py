@@ -30,6 +30,8 @@ from .shards import Shard, write
 JOB = "_chiasm_map.json"
 #: An option of prctl: the signal that a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
+#: The signals that ask a process to end.
+_ENDING = {signal.SIGTERM, signal.SIGHUP}
 
 #: Called on progress: with the finished shard, if any, and its error, if it failed; and with the rows and the
 #: bad rows since the last call.
@@ -106,8 +108,8 @@ def fingerprint(mapping: Map, files: str, rows: int) -> dict[str, Any]:
 
 
 def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, report: Report) -> None:
-    """Write shards in `jobs` processes. A killed worker ends the run with a DataError; an interrupt ends the
-    workers first."""
+    """Write shards in `jobs` processes. A killed worker ends the run with a DataError; an interrupt or a
+    signal to end ends the workers first."""
     # Spawned, not forked: the threads of this process do not survive a fork
     context = multiprocessing.get_context("spawn")
     jobs = min(jobs, len(shards))
@@ -116,13 +118,16 @@ def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, rep
     seen = [0, 0]
     given = mapping, folder, counts
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker, initargs=(os.getpid(), given))
-    # Workers inherit that they ignore an interrupt, which this process handles
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Signals wait until all workers have started, which reads what they are given. Workers inherit that: this
+    # process handles an interrupt for them.
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *_ENDING})
     try:
-        pending = {pool.submit(_write, shard): shard for shard in shards}
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    try:
+        try:
+            pending = {pool.submit(_write, shard): shard for shard in shards}
+        except BrokenProcessPool:
+            raise _killed() from None
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         while pending:
             done, _ = wait(pending, 0.25, FIRST_COMPLETED)
             for future in done:
@@ -146,13 +151,17 @@ def _failure(result: Callable[[], Any]) -> str | None:
     try:
         result()
     except BrokenProcessPool:
-        raise DataError(
-            "a worker was killed, perhaps because memory was short: finished shards are kept; the same"
-            " command goes on from there (with fewer at once: --jobs 1)"
-        ) from None
+        raise _killed() from None
     except Exception as error:  # one shard's failure, of whatever kind, does not stop the others
         return one_line(error) or type(error).__name__
     return None
+
+
+def _killed() -> DataError:
+    return DataError(
+        "a worker was killed, perhaps because memory was short: finished shards are kept; the same"
+        " command goes on from there (with fewer at once: --jobs 1)"
+    )
 
 
 def _worker(parent: int, given: tuple[Map, Path, Any]) -> None:
@@ -161,6 +170,7 @@ def _worker(parent: int, given: tuple[Map, Path, Any]) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)  # the parent died before that
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
     _work = given
 
 

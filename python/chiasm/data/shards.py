@@ -5,11 +5,11 @@ file."""
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import tarfile
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tarfile import (
@@ -104,8 +104,13 @@ def _files(folder: Path) -> Iterator[tuple[str, int]]:
         for name in names:
             if not name.startswith("."):
                 full = Path(path) / name
-                with suppress(FileNotFoundError):  # a link to nothing
-                    yield str(full.relative_to(folder)), full.stat().st_size
+                try:
+                    size = full.stat().st_size
+                except OSError as error:
+                    if error.errno in (errno.ENOENT, errno.ELOOP):  # a link to nothing, or to itself
+                        continue
+                    raise
+                yield str(full.relative_to(folder)), size
 
 
 def empty_table(shard: Shard) -> Any:
@@ -217,8 +222,11 @@ class _Member(tarfile.TarInfo):
 
 
 def _members(path: Path) -> Iterator[tuple[str, Callable[[], bytes]]]:
+    length = path.stat().st_size
     with tarfile.open(path, "r|", tarinfo=_Member) as archive:
         for member in archive:
+            if archive.offset > length:  # tarfile would read up to there, behind the end of the file
+                raise DataError(f"{member.name!r} ends behind the archive: it is damaged or cut short")
             if not member.isdir() and member.name.lower().endswith(IMAGES):
                 yield member.name, _content(archive, member)
         stream = archive.fileobj

@@ -1,26 +1,57 @@
-"""How the command `chiasm` ends if the system or an interrupt ends it. This module imports quickly, and needs
-only the standard library."""
+"""How the command `chiasm` ends if the system, a signal or an interrupt ends it. This module imports quickly,
+and needs only the standard library."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NoReturn
 
 
+class Terminated(KeyboardInterrupt):
+    """A signal that asks the process to end, its only argument: what an interrupt stops, it stops, too."""
+
+
+@contextmanager
+def _termination_is_an_exception() -> Iterator[None]:
+    """A signal to end raises Terminated in the block, so that it stops its workers and removes unfinished
+    files. A second signal ends the process at once."""
+    signals: list[int] = []
+    if threading.current_thread() is threading.main_thread():
+        # Not if the caller ignores it, as nohup does
+        signals = [n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL]
+
+    def end(number: int, _frame: object) -> NoReturn:
+        for other in signals:
+            signal.signal(other, signal.SIG_DFL)
+        raise Terminated(number)
+
+    for number in signals:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in signals:
+            signal.signal(number, signal.SIG_DFL)
+
+
 @contextmanager
 def ended() -> Iterator[None]:
-    """An interrupt of the block, or a failed write, becomes one line on stderr and an exit status: 130 for an
-    interrupt, else 1. There is no message if nobody reads the output any more."""
+    """An interrupt of the block, a signal to end, or a failed write becomes one line on stderr and an exit
+    status: 128 and the signal's number, else 1. There is no message if nobody reads the output any more."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by the caller
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
     try:
-        yield
+        with _termination_is_an_exception():
+            yield
         sys.stdout.flush()  # so that a failed write is detected here, not when the interpreter ends
+    except Terminated as error:
+        fail("terminated", 128 + error.args[0])
     except KeyboardInterrupt:
         fail("interrupted", 130)
     except BrokenPipeError:
