@@ -348,3 +348,20 @@ def test_what_does_not_fit_after_a_model_is_said(light: Callable[[str], Path]) -
         chiasm.onnx.append(classifier(), sobel, connect={"scores": "input", "pooled": "input"})
     with pytest.raises(ValueError, match=r"the dtypes differ"):
         chiasm.onnx.append(negative(TensorProto.DOUBLE), sobel, dtype="float32")
+
+
+def test_what_is_no_model_is_said(light: Callable[[str], Path], tmp_path: Path) -> None:
+    bundle, junk, empty = light("filters.sobel"), tmp_path / "junk.onnx", tmp_path / "empty.onnx"
+    junk.write_bytes(b"\xff" * 100)
+    empty.touch()
+    with pytest.raises(
+        ValueError, match=r"^model: expected an ONNX file, got the folder .*sobel.*bundle first"
+    ):
+        chiasm.onnx.prepend(bundle, bundle)
+    for file in (junk, empty):
+        with pytest.raises(ValueError, match=rf"^model: expected an ONNX file, got .*{file.name}"):
+            chiasm.onnx.append(file, bundle)
+    with pytest.raises(TypeError, match=r"^model: expected an onnx\.ModelProto or a file, got NoneType"):
+        chiasm.onnx.append(None, bundle)
+    with pytest.raises(TypeError, match=r"^connect: expected a dict of names, got list"):
+        chiasm.onnx.prepend(bundle, classifier(), connect=[1])

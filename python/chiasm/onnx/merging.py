@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import onnx
+from google.protobuf.message import DecodeError
 from onnx import TensorProto, helper
 
 from chiasm.export.formats.onnx_function import DOMAIN, function_name
@@ -246,7 +247,22 @@ def _called(model: onnx.ModelProto, bundle: BundlePath, dtype: str | None) -> li
 
 
 def _loaded(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
-    return model if isinstance(model, onnx.ModelProto) else onnx.load(os.fspath(model))
+    if isinstance(model, onnx.ModelProto):
+        return model
+    if not isinstance(model, (str, os.PathLike)):
+        raise TypeError(f"model: expected an onnx.ModelProto or a file, got {type(model).__name__}")
+    if os.path.isdir(model):
+        raise ValueError(
+            f"model: expected an ONNX file, got the folder {os.fspath(model)}: `prepend` takes the bundle"
+            " first, `append` the model"
+        )
+    try:
+        loaded = onnx.load(os.fspath(model))
+    except DecodeError as error:
+        raise ValueError(f"model: expected an ONNX file, got {os.fspath(model)}: {error}") from None
+    if not loaded.HasField("graph"):
+        raise ValueError(f"model: expected an ONNX file, got {os.fspath(model)}, which has no graph")
+    return loaded
 
 
 def _call(function: str, inputs: list[str], outputs: list[str], merged: onnx.ModelProto) -> onnx.NodeProto:
@@ -300,6 +316,8 @@ def _pairs_after(opened: Method, graph: onnx.GraphProto, connect: dict[str, str]
 
 
 def _check_pairs(connect: dict[str, str], target: str) -> None:
+    if not isinstance(connect, dict):
+        raise TypeError(f"connect: expected a dict of names, got {type(connect).__name__}")
     if not connect:
         raise ValueError("connect: expected at least one pair, got none")
     if len(set(connect.values())) != len(connect):
