@@ -1,7 +1,7 @@
 """Bytes in native code: operators that PyTorch leaves to libtorch are compiled."""
 
 from pathlib import Path
-from typing import Tuple
+from typing import List, Tuple
 
 import numpy as np
 import torch
@@ -42,3 +42,33 @@ def test_tensors_of_bytes_side_by_side_need_no_libtorch(tmp_path: Path) -> None:
         np.testing.assert_array_equal(alone, x)
         np.testing.assert_array_equal(signed, np.concatenate([x.astype(np.int16), y.astype(np.int8)], 1))
         assert signed.dtype == np.int16
+
+
+def extremes(x: Tensor, y: Tensor) -> List[Tensor]:
+    """Extremes of bytes beside numbers of 32 bits, so that loops take eight bytes at a time."""
+    at = torch.arange(x.size(2), dtype=torch.int32)
+    results = [torch.where(x == x.amin(2, keepdim=True), at, 9999).amin(2).to(torch.int64)]
+    for t in (x, y):
+        results += [t.amin(2).to(torch.int64), t.amax(2).to(torch.int64)]
+        results += [t.argmin(2), t.argmax(2), t.to(torch.int32).sum(2).to(torch.int64)]
+    for t in (x, y):
+        results += [t.amin(1).to(torch.int64), t.amax(1).to(torch.int64)]
+    return results
+
+
+def test_extremes_of_bytes_in_loops_of_eight_lanes(tmp_path: Path) -> None:
+    inputs = [TensorSpec("x", ("B", "C", "N"), "uint8"), TensorSpec("y", ("B", "C", "N"), "int8")]
+    outputs = [TensorSpec(f"o{i}") for i in range(15)]
+    spec = Spec("test.extremes", inputs, outputs, gradients=(), symbols={"N": (2, 4096)})
+    run = runtime.open(export(extremes, spec, tmp_path, formats=["native"])).method(backend="native")
+    random = np.random.default_rng(0)
+    for count in (2, 7, 8, 31, 32, 33, 100, 1000):
+        x = random.integers(40, 200, (2, 3, count), dtype=np.uint8)
+        y = random.integers(-120, -20, (2, 3, count), dtype=np.int8)
+        expected = [x.argmin(2)]
+        for t in (x, y):
+            expected += [t.min(2), t.max(2), t.argmin(2), t.argmax(2), t.sum(2, dtype=np.int64)]
+        for t in (x, y):
+            expected += [t.min(1), t.max(1)]
+        for actual, wanted in zip(run(x, y), expected, strict=True):
+            np.testing.assert_array_equal(actual, wanted)

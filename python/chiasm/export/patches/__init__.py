@@ -73,6 +73,9 @@ PATCHES: Mapping[str, Patch] = {
     "torch._inductor.codegen.cpp:CppVecKernel._get_vec_load_line": Patch(
         "takes eight bytes to a vector by way of the stack", "874c8487f4c1"
     ),
+    "torch._inductor.codegen.cpp:CppVecKernel.reduction_combine_vec": Patch(
+        "takes the zeros behind eight bytes for values, in the minimum and the maximum", "eff5f4325b9b"
+    ),
     "torch._inductor.lowering:fallback_handler": Patch(
         "leaves `cat` of bytes to libtorch, which native code is to do without", "b1ba13a8d1aa"
     ),

@@ -55,12 +55,13 @@ _LANES = 8
 
 @contextmanager
 def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]:
-    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, concatenates tensors of
-    bytes itself, and compiles by `compile_command(command, folder)`."""
+    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, reduces only the bytes that
+    it has loaded, concatenates tensors of bytes itself, and compiles by `compile_command(command, folder)`."""
     from torch._inductor import ir, lowering
     from torch._inductor.codegen.cpp import CppVecKernel
 
     load_line, fallback = CppVecKernel._get_vec_load_line, lowering.fallback_handler
+    combine = CppVecKernel.reduction_combine_vec
     channels_last = lowering.require_channels_last
 
     def load_bytes(kernel: Any, var: str, index: Any, dtype: torch.dtype, load_mask: Any = None) -> str:
@@ -68,6 +69,23 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
         if dtype in (torch.uint8, torch.int8) and "::loadu(" in line and line.endswith(count):
             line = line.replace("::loadu(", "::loadu_one_fourth(").removesuffix(count) + ")"
         return line
+
+    def combine_bytes(kernel: Any, kind: str, *values: Any, **options: Any) -> str:
+        # Only the first lanes of a vector of bytes have values, if the loop also has wider numbers. The others
+        # are 0, which would be the minimum.
+        dtype = options.get("src_dtype")
+        if (
+            dtype not in (torch.uint8, torch.int8)
+            or kind not in ("min", "max", "argmin", "argmax")
+            or kernel.tail_size is not None
+            or kernel.tiling_factor >= kernel.vec_isa.bit_width() // 8
+        ):
+            return combine(kernel, kind, *values, **options)
+        kernel.tail_size = kernel.tiling_factor
+        try:
+            return combine(kernel, kind, *values, **options)
+        finally:
+            kernel.tail_size = None
 
     def side_by_side(tensors: Any, dim: int) -> ir.TensorBox:
         dtype = reduce(torch.promote_types, (t.get_dtype() for t in tensors))
@@ -87,6 +105,7 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
     with replaced(
         {
             "torch._inductor.codegen.cpp:CppVecKernel._get_vec_load_line": load_bytes,
+            "torch._inductor.codegen.cpp:CppVecKernel.reduction_combine_vec": combine_bytes,
             "torch._inductor.lowering:fallback_handler": handler,
             "torch._inductor.lowering:require_channels_last": as_laid_out,
             "torch._inductor.sizevars:sympy": _Sympy(),
