@@ -55,8 +55,8 @@ _LANES = 8
 
 @contextmanager
 def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]:
-    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, reduces only the bytes that
-    it has loaded, concatenates tensors of bytes itself, and compiles by `compile_command(command, folder)`."""
+    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, reduces only the bytes it
+    has loaded, concatenates tensors of bytes itself, and compiles by `compile_command(command, folder)`."""
     from torch._inductor import ir, lowering
     from torch._inductor.codegen.cpp import CppVecKernel
 
@@ -71,7 +71,7 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
         return line
 
     def combine_bytes(kernel: Any, kind: str, *values: Any, **options: Any) -> str:
-        # Only the first lanes of a vector of bytes have values, if the loop also has wider numbers. The others
+        # Only the first lanes of a vector of bytes have values if the loop also has wider numbers. The others
         # are 0, which would be the minimum.
         dtype = options.get("src_dtype")
         if (
