@@ -21,6 +21,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from ..export.ending import ENDING
 from ..export.text import one_line
 from .errors import DataError
 from .mapping import Map
@@ -30,8 +31,6 @@ from .shards import Shard, write
 JOB = "_chiasm_map.json"
 #: An option of prctl: the signal that a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
-#: The signals that ask a process to end.
-_ENDING = {signal.SIGTERM, signal.SIGHUP}
 
 #: Called on progress: with the finished shard, if any, and its error, if it failed; and with the rows and the
 #: bad rows since the last call.
@@ -120,7 +119,7 @@ def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, rep
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker, initargs=(os.getpid(), given))
     # Signals wait until all workers have started, which reads what they are given. Workers inherit that: this
     # process handles an interrupt for them.
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *_ENDING})
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *ENDING})
     try:
         try:
             pending = {pool.submit(_write, shard): shard for shard in shards}
@@ -170,7 +169,7 @@ def _worker(parent: int, given: tuple[Map, Path, Any]) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)  # the parent died before that
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
     _work = given
 
 

@@ -11,6 +11,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NoReturn
 
+#: The signals that ask a process to end.
+ENDING = (signal.SIGTERM, signal.SIGHUP)
+
 
 class Terminated(KeyboardInterrupt):
     """A signal that asks the process to end, its only argument: what an interrupt stops, it stops, too."""
@@ -23,7 +26,7 @@ def _termination_is_an_exception() -> Iterator[None]:
     signals: list[int] = []
     if threading.current_thread() is threading.main_thread():
         # Not if the caller ignores it, as nohup does
-        signals = [n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL]
+        signals = [n for n in ENDING if signal.getsignal(n) is signal.SIG_DFL]
 
     def end(number: int, _frame: object) -> NoReturn:
         for other in signals:

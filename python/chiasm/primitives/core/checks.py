@@ -29,7 +29,7 @@ def check_positive(value: float, name: str) -> None:
 
 
 def check_integer(value: int, name: str) -> None:
-    """The same for a whole number, which TorchScript does not take for a ``float``."""
+    """``check_number`` for a whole number, which TorchScript does not take for a ``float``."""
     if not torch.jit.is_scripting():
         _check_number(value, name)
 
