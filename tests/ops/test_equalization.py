@@ -260,6 +260,7 @@ WRONG = [
     ),
     (lambda: contrib.histogram_matching(X, BYTES), TypeError, "template: expected a floating-point tensor"),
     (lambda: contrib.histogram_matching(X[0, 0, 0], X), ValueError, r"source: expected shapes \(\*, H, W\)"),
+    (lambda: contrib.histogram_matching(X, X[:0]), ValueError, "template: expected at least one plane"),
     (
         lambda: contrib.histogram_matching(X, X[0], True),
         ValueError,

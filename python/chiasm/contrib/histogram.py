@@ -56,8 +56,8 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
 
     Raises:
         TypeError: if source or template is not floating point.
-        ValueError: if source or template has fewer than two dimensions, or with per_plane other leading
-            dimensions.
+        ValueError: if source or template has fewer than two dimensions or no pixels, template no planes
+            although source has some, or with per_plane other leading dimensions.
 
     Example:
         >>> histogram_matching(torch.tensor([[0.0, 0.2]]), torch.tensor([[0.6, 1.0]]))
@@ -71,6 +71,8 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
         )
     check_not_empty(source, 2, "source")
     check_not_empty(template, 2, "template")
+    if template.numel() == 0 and source.numel() > 0:
+        raise ValueError(f"template: expected at least one plane, got {list(template.shape)}")
     if per_plane:
         if source.shape[:-2] != template.shape[:-2]:
             raise ValueError(

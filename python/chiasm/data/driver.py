@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ..export.ending import ENDING
+from ..export.ending import ENDING, delayed
 from ..export.text import one_line
 from .errors import DataError
 from .mapping import Map
@@ -117,16 +117,14 @@ def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, rep
     seen = [0, 0]
     given = mapping, folder, counts
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker, initargs=(os.getpid(), given))
-    # Signals wait until all workers have started, which reads what they are given. Workers inherit that: this
-    # process handles an interrupt for them.
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *ENDING})
     try:
-        try:
-            pending = {pool.submit(_write, shard): shard for shard in shards}
-        except BrokenProcessPool:
-            raise _killed() from None
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        # Until all workers have started and have read what they are given. They get no interrupt: this process
+        # handles it for them.
+        with delayed():
+            try:
+                pending = {pool.submit(_write, shard): shard for shard in shards}
+            except BrokenProcessPool:
+                raise _killed() from None
         while pending:
             done, _ = wait(pending, 0.25, FIRST_COMPLETED)
             for future in done:

@@ -43,6 +43,33 @@ def _termination_is_an_exception() -> Iterator[None]:
 
 
 @contextmanager
+def delayed() -> Iterator[None]:
+    """An interrupt or a signal to end in the block waits until the block has ended. Processes that start in
+    the block have these signals blocked."""
+    numbers = {signal.SIGINT, *ENDING}
+    received: list[int] = []
+    handlers = {}
+
+    def receive(number: int, _frame: object) -> None:
+        received.append(number)
+
+    # A block of this thread's signals is not enough: the system delivers them to another thread, one of a
+    # library's, and Python then calls their handlers in this thread all the same
+    if threading.current_thread() is threading.main_thread():
+        ignored = signal.SIG_IGN, None
+        handlers = {n: signal.signal(n, receive) for n in numbers if signal.getsignal(n) not in ignored}
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for number in received:
+            signal.raise_signal(number)
+
+
+@contextmanager
 def ended() -> Iterator[None]:
     """An interrupt of the block, a signal to end, or a failed write becomes one line on stderr and an exit
     status: 128 and the signal's number, else 1. There is no message if nobody reads the output any more."""
