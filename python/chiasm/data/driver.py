@@ -118,8 +118,8 @@ def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, rep
     given = mapping, folder, counts
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker, initargs=(os.getpid(), given))
     try:
-        # Until all workers have started and have read what they are given. They get no interrupt: this process
-        # handles it for them.
+        # Until all workers have been given what they need. They get no interrupt: this process handles it for
+        # them.
         with delayed():
             try:
                 pending = {pool.submit(_write, shard): shard for shard in shards}
