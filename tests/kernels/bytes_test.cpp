@@ -89,6 +89,34 @@ TEST_F(Bytes, MeansOfWindowsAreRoundedOnce) {
         }
 }
 
+// The window as float64 taps: 1, and 1 minus their number in the middle.
+TEST_F(Bytes, LaplaciansAreExact) {
+  for (const Size& size : kSizes)
+    for (const int channels : {1, 3, 4})
+      for (const Size& window :
+           {Size{1, 1}, Size{3, 3}, Size{5, 3}, Size{1, 9}, Size{9, 13}, Size{11, 11}, Size{129, 1}})
+        for (const Border border :
+             {Border::kReflect, Border::kReplicate, Border::kCircular, Border::kConstant}) {
+          if (border == Border::kReflect && std::min(size.height, size.width) < 2) continue;
+          cv::Mat image = frame(size.height, size.width, channels), padded, expected, out;
+          image(cv::Rect(0, 0, 1, 1)) = cv::Scalar::all(255);
+          const auto h = static_cast<int>(window.height), w = static_cast<int>(window.width);
+          cv::Mat taps = cv::Mat::ones(h, w, CV_64F);
+          taps.at<double>(h / 2, w / 2) = 1 - h * w;
+          cv::copyMakeBorder(image, padded, h, h, w, w,
+                             border == Border::kCircular ? cv::BORDER_WRAP : cv_border(border));
+          padded.convertTo(padded, CV_64F);
+          cv::filter2D(padded, expected, CV_64F, taps);
+          expected(cv::Rect(w, h, image.cols, image.rows)).convertTo(expected, CV_16S);
+          out.create(image.size(), CV_16SC(channels));
+          laplacian_bytes(image.data, 1, size.height, size.width * channels, window.height, window.width,
+                          channels, border, out.ptr<int16_t>());
+          ASSERT_EQ(cv::norm(out, expected, cv::NORM_INF), 0)
+              << image.size() << " x " << channels << ", window " << window.height << " x " << window.width
+              << ", border " << int(border);
+        }
+}
+
 // Tests all sums that a window can have, including halves, and all quotients.
 TEST_F(Bytes, MeansAreRoundedHalvesToEven) {
   for (int area = 1; area <= 300; ++area) {
@@ -317,6 +345,11 @@ template <int kSize>
 void box(Frame& frame) {
   box_bytes(frame.x.data(), 1, 1080, 1920 * 3, kSize, kSize, 3, Border::kReflect, frame.out.data());
 }
+KERNEL_CALL_BENCHMARK(laplacian_bytes_3x3, [] {
+  return [frame = Frame(), out = std::vector<int16_t>(size_t{1080} * 1920 * 3)]() mutable {
+    laplacian_bytes(frame.x.data(), 1, 1080, 1920 * 3, 3, 3, 3, Border::kReflect, out.data());
+  };
+});
 KERNEL_CALL_BENCHMARK(box_bytes_5x5, [] { return [frame = Frame()]() mutable { box<5>(frame); }; });
 KERNEL_CALL_BENCHMARK(box_bytes_15x15, [] { return [frame = Frame()]() mutable { box<15>(frame); }; });
 KERNEL_CALL_BENCHMARK(box_bytes_51x51, [] { return [frame = Frame()]() mutable { box<51>(frame); }; });

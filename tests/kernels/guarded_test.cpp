@@ -572,6 +572,8 @@ TEST_F(GuardedBytes, PixelsStayInside) {
                     kernel_calls::of<float>({2}, {0.5f, 0.125f}), step, border);
               for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{20, 70}})
                 run(aoti_torch_cpu_box_bytes, x, window.height, window.width, step, border);
+              for (const Size& window : {Size{1, 1}, Size{3, 5}, Size{1, 129}})
+                run(aoti_torch_cpu_laplacian_bytes, x, window.height, window.width, step, border);
             }
             run(aoti_torch_cpu_integral_bytes, x, step);
             run(aoti_torch_cpu_split_pixels, row, step);

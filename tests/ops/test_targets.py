@@ -526,6 +526,12 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for name in BORDERS
         for size in ((3, 5), (4, 2), (17, 16))
     ],
+    "fixed_point.laplacian_bytes": lambda t: [
+        (x, *size, name)
+        for x in bytes_and_words()[:2]
+        for name in BORDERS
+        for size in ((3, 3), (1, 5), (9, 13))
+    ],
     "fixed_point.separable_bytes": lambda t: [
         (x, fixed_taps(torch.tensor([TAPS])), fixed_taps(numbers(torch.float64, *rows, 5).softmax(1)), name)
         for x in bytes_and_words()[:2]

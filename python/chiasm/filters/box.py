@@ -6,10 +6,9 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_pixels, odd_pair
-from ..primitives.core.layout import in_planes
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.filters.correlation import box_sums
-from ..primitives.filters.fixed_point import box_bytes
+from ..primitives.filters.fixed_point import box_bytes, laplacian_bytes
 
 
 def box_blur(
@@ -91,7 +90,6 @@ def laplacian(
             raise ValueError("normalized: expected False on bytes, got True")
         if count > 129:
             raise ValueError(f"kernel_size: expected at most 129 pixels on bytes, got ({ky}, {kx})")
-        exact = in_planes(input).to(torch.float32)
-        return box_sums(exact, ky, kx, border_type, 1.0, -1.0 * count).to(torch.int16)
+        return laplacian_bytes(input, ky, kx, border_type)
     scale = 0.5 / (count - 1) if normalized else 1.0
     return box_sums(input, ky, kx, border_type, scale, -scale * count)

@@ -1,5 +1,5 @@
-// Means of windows of bytes: running sums down the columns, and along the rows sums of a few shorter sums, so
-// that the time hardly depends on the window's size.
+// Means of windows of bytes, and Laplacians: running sums down the columns, and along the rows sums of a few
+// shorter sums, so that the time hardly depends on the window's size.
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -78,7 +78,7 @@ class Mean<uint16_t> {
   }
 
   template <class D>
-  HWY_INLINE auto operator()(D d, hn::Vec<D> sum) const {
+  HWY_INLINE auto operator()(D d, hn::Vec<D> sum, const uint8_t* /*centre*/) const {
     const auto up = hn::Add(sum, hn::Set(d, half_));
     auto mean = hn::ShiftRightSame(hn::MulHigh(up, hn::Set(d, reciprocal_)), shift_);
     const auto whole = hn::VecFromMask(d, hn::Eq(hn::Mul(mean, hn::Set(d, area_)), up));
@@ -102,7 +102,7 @@ class Mean<uint32_t> {
       : area_(static_cast<float>(area)), reciprocal_(1 / area_), divides_(area % 2 == 0 || area > 8191) {}
 
   template <class D>
-  HWY_INLINE auto operator()(D, hn::Vec<D> sum) const {
+  HWY_INLINE auto operator()(D, hn::Vec<D> sum, const uint8_t* /*centre*/) const {
     const hn::Rebind<float, D> floats;
     const auto value = hn::ConvertTo(floats, hn::BitCast(hn::RebindToSigned<D>(), sum));
     const auto mean =
@@ -115,25 +115,45 @@ class Mean<uint32_t> {
   bool divides_;
 };
 
-template <class Word>
-void add_up(const Word* const* terms, int64_t count, Mean<Word> mean, int64_t n, uint8_t* out) {
+/** Sums minus the area times the centre, in 16 bits, which hold it up to an area of 129. */
+class Laplacian {
+ public:
+  explicit Laplacian(int64_t area) : area_(static_cast<uint16_t>(area)) {}
+
+  template <class D>
+  HWY_INLINE auto operator()(D d, hn::Vec<D> sum, const uint8_t* centre) const {
+    const auto all = hn::Mul(bytes_as_words<uint16_t>(d, centre), hn::Set(d, area_));
+    return hn::BitCast(hn::RebindToSigned<D>(), hn::Sub(sum, all));
+  }
+
+ private:
+  uint16_t area_;
+};
+
+// out = result(sum of the terms, centre)
+template <class Word, class Result, class Out>
+void add_up(const Word* const* terms, int64_t count, const Result& result, const uint8_t* centre, int64_t n,
+            Out* out) {
   for_lanes<Word, 4>(n, [=](auto d, auto vectors, int64_t x) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     hn::Vec<decltype(d)> sum[vectors];
     for (int v = 0; v < vectors; ++v) sum[v] = hn::LoadU(d, terms[0] + x + v * lanes);
     for (int64_t i = 1; i < count; ++i)
       for (int v = 0; v < vectors; ++v) sum[v] = hn::Add(sum[v], hn::LoadU(d, terms[i] + x + v * lanes));
-    for (int v = 0; v < vectors; ++v)
-      hn::StoreU(mean(d, sum[v]), hn::Rebind<uint8_t, decltype(d)>(), out + x + v * lanes);
+    for (int v = 0; v < vectors; ++v) {
+      const int64_t at = x + v * lanes;
+      hn::StoreU(result(d, sum[v], centre + at), hn::Rebind<Out, decltype(d)>(), out + at);
+    }
   });
 }
 
-template <class Word>
-void means(const uint8_t* x, const Planes& planes, int64_t ky, int64_t kx, Border border, uint8_t* out) {
+// result(sum of the window, centre) of every pixel.
+template <class Word, class Result, class Out>
+void over_windows(const uint8_t* x, const Planes& planes, int64_t ky, int64_t kx, Border border,
+                  const Result& result, Out* out) {
   const int64_t height = planes.height, width = planes.width, step = planes.step;
   const int64_t above = (ky - 1) / 2, before = (kx - 1) / 2 * step, reach = kx / 2 * step;
   const int64_t levels = lengths_of_windows(kx), lead = whole_lines<Word>(reach);
-  const Mean<Word> mean(ky * kx);
   // Each tile sums the rows above it again, so tiles are taller than the window.
   const int64_t most_rows = std::max(kTileRows, 4 * ky);
   for_tiles<Word>(
@@ -166,7 +186,8 @@ void means(const uint8_t* x, const Planes& planes, int64_t ky, int64_t kx, Borde
           for (int64_t i = 1; i < levels; ++i, size *= kRadix)
             lengthen(sums + (i - 1) * length - before, size * step, columns + (kx - kRadix * size) * step,
                      sums + i * length - before);
-          add_up(terms, count, mean, columns, tile_row(out + tile.plane * height * width, planes, tile, y));
+          add_up(terms, count, result, tile_row(image, planes, tile, y), columns,
+                 tile_row(out + tile.plane * height * width, planes, tile, y));
         }
       },
       most_rows);
@@ -178,9 +199,14 @@ void box_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t width, int64
                int64_t step, Border border, uint8_t* out) {
   const Planes planes{n, height, width, step};
   if (Mean<uint16_t>::is_exact(ky * kx))
-    means<uint16_t>(x, planes, ky, kx, border, out);
+    over_windows<uint16_t>(x, planes, ky, kx, border, Mean<uint16_t>(ky * kx), out);
   else
-    means<uint32_t>(x, planes, ky, kx, border, out);
+    over_windows<uint32_t>(x, planes, ky, kx, border, Mean<uint32_t>(ky * kx), out);
+}
+
+void laplacian_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t width, int64_t ky, int64_t kx,
+                     int64_t step, Border border, int16_t* out) {
+  over_windows<uint16_t>(x, {n, height, width, step}, ky, kx, border, Laplacian(ky * kx), out);
 }
 
 }  // namespace chiasm::kernels

@@ -94,6 +94,23 @@ def _box_bytes_kernel(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
     return from_rows(kernels.box_bytes(rows, ky, kx, step, border_type), x)
 
 
+@primitive
+def laplacian_bytes(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
+    """Sums of uint8 (B, C, H, W) over windows of ky x kx pixels, odd and at most 129, minus as many times the
+    centre: int16, exact.
+
+    >>> laplacian_bytes(torch.tensor([[[[1, 2, 4]]]], dtype=torch.uint8), 1, 3, "replicate")
+    tensor([[[[ 1,  1, -2]]]], dtype=torch.int16)
+    """
+    return box_sums(x.to(torch.float32), ky, kx, border_type, 1.0, -1.0 * (ky * kx)).to(torch.int16)
+
+
+@laplacian_bytes.lowering("native", when=kernels.available)
+def _laplacian_bytes_kernel(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.laplacian_bytes(rows, ky, kx, step, border_type), x)
+
+
 def whole_taps(taps: Tensor) -> Tuple[Tensor, Tensor]:
     """Taps (N, kh, kw) as integers, and the power of two (N,) of which they are multiples: the smallest from
     2^-23 to 2^23 for which sums of bytes are below 2^24. NaN becomes 0; magnitudes above 2^31 become 2^31.

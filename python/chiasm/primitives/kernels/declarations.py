@@ -66,6 +66,13 @@ _declare(
     [*_ROWS, "1 <= ky <= 65536", "1 <= kx <= 65536", "ky * kx <= 65536"],
 )
 _declare(
+    "laplacian_bytes(uint8[N, H, L] x, int ky, int kx, int step, Border border) -> int16[N, H, L]",
+    "box_bytes.cpp",
+    """Sums of windows of ky x kx pixels minus the centre times their number, in a time that hardly depends on
+    the window. Neighbours in a row are step values apart. A constant border is 0.""",
+    [*_ROWS, "1 <= ky <= 129", "1 <= kx <= 129", "ky % 2 == 1", "kx % 2 == 1", "ky * kx <= 129"],
+)
+_declare(
     """correlate_bytes(uint8[N, H, L] x, float32[R, KY, KX] taps, float32[R] scale, int step, Border border)
     -> uint8[N, H, L]""",
     "correlate_bytes.cpp",
