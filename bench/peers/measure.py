@@ -30,6 +30,8 @@ from ..wheel import PAUSE, copy_of, interleaved, room
 
 #: (batch, height, width), of three channels
 IMAGES = ((8, 256, 256), (1, 1080, 1920))
+#: boxes or masks of an image
+OBJECTS = 100
 #: for ops without images: the number of samples, and of points in each
 BATCH, POINTS = 1000, 1000
 
@@ -60,7 +62,11 @@ def sizes(spec: Spec) -> list[dict[str, int]]:
     used = spec.used_symbols()
     if "H" in used and "W" in used:
         made = [
-            {"B": b, "C": 3, "H": h, "W": w, "OH": h * 3 // 4, "OW": w * 3 // 4, "D": 8, "N": POINTS}
+            {
+                **{"B": b, "C": 3, "H": h, "W": w, "D": 8, "N": OBJECTS},
+                **{"OH": h * 3 // 4, "OW": w * 3 // 4},  # resized
+                **{"UH": h // 2, "UW": w // 2},  # chroma
+            }
             for b, h, w in IMAGES
         ]
     else:
