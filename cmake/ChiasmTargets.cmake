@@ -20,10 +20,11 @@ function(chiasm_export_only target symbol)
   set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS "${map}")
 endfunction()
 
-# chiasm_add_backend(NAME SOURCES... [COMPONENT NAME]): the plug-in libchiasm_NAME.so (target chiasm_NAME), in the folder chiasm/ beside libchiasm,
-# in the build tree as where it is installed. It must open without its engine: see runtime/core/backend.h.
+# chiasm_add_backend(NAME SOURCES... [COMPONENT NAME] [NOT_INSTALLED]): the plug-in libchiasm_NAME.so (target chiasm_NAME), in the folder chiasm/ beside
+# libchiasm, in the build tree as where it is installed; NOT_INSTALLED: in the build tree only, in a folder of its own. It must open without its
+# engine: see include/chiasm/backend.h.
 function(chiasm_add_backend name)
-  cmake_parse_arguments(arg "" "COMPONENT" "" ${ARGN})
+  cmake_parse_arguments(arg "NOT_INSTALLED" "COMPONENT" "" ${ARGN})
   if(NOT arg_COMPONENT)
     set(arg_COMPONENT runtime)
   endif()
@@ -31,6 +32,10 @@ function(chiasm_add_backend name)
   chiasm_compile_settings(chiasm_${name})
   chiasm_export_only(chiasm_${name} chiasm_backend_entry)
   target_link_libraries(chiasm_${name} PRIVATE chiasm_base)
+  if(arg_NOT_INSTALLED)
+    set_target_properties(chiasm_${name} PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/plugins")
+    return()
+  endif()
   set_target_properties(chiasm_${name} PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/chiasm")
   install(TARGETS chiasm_${name} LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/chiasm" COMPONENT ${arg_COMPONENT})
 endfunction()

@@ -86,7 +86,7 @@ typedef enum chiasm_code {
 typedef enum chiasm_trust_policy {
   CHIASM_TRUST_ANY = 0,    /**< the default */
   CHIASM_TRUST_SIGNED = 1, /**< those that a trusted key has signed (`chiasm sign`, docs/signing.md) */
-  /** any, but only the onnx backend's standard operators: data, never a program */
+  /** any, but only artifacts that are data (ONNX, or what a backend declares as data): never a program */
   CHIASM_TRUST_DATA_ONLY = 2
 } chiasm_trust_policy;
 
@@ -196,7 +196,8 @@ typedef struct chiasm_load_options {
   /** The native and torch artifacts are programs: loading one runs code that came with the bundle. The
    *  manifest's hash protects against damage, not against an author whom you do not trust. 1 (what
    *  CHIASM_LOAD_OPTIONS_INIT sets, because a bundle is normally shipped with the product that opens it)
-   *  allows them; 0 rejects them and leaves the artifacts that are data: those of the onnx backend. */
+   *  allows programs; 0 rejects them and leaves the artifacts that are data (ONNX in standard operators, or
+   *  what a backend declares as data). */
   int32_t allow_native_code;
   /** for generic methods: load the artifact for this chiasm_dtype; -1: float32, else the first available.
    *  (Zero is CHIASM_BOOL, so start from CHIASM_LOAD_OPTIONS_INIT.) */

@@ -390,8 +390,9 @@ struct LoadOptions {
   /** "native", "torch", "onnx", ...; "auto": the first, by priority, that can run it here */
   std::string backend = "auto";
   Device device;
-  bool allow_native_code = true; /**< false: only the onnx backend, whose artifacts are data; see chiasm.h */
-  int32_t dtype = -1;            /**< for generic methods; -1: float32, else the first available */
+  /** false: only artifacts that are data (ONNX, or what a backend declares as data); see chiasm.h */
+  bool allow_native_code = true;
+  int32_t dtype = -1; /**< for generic methods; -1: float32, else the first available */
   /** onnx: run native code inside ONNX Runtime if the bundle has it; see chiasm.h */
   bool fused = true;
   /** run once on the smallest input, so that the first real run is not the slow one */

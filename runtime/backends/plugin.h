@@ -17,7 +17,7 @@
 
 #include "base/dtype.h"
 #include "base/error.h"
-#include "core/backend.h"
+#include "chiasm/backend.h"
 
 namespace chiasm::plugin {
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "chiasm/chiasm.h"
-#include "core/backend.h"
+#include "chiasm/backend.h"
 
 #define CHIASM_AT(type, member, offset) \
   static_assert(offsetof(type, member) == (offset), #type "::" #member " has moved")

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/backend.h"
+#include "chiasm/backend.h"
 
 namespace chiasm::core {
 

@@ -66,3 +66,9 @@ separate_arguments(flags)
 step("${C_COMPILER}" -std=c11 -Wall -Wextra -pedantic -Werror ${flags} "${SOURCE_DIR}/c/consumer.c" -o "${WORK_DIR}/consumer_c"
   ${pc} "-Wl,-rpath,${prefix}/${LIBDIR}")
 step("${WORK_DIR}/consumer_c" ${bundle})
+
+# A backend in C11, from the installed headers
+file(MAKE_DIRECTORY "${WORK_DIR}/backends")
+step("${C_COMPILER}" -std=c11 -Wall -Wextra -pedantic -Werror -shared -fPIC "${SOURCE_DIR}/c/backend.c" -o
+  "${WORK_DIR}/backends/libchiasm_outside.so" ${pc})
+engines("outside: an engine 1.0" "CHIASM_BACKEND_PATH=${WORK_DIR}/backends")

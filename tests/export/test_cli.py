@@ -82,6 +82,12 @@ def test_run_maps_an_image_file_to_an_image_file(photo: Path, tmp_path: Path, ba
     assert code == 0 and np.asarray(Image.open(tmp_path / "edges.png")).shape == (149, 201)
 
 
+def test_run_refuses_a_backend_that_is_not_there(photo: Path, tmp_path: Path) -> None:
+    bundle = BUNDLES / "color.rgb_to_grayscale.chiasm"
+    code, text = chiasm("run", bundle, photo, tmp_path / "grey.png", "-b", "nonsense")
+    assert code == 1 and "nonsense" in text and "native" in text and "Traceback" not in text, text
+
+
 def test_run_takes_other_inputs_and_says_which_are_missing(photo: Path, tmp_path: Path) -> None:
     blur = BUNDLES / "filters.gaussian_blur2d.chiasm"
     code, text = chiasm("run", blur, photo, tmp_path / "out.png")

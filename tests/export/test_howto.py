@@ -26,16 +26,37 @@ def run(*command: object, **options: object) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def insert(file: Path, *places: str) -> None:
+    """Insert the last of ``places`` after the others, which follow each other in the file."""
+    *before, new = places
+    text, at = file.read_text(), 0
+    for place in before:
+        at = text.index(place, at) + len(place)
+    file.write_text(text[:at] + new + text[at:])
+
+
 def test_a_kernel_is_added(tmp_path: Path) -> None:
-    declaration, source, test, lowering = blocks("kernel.md")
+    declaration, source, test, guarded_call, lowering, example = blocks("kernel.md")
     ignored = shutil.ignore_patterns("__pycache__", "*.so", "x86-64-*")
-    for folder in ("include", "runtime/artifact", "runtime/base", "tests/kernels", "python/chiasm"):
+    for folder in (
+        "include",
+        "runtime/artifact",
+        "runtime/base",
+        "tests/kernels",
+        "tests/ops",
+        "python/chiasm",
+    ):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
+    for file in ("tests/__init__.py", "tests/changes.py", "pyproject.toml"):
+        shutil.copy(ROOT / file, tmp_path / file)
     with (tmp_path / "python/chiasm/primitives/kernels/declarations.py").open("a") as declarations:
         declarations.write(declaration)
     (tmp_path / "runtime/artifact/kernels/invert.cpp").write_text(source)
     (tmp_path / "tests/kernels/invert_test.cpp").write_text(test)
-    (tmp_path / "lowering.py").write_text(lowering + USE)
+    insert(tmp_path / "tests/kernels/guarded_test.cpp", "kSizes) {\n", guarded_call)
+    (tmp_path / "python/chiasm/primitives/images/inverting.py").write_text(lowering)
+    insert(tmp_path / "tests/ops/test_targets.py", "\nEXAMPLES: ", "{\n", example)
+    (tmp_path / "use.py").write_text(USE)
 
     made = tmp_path / "made"
     run(sys.executable, tmp_path / "runtime/artifact/generate.py", "build", made)
@@ -68,22 +89,30 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
     ]
     run("g++", *flags, *sources, "-lgtest", "-lgtest_main", "-o", tmp_path / "invert_test")
     run(tmp_path / "invert_test")
-    run(sys.executable, tmp_path / "lowering.py", env={"PYTHONPATH": str(tmp_path / "python")})
+    environment = os.environ | {"PYTHONPATH": str(tmp_path / "python")}
+    run(sys.executable, tmp_path / "use.py", env=environment)
+    (tmp_path / "docs").mkdir()
+    shutil.copy(made / "kernels.md", tmp_path / "docs")
+    tests = [tmp_path / "tests/ops" / name for name in ("test_kernel_declarations.py", "test_targets.py")]
+    chosen = "every_kernel or page_of_kernels or inverted"
+    run(sys.executable, "-m", "pytest", "-q", *tests, "-k", chosen, env=environment, cwd=tmp_path)
 
 
 def test_an_op_is_added(tmp_path: Path) -> None:
     source, names, spec, test, commands = blocks("op.md")
     shutil.copytree(
-        ROOT / "python/chiasm", tmp_path / "chiasm", ignore=shutil.ignore_patterns("__pycache__", "x86-64-*")
+        ROOT / "python/chiasm",
+        tmp_path / "python/chiasm",
+        ignore=shutil.ignore_patterns("__pycache__", "x86-64-*"),
     )
-    (tmp_path / "chiasm/enhance/vignette.py").write_text(source)
-    family = tmp_path / "chiasm/enhance/__init__.py"
+    (tmp_path / "python/chiasm/enhance/vignette.py").write_text(source)
+    family = tmp_path / "python/chiasm/enhance/__init__.py"
     before, lookup = family.read_text().split("__getattr__, ")
     family.write_text(f"{before}{names}\n__getattr__, {lookup}")
-    with (tmp_path / "chiasm/export/catalog/enhance.py").open("a") as catalog:
+    with (tmp_path / "python/chiasm/export/catalog/enhance.py").open("a") as catalog:
         catalog.write(spec)
     (tmp_path / "test_vignette.py").write_text(test)
-    environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONSAFEPATH": "1"}
+    environment = os.environ | {"PYTHONPATH": str(tmp_path / "python"), "PYTHONSAFEPATH": "1"}
     run(
         sys.executable,
         "-m",
@@ -96,6 +125,9 @@ def test_an_op_is_added(tmp_path: Path) -> None:
         cwd=tmp_path,
     )
     run(sys.executable, "-c", DOCTEST, env=environment, cwd=tmp_path)
+    (tmp_path / "tools").mkdir()
+    run(sys.executable, shutil.copy(ROOT / "tools/stubs.py", tmp_path / "tools"), env=environment)
+    assert "class Vignette(" in family.with_suffix(".pyi").read_text()
     export, verify = (
         line.split("-m chiasm.export ")[1].split()
         for line in commands.splitlines()
@@ -128,10 +160,13 @@ assert torch.autograd.gradcheck(module.vignette, x)
 torch.jit.script(module.vignette)
 """
 
-#: Appended to the last block of kernel.md: the trace for native code has the kernel, other traces have the
-#: definition.
+#: The trace for native code has the kernel, other traces have the definition.
 USE = """
+import torch
+from torch import Tensor
+
 from chiasm.primitives.core.target import exporting
+from chiasm.primitives.images.inverting import inverted
 
 x = torch.rand(2, 3, 5)
 torch.testing.assert_close(inverted(x, 1.0), 1.0 - x)

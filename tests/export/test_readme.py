@@ -1,4 +1,4 @@
-"""The README's examples run as written."""
+"""README.md: its examples run as written."""
 
 import re
 import subprocess

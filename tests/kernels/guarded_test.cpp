@@ -576,6 +576,20 @@ TEST_F(GuardedBytes, PixelsStayInside) {
                 run(aoti_torch_cpu_laplacian_bytes, x, window.height, window.width, step, border);
             }
             run(aoti_torch_cpu_integral_bytes, x, step);
+            run(aoti_torch_cpu_moments_bytes, row);
+            for (const int32_t greatest : {0, 1}) {
+              run(aoti_torch_cpu_extreme_index, row, greatest);
+              run(aoti_torch_cpu_extreme_index, numbers({2, s.height * s.width * step}), greatest);
+            }
+            for (const int64_t far : {int64_t{12}, INT64_MAX}) {
+              const auto places = [&](int64_t bins) { return wholes<int64_t>({3, bins}, -far, far); };
+              const Tensor which = wholes<int64_t>({3}, -far, far), rows[] = {places(2), places(2)},
+                           columns[] = {places(3), places(3)};
+              run(aoti_torch_cpu_box_maxima, numbers({2, 2, s.height, s.width}), which, rows[0], rows[1],
+                  columns[0], columns[1]);
+              run(aoti_torch_cpu_box_means, numbers({2, 1, 6, s.height, s.width}), which, rows[0], rows[1],
+                  columns[0], columns[1]);
+            }
             run(aoti_torch_cpu_split_pixels, row, step);
             run(aoti_torch_cpu_join_pixels, row, step);
             run(aoti_torch_cpu_lut_bytes, bytes({1, 256}), row);

@@ -374,6 +374,9 @@ KERNEL_CALL_BENCHMARK(mirrored_along, [] {
     mirrored(frame.x.data(), 1, 1080, 1920 * 3, 3, true, false, frame.out.data());
   };
 });
+KERNEL_BENCHMARK(mirrored_along_floats, [](const float* x, Planes p, float* out) {
+  mirrored(x, p.count, p.height, p.width, 1, true, false, out);
+});
 KERNEL_CALL_BENCHMARK(pyramid_down_bytes, [] {
   return [frame = Frame()]() mutable {
     pyramid_down_bytes(frame.x.data(), 1, 1080, 1920 * 3, 3, Border::kReflect, frame.out.data());

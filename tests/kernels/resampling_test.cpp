@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+#include <type_traits>
 #include <vector>
 
 #include "artifact/kernels/resize_taps.h"
@@ -349,6 +350,90 @@ TYPED_TEST(Resampling, ResizeBlurredMatchesOpenCv) {
           expect_resized(this->random(p.count * p.height * p.width, 0, 1), p, height, width, taps, expected,
                          2e-5);
         }
+}
+
+// An image in double, row by row.
+using Rows = std::vector<std::vector<double>>;
+
+Rows transposed(const Rows& rows) {
+  Rows columns(rows[0].size(), std::vector<double>(rows.size()));
+  for (size_t y = 0; y < rows.size(); ++y)
+    for (size_t x = 0; x < rows[y].size(); ++x) columns[x][y] = rows[y][x];
+  return columns;
+}
+
+// Each row's correlation with the taps.
+Rows correlated(const Rows& rows, const std::vector<double>& taps, Border border) {
+  const auto size = int64_t(rows[0].size()), length = int64_t(taps.size());
+  Rows sums(rows.size(), std::vector<double>(rows[0].size(), 0.0));
+  for (size_t y = 0; y < rows.size(); ++y)
+    for (int64_t x = 0; x < size; ++x)
+      for (int64_t k = 0; k < length; ++k) {
+        int64_t at = x + k - length / 2;
+        if (border == Border::kConstant && (at < 0 || at >= size)) continue;
+        if (border == Border::kReplicate || size == 1) at = std::clamp<int64_t>(at, 0, size - 1);
+        while (at < 0 || at >= size) at = at < 0 ? -at : 2 * (size - 1) - at;
+        sums[y][size_t(x)] += taps[size_t(k)] * rows[y][size_t(at)];
+      }
+  return sums;
+}
+
+// Each row read at `width` positions between its pixels.
+Rows interpolated(const Rows& rows, int64_t width, bool corners) {
+  const auto size = int64_t(rows[0].size());
+  Rows out(rows.size(), std::vector<double>(size_t(width)));
+  for (size_t y = 0; y < rows.size(); ++y)
+    for (int64_t x = 0; x < width; ++x) {
+      const double position = corners ? double(x) * double(size - 1) / double(std::max<int64_t>(width - 1, 1))
+                                      : (double(x) + 0.5) * double(size) / double(width) - 0.5;
+      const double low = std::floor(position);
+      const auto pixel = [&](double column) {
+        return rows[y][size_t(std::clamp(column, 0.0, double(size - 1)))];
+      };
+      out[y][size_t(x)] = pixel(low) * (low + 1 - position) + pixel(low + 1) * (position - low);
+    }
+  return out;
+}
+
+TYPED_TEST(Resampling, ResizeBlurredIsABlurAndAResize) {
+  using T = TypeParam;
+  const std::vector<T> symmetric{T(1) / 16, T(4) / 16, T(6) / 16, T(4) / 16, T(1) / 16};
+  std::vector<std::pair<int64_t, int64_t>> sizes(std::begin(kSizes), std::end(kSizes));
+  sizes.insert(sizes.end(), {{20, 75}, {40, 150}});  // half of the largest image, and its own size
+  for (const Images& images : kImages)
+    for (const std::vector<T>& blur : {symmetric, std::vector<T>{T(0.75)}, this->random(3, -0.4, 0.6),
+                                       this->random(9, -0.4, 0.6)})  // also longer than most images
+      for (const auto& [height, width] : sizes)
+        for (const Border border : {Border::kReflect, Border::kReplicate, Border::kConstant})
+          for (const bool corners : {false, true})
+            for (const bool before : {false, true}) {
+              const int64_t planes = images.count * images.channels;
+              const auto x = this->random(planes * images.height * images.width, -1, 1);
+              std::vector<T> out(size_t(planes * height * width));
+              resize_blurred(x.data(), images, blur.data(), int64_t(blur.size()), height, width, corners,
+                             border, before, out.data());
+              const std::vector<double> taps(blur.begin(), blur.end());
+              const auto blurred = [&](const Rows& of) {
+                return transposed(correlated(transposed(correlated(of, taps, border)), taps, border));
+              };
+              const auto resized = [&, height = height, width = width](const Rows& of) {
+                return transposed(
+                    interpolated(transposed(interpolated(of, width, corners)), height, corners));
+              };
+              for (int64_t p = 0; p < planes; ++p) {
+                Rows rows;
+                for (int64_t y = p * images.height; y < (p + 1) * images.height; ++y)
+                  rows.emplace_back(x.begin() + y * images.width, x.begin() + (y + 1) * images.width);
+                const Rows expected = before ? resized(blurred(rows)) : blurred(resized(rows));
+                for (int64_t i = 0; i < height * width; ++i)
+                  ASSERT_NEAR(double(out[size_t(p * height * width + i)]),
+                              expected[size_t(i / width)][size_t(i % width)],
+                              (std::is_same_v<T, float> ? 1e-5 : 1e-12))
+                      << images.height << "x" << images.width << " to " << height << "x" << width << ", "
+                      << taps.size() << " taps, border " << int(border) << ", corners " << corners
+                      << ", before " << before << ", " << i % width << " " << i / width;
+              }
+            }
 }
 
 KERNEL_BENCHMARK(resize_blurred_half, [](const float* x, Planes p, float* out) {

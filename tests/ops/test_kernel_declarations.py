@@ -1,5 +1,5 @@
-"""The kernels' declarations: an error is one sentence, and docs/kernels.md matches the current
-declarations."""
+"""The kernels' declarations: an error is one sentence, docs/kernels.md matches the current declarations, and
+each kernel has its tests. Intrinsics stand in files that are named for their instruction set."""
 
 from __future__ import annotations
 
@@ -145,17 +145,87 @@ def test_every_kernel_is_a_lowering() -> None:
     assert called == set(KERNELS)
 
 
+#: A function of a C++ source, as clang-format writes it.
+FUNCTION = re.compile(
+    r"^(?:template <[^\n]*>\n)?\w[^\n;=()]*[ &*](\w+)\([^;{}]*\) \{(?:[^\n]*\}|(?:\n(?:[ #].*)?)*\n\})$",
+    re.MULTILINE,
+)
+
+
+def parts_of(source: str) -> tuple[str, set[str]]:
+    """A C++ source without its comments, its benchmarks and the functions that only these call; and the names
+    of the benchmarks."""
+    source, names = re.sub(r"//.*", "", source), set()
+    while found := re.search(r"^\w*BENCHMARK\((\w+),", source, re.MULTILINE):
+        names.add(found[1])
+        end, depth = source.index("(", found.start()) + 1, 1
+        while depth:
+            depth += {"(": 1, ")": -1}.get(source[end], 0)
+            end += 1
+        source = source[: found.start()] + source[end:]
+    while unused := [f for f in FUNCTION.finditer(source) if len(re.findall(rf"\b{f[1]}\b", source)) == 1]:
+        for function in reversed(unused):
+            source = source[: function.start()] + source[function.end() :]
+    return source, names
+
+
+def files_of_tests(sources: dict[str, str]) -> tuple[dict[str, set[str]], dict[str, set[str]]]:
+    """The files that compare each kernel with a reference, and those with a benchmark of it: its name begins
+    with the kernel's, and with no longer one."""
+    compare: dict[str, set[str]] = {name: set() for name in KERNELS}
+    measure: dict[str, set[str]] = {name: set() for name in KERNELS}
+    for file, source in sources.items():
+        rest, benchmarks = parts_of(source)
+        for name in KERNELS:
+            if re.search(rf"\b{name}\(", rest):
+                compare[name].add(file)
+        for benchmark in benchmarks:
+            owners = [name for name in KERNELS if f"{benchmark}_".startswith(f"{name}_")]
+            if owners:
+                measure[max(owners, key=len)].add(file)
+    return compare, measure
+
+
 def test_every_kernel_has_its_tests_and_its_benchmark() -> None:
-    """The tests: against a reference, in guarded memory, of refused calls; and the benchmark."""
+    """The tests: against a reference, with a benchmark in the same file, and in guarded memory. The checks of
+    calls are generated from the declarations, so refused_calls_test.cpp has a sample of the kernels."""
     folder = ROOT / "tests" / "kernels"
     sources = {file.name: file.read_text() for file in folder.glob("*_test.cpp")}
-    against_references = "".join(
-        text for name, text in sources.items() if name not in ("guarded_test.cpp", "refused_calls_test.cpp")
-    )
+    del sources["refused_calls_test.cpp"]
+    guarded = sources.pop("guarded_test.cpp")
+    compare, measure = files_of_tests(sources)
     for name in KERNELS:
-        assert re.search(rf"\b{name}\(", against_references), f"{name}: no test against a reference"
-        assert re.search(rf"BENCHMARK\({name}(_\w+)?,", against_references), f"{name}: no benchmark"
-        assert f"aoti_torch_cpu_{name}," in sources["guarded_test.cpp"], f"{name}: no call in guarded memory"
+        assert compare[name], f"{name}: no test against a reference"
+        assert compare[name] & measure[name], f"{name}: no benchmark beside its test"
+        assert f"aoti_torch_cpu_{name}," in guarded, f"{name}: no call in guarded memory"
+
+
+def test_a_benchmark_is_no_test() -> None:
+    helper = "template <int kSize>\nvoid box(Frame& frame) {\n  box_bytes(frame.x.data(), kSize);\n}\n"
+    benchmark = "KERNEL_CALL_BENCHMARK(box_bytes_5x5, [] { return [frame = Frame()] { box<5>(frame); }; });\n"
+    test = "TEST_F(Bytes, MeansOfWindows) {\n  box_bytes(image.data, 5);\n}\n"
+    for source, files in ((helper + benchmark, set()), (test + helper + benchmark, {"bytes_test.cpp"})):
+        compare, measure = files_of_tests({"bytes_test.cpp": source})
+        assert compare["box_bytes"] == files
+        assert measure["box_bytes"] == {"bytes_test.cpp"}
+
+
+def test_intrinsics_stand_in_files_of_their_instruction_set() -> None:
+    named = re.compile(r"_(avx2|avx512|x86|aarch64|neon|sse4)\.\w+$")
+    intrinsics = re.compile(
+        r"\b_mm\d*_|\b__m\d+|__builtin_ia32|mmintrin|arm_neon|_ZGV|\basm\b[^;]*\b(?:\w*mxcsr|fpcr)\b"
+    )
+    tracked = subprocess.run(
+        ["git", "ls-files", "*.h", "*.hpp", "*.c", "*.cpp"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.split()
+    files = [ROOT / file for file in tracked if not named.search(file)]
+    assert files
+    found = [str(file) for file in files if file.exists() and intrinsics.search(file.read_text())]
+    assert not found, f"intrinsics in files without the name of an instruction set: {', '.join(found)}"
 
 
 def test_no_kernel_has_the_name_of_an_operator_of_pytorchs() -> None:

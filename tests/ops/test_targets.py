@@ -150,6 +150,12 @@ def offers() -> Example:
     return torch.arange(10, dtype=torch.int32).repeat(2, 1), index, index - 3, integers(2, 2, 10) > 0
 
 
+def bins() -> Example:
+    """Images of 5 boxes, and the rows and columns of 2 x 3 bins of each, some of them empty."""
+    rows, columns = integers(10, 5, 2), integers(12, 5, 3)
+    return integers(2, 5), rows, rows.flip(0), columns, columns.flip(0)
+
+
 def curves(dtype: torch.dtype) -> Example:
     first, second = integers(2, 12), integers(2, 17)
     return (numbers(torch.float32, 2, 4 * 256), 2, integers(256, 2, 12, 17).to(torch.int32)) + tuple(
@@ -526,6 +532,18 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for name in BORDERS
         for size in ((3, 5), (4, 2), (17, 16))
     ],
+    "reductions.extreme_index": lambda t: [
+        (x, greatest)
+        for greatest in (True, False)
+        for x in (
+            integers(200, 3, 40).to(torch.uint8),
+            numbers(t, 2, 30),
+            torch.tensor([[float("nan"), 3, 3, float("inf")], [float("nan")] * 4], dtype=t),
+        )
+    ],
+    "reductions.moments_bytes": lambda t: [(integers(256, 3, 1000).to(torch.uint8),)],
+    "regions.box_maxima": lambda t: [(numbers(t, 2, 3, 9, 11), *bins())],
+    "regions.box_means": lambda t: [(numbers(t, 2, 3, 6, 9, 11), *bins())],
     "fixed_point.laplacian_bytes": lambda t: [
         (x, *size, name)
         for x in bytes_and_words()[:2]
@@ -755,6 +773,7 @@ ASKING = {
     "is_compiling",
     "is_dynamo_compiling",
     "is_exporting",
+    "is_in_onnx_export",
     "is_scripting",
     "is_tracing",
     "join_columns",

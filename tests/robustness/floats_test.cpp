@@ -5,12 +5,9 @@
 
 #include <string>
 
+#include "base/floats.h"
 #include "calls.h"
 #include "child.h"
-
-#if defined(__x86_64__)
-#include <xmmintrin.h>
-#endif
 
 namespace chiasm::testing {
 namespace {
@@ -34,7 +31,7 @@ class Floats : public ::testing::TestWithParam<std::string> {
     ::fesetround(FE_UPWARD);
 #if defined(__x86_64__)
     constexpr unsigned kFlushToZero = 0x8000, kSubnormalsAreZeros = 0x0040;
-    _mm_setcsr(_mm_getcsr() | kFlushToZero | kSubnormalsAreZeros);
+    base::FloatControl::set(base::FloatControl::get() | kFlushToZero | kSubnormalsAreZeros);
 #endif
     if (traps) ::feenableexcept(FE_ALL_EXCEPT);
   }

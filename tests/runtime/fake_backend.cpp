@@ -19,7 +19,7 @@
 
 #include "backends/onnx/onnx_file.h"
 #include "base/error.h"
-#include "core/backend.h"
+#include "chiasm/backend.h"
 
 #ifndef FAKE_FORMATS
 #define FAKE_FORMATS \

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_pixels
 from ..primitives.core.layout import in_planes
-from ..primitives.images.histograms import bincount, level_rows
+from ..primitives.numbers.reductions import extreme_index, moments_bytes
 
 
 def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
@@ -41,11 +41,9 @@ def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
         flat = variance == 0.0
         std = torch.where(flat, variance, torch.where(flat, torch.ones_like(variance), variance).sqrt())
         return mean.flatten(1).to(image.dtype), std.to(image.dtype)
-    of_levels = bincount(level_rows(image), 256).to(torch.int64)
-    levels = torch.arange(256, device=image.device)
-    count = image.size(2) * image.size(3)
-    mean = (of_levels * levels).sum(1).to(torch.float64) / count
-    squares = (of_levels * levels * levels).sum(1).to(torch.float64) / count
+    moments = moments_bytes(in_planes(image).flatten(2).flatten(0, 1)).to(torch.float64)
+    moments = moments / (image.size(2) * image.size(3))
+    mean, squares = moments[:, 0], moments[:, 1]
     std = (squares - mean * mean).clamp(min=0.0).sqrt()
     return mean.reshape(image.size(0), image.size(1)), std.reshape(image.size(0), image.size(1))
 
@@ -72,12 +70,8 @@ def min_max_loc(image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
     """
     check_pixels(image, "image")
     values = in_planes(image).flatten(2)
-    low, high = values, values
-    if image.dtype != torch.uint8:
-        unknown = torch.isnan(values)
-        low = torch.where(unknown, torch.full_like(values, float("inf")), values)
-        high = torch.where(unknown, torch.full_like(values, -float("inf")), values)
-    first, last = _first(values, low.amin(2, keepdim=True)), _first(values, high.amax(2, keepdim=True))
+    first = _first(values, False)
+    last = _first(values, True)
     return (
         values.gather(2, first).squeeze(2),
         values.gather(2, last).squeeze(2),
@@ -86,13 +80,9 @@ def min_max_loc(image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
     )
 
 
-def _first(values: Tensor, wanted: Tensor) -> Tensor:
-    """The index of the first element that is `wanted`, 0 if there is none."""
-    # No argmax: compiled loops process it one value at a time
-    count = values.size(2)
-    index = torch.arange(count, dtype=torch.int32, device=values.device)
-    at = torch.where(values == wanted, index, torch.full_like(index, count)).amin(2, keepdim=True)
-    return torch.where(at < count, at, torch.zeros_like(at)).to(torch.int64)
+def _first(values: Tensor, greatest: bool) -> Tensor:
+    """The index (B, C, 1) of the first extreme of (B, C, N)."""
+    return extreme_index(values.flatten(0, 1), greatest).reshape(values.size(0), values.size(1), 1)
 
 
 def _place(index: Tensor, width: int) -> Tensor:

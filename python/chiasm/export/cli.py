@@ -340,9 +340,10 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
 @click.option(
     "-b",
     "--backend",
-    type=click.Choice(["auto", "native", "torch", "onnx"]),
+    metavar="NAME",
     default="auto",
     show_default=True,
+    help="Run it on this backend: native, torch, onnx, or another that is installed (see `chiasm doctor`).",
 )
 @click.option(
     "-s",

@@ -24,7 +24,7 @@ from .checks.trial import try_artifacts
 from .documents import provenance, sbom
 from .errors import ExportError, explain
 from .formats import native, onnx, torchscript
-from .job import ExportJob, Method, call, run_eager
+from .job import Artifact, ExportJob, Method, call, run_eager
 from .manifest import FORMATS, METHODS, SCHEMA_VERSION
 from .spec import Spec, TensorSpec
 from .tracing.gradient import vjp_module, vjp_signature
@@ -191,7 +191,7 @@ def package(job: ExportJob) -> Writer:
     return writer
 
 
-def _add(writer: Writer, artifact: Any) -> None:
+def _add(writer: Writer, artifact: Artifact) -> None:
     data, entry = artifact.made()
     writer.artifact(artifact.method, artifact.file, data, **entry)
 

@@ -26,7 +26,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from chiasm import _runtime
+try:
+    from chiasm import _runtime
+except ImportError as error:
+    raise ImportError(
+        "chiasm's runtime is not built for this Python: in a source tree run `make build`, elsewhere"
+        f" `pip install chiasm` ({error})"
+    ) from error
 from chiasm._runtime import BackendInfo, ChiasmError, Code, Method, Output, SelfTestRow, TensorInfo
 
 __all__ = [
@@ -115,8 +121,8 @@ class Bundle:
             For a method that accepts several dtypes, the one to load, as a name, a NumPy dtype or a torch
             dtype; by default float32, else the first available.
         allow_native_code
-            The native and torch artifacts are programs. False allows only the onnx backend, whose artifacts
-            are data: use it for bundles whose author you do not trust.
+            The native and torch artifacts are programs. False allows only artifacts that are data (ONNX, or
+            what a backend declares as data): use it for bundles whose author you do not trust.
         fused
             The onnx backend on the CPU: run the method's native code as one node inside ONNX Runtime, if the
             bundle has some for this machine. False runs the graph of standard operators.
@@ -250,8 +256,8 @@ def set_trust(policy: str, keys: Sequence[str | os.PathLike[str]] = ()) -> None:
     Parameters
     ----------
     policy
-        "any"; "signed": bundles that a trusted key has signed; "data_only": any, but only the onnx backend's
-        standard operators, which are data, and never a program.
+        "any"; "signed": bundles that a trusted key has signed; "data_only": any, but only artifacts that are
+        data (ONNX, or what a backend declares as data), never a program.
     keys
         For "signed": minisign public keys, each as its 56 characters or as the path of a file.
     """

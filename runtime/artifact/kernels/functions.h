@@ -1,4 +1,4 @@
-// Functions that Highway lacks: value by value, except those in functions_avx2.h.
+// Functions of single values for Highway's vectors: value by value, except those in functions_avx2.h.
 #pragma once
 
 #include <cmath>

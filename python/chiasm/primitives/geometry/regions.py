@@ -7,6 +7,8 @@ from torch import Tensor
 
 from ..core.checks import check_floating, check_image, check_last, check_rank
 from ..core.lowering import primitive
+from ..filters.integral import integral
+from ..kernels import operators as kernels
 from ..numbers.rounding import to_index
 from ..resampling.warping import position_dtype
 
@@ -73,6 +75,74 @@ def whole(x: Tensor) -> Tensor:
     below = torch.floor(size)
     # The difference is exact; adding a half would round.
     return torch.where(size - below >= 0.5, below + 1.0, below) * torch.sign(x)
+
+
+@primitive
+def box_maxima(x: Tensor, image: Tensor, top: Tensor, bottom: Tensor, left: Tensor, right: Tensor) -> Tensor:
+    """The maxima (K, C, PH, PW) of the pixels in bins. Box k is in the image ``image`` (K,) of x (B, C, H,
+    W); its bins have the rows from ``top`` to ``bottom`` (K, PH) and the columns from ``left`` to ``right``
+    (K, PW), without the last. All are int64, 0 <= image < B, and corners are in the image. An empty bin is 0.
+
+    >>> x, zero, two = torch.arange(4.0).reshape(1, 1, 1, 4), torch.tensor([[0]]), torch.tensor([[2]])
+    >>> box_maxima(x, torch.tensor([0]), zero, zero + 1, zero, two)
+    tensor([[[[1.]]]])
+    """
+    count, channels, height, width = top.size(0), x.size(1), x.size(2), x.size(3)
+    bin_rows = top.size(1)
+    # For an empty bin some row is read, and ignored below.
+    first = top.clamp(max=height - 1).flatten()
+    rows = window_maxima(
+        x.permute(0, 2, 1, 3).flatten(2),
+        image[:, None].expand(-1, bin_rows).flatten(),
+        first,
+        torch.maximum(bottom.flatten(), first + 1),
+    )
+    rows = rows.reshape(count, bin_rows, channels, width)
+    column = torch.arange(width, device=x.device)
+    lowest = torch.full_like(rows[:, :, :, :1], float("-inf"))
+    maxima: List[Tensor] = []
+    for q in range(left.size(1)):
+        inside = (column >= left[:, q : q + 1]) & (column < right[:, q : q + 1])
+        maxima.append(torch.where(inside[:, None, None], rows, lowest).amax(-1))
+    filled = (bottom > top)[:, :, None] & (right > left)[:, None]
+    pooled = torch.stack(maxima, -1).transpose(1, 2)
+    return torch.where(filled[:, None], pooled, torch.zeros_like(pooled))
+
+
+box_maxima.lowering("native", when=kernels.has_kernel)(kernels.box_maxima)
+
+
+@primitive
+def box_means(x: Tensor, image: Tensor, top: Tensor, bottom: Tensor, left: Tensor, right: Tensor) -> Tensor:
+    """The means (K, C, PH, PW) of the pixels in bins, each of which has planes of its own: x is (B, C, PH *
+    PW, H, W), the rest as in `box_maxima`. Sums are differences of a summed-area table in float64, so x must
+    be finite.
+
+    >>> x, zero, two = torch.arange(4.0).reshape(1, 1, 1, 1, 4), torch.tensor([[0]]), torch.tensor([[2]])
+    >>> box_means(x, torch.tensor([0]), zero, zero + 1, zero, two)
+    tensor([[[[0.5000]]]])
+    """
+    count, bin_rows, bin_columns = top.size(0), top.size(1), left.size(1)
+    channels, bins, height, width = x.size(1), x.size(2), x.size(3), x.size(4)
+    # A row and a column of zeros before the first, so that each sum is computed from four corners.
+    padded = torch.nn.functional.pad(x.flatten(1, 2).to(torch.float64), [1, 0, 1, 0])
+    table = integral(padded).unflatten(1, [channels, bins]).transpose(0, 1)
+    flat = table.reshape(channels, x.size(0) * bins * (height + 1) * (width + 1))
+    place = torch.arange(bin_rows * bin_columns, device=x.device).reshape(bin_rows, bin_columns)
+    plane = image[:, None, None] * (bin_rows * bin_columns) + place
+    top, bottom = top[:, :, None], bottom[:, :, None]
+    left, right = left[:, None], right[:, None]
+    total = torch.zeros([1], dtype=flat.dtype, device=flat.device)
+    for y, column, sign in [(bottom, right, 1.0), (top, right, -1.0), (bottom, left, -1.0), (top, left, 1.0)]:
+        index = (plane * (height + 1) + y) * (width + 1) + column
+        total = total + sign * flat.gather(1, index.reshape(1, -1).expand(channels, -1))
+    area = ((bottom - top) * (right - left)).clamp(min=0)
+    filled = (bottom > top) & (right > left)
+    mean = total.reshape(channels, count, bin_rows, bin_columns) / area.clamp(min=1)
+    return torch.where(filled, mean, torch.zeros_like(mean)).transpose(0, 1).to(x.dtype)
+
+
+box_means.lowering("native", when=kernels.has_kernel)(kernels.box_means)
 
 
 @primitive

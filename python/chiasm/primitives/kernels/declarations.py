@@ -480,6 +480,33 @@ _declare(
     ["L <= INT32_MAX", "1 <= bins <= INT32_MAX"],
 )
 _declare(
+    "extreme_index(P[N, L] x, bool greatest) -> int64[N]",
+    "statistics.cpp",
+    "The index of the first least, or greatest, value of each row; NaN is ignored; 0 for a row of NaN.",
+    ["1 <= L"],
+)
+_declare(
+    "moments_bytes(uint8[N, L] x) -> int64[N, 2]",
+    "statistics.cpp",
+    "The sum and the sum of squares of each row.",
+)
+_declare(
+    """box_maxima(T[B, C, H, W] x, int64[K] image, int64[K, PH] top, int64[K, PH] bottom, int64[K, PW] left,
+    int64[K, PW] right) -> T[K, C, PH, PW]""",
+    "regions.cpp",
+    """The maxima of the pixels in the bins of boxes, each in one of the images: rows from top to bottom,
+    columns from left to right, without the last. Numbers outside the images are limited. An empty bin is 0, a
+    bin with NaN is NaN.""",
+)
+_declare(
+    """box_means(T[B, C, Q, H, W] x, int64[K] image, int64[K, PH] top, int64[K, PH] bottom, int64[K, PW] left,
+    int64[K, PW] right) -> T[K, C, PH, PW]""",
+    "regions.cpp",
+    """The means of the pixels in the bins of boxes, as in box_maxima; bin q of a box has plane q of each
+    channel. Sums are in float64.""",
+    ["Q == PH * PW"],
+)
+_declare(
     "lut(T[N, 256] table, uint8[N, L] index) -> T[N, L]",
     "histograms.cpp",
     "The entries of each row's table at the row's indices.",

@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 
 class ExampleBackend : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() { ::setenv("CHIASM_BACKEND_PATH", CHIASM_EXAMPLE_FOLDER, 1); }
+  static void SetUpTestSuite() { ::setenv("CHIASM_BACKEND_PATH", CHIASM_BACKEND_FOLDER, 1); }
 
   /** Writes a bundle whose only artifact is this program of the toy engine. */
   std::string write(const std::string& program, const std::string& format = "toy") const {

@@ -11,8 +11,8 @@
  *  their tables. `probe` opens the engine. It is called only when the backend is about to be used or is asked
  *  about.
  */
-#ifndef CHIASM_RUNTIME_CORE_BACKEND_H
-#define CHIASM_RUNTIME_CORE_BACKEND_H
+#ifndef CHIASM_BACKEND_H
+#define CHIASM_BACKEND_H
 
 #include "chiasm/chiasm.h"
 
@@ -57,7 +57,7 @@ typedef struct chiasm_backend_load {
   int32_t input_count, output_count;
   const char* const* input_names; /**< in the method's order */
   const char* const* output_names;
-  /** The method's signature as a text (core/signature_text.h). Compiled code must carry the same text. */
+  /** The method's signature as a text. Compiled code must carry the same text. */
   const char* signature;
   /** Bit i is set if the first dimension of input (output) i counts independent samples, so that a batch may
    *  be run in parts. All 0 if samples depend on each other. */
@@ -104,4 +104,4 @@ typedef const chiasm_backend* (*chiasm_backend_entry_fn)(uint32_t abi);
 }
 #endif
 
-#endif /* CHIASM_RUNTIME_CORE_BACKEND_H */
+#endif /* CHIASM_BACKEND_H */

@@ -1,0 +1,86 @@
+// Maxima and means of the pixels in the bins of boxes.
+#include <limits>
+
+#include "rows.h"
+
+namespace chiasm::kernels {
+namespace {
+
+// The bins of boxes: rows from top to bottom and columns from left to right, without the last.
+struct Bins {
+  int64_t rows, columns;
+  const int64_t *image, *top, *bottom, *left, *right;
+};
+
+// out = value(plane of the bin, its corners), for every box, channel and bin. Numbers outside the images are
+// limited.
+template <class T, class Plane, class Value>
+void over_bins(const Images& images, int64_t boxes, const Bins& bins, const Plane& plane, const Value& value,
+               T* out) {
+  if (images.count == 0) {
+    std::fill_n(out, boxes * images.channels * bins.rows * bins.columns, T(0));
+    return;
+  }
+#pragma omp parallel for
+  for (int64_t i = 0; i < boxes * images.channels; ++i) {
+    const int64_t box = i / images.channels, channel = i % images.channels;
+    const int64_t image = std::clamp<int64_t>(bins.image[box], 0, images.count - 1);
+    for (int64_t row = 0; row < bins.rows; ++row)
+      for (int64_t column = 0; column < bins.columns; ++column) {
+        const int64_t y = box * bins.rows + row, x = box * bins.columns + column;
+        out[(i * bins.rows + row) * bins.columns + column] =
+            value(plane(image, channel, row * bins.columns + column),
+                  std::clamp<int64_t>(bins.top[y], 0, images.height),
+                  std::clamp<int64_t>(bins.bottom[y], 0, images.height),
+                  std::clamp<int64_t>(bins.left[x], 0, images.width),
+                  std::clamp<int64_t>(bins.right[x], 0, images.width));
+      }
+  }
+}
+
+}  // namespace
+
+template <class T>
+void box_maxima(const T* x, Images images, const int64_t* image, int64_t boxes, const int64_t* top,
+                int64_t rows, const int64_t* bottom, const int64_t* left, int64_t columns,
+                const int64_t* right, T* out) {
+  const int64_t area = images.height * images.width, width = images.width;
+  over_bins(
+      images, boxes, Bins{rows, columns, image, top, bottom, left, right},
+      [=](int64_t item, int64_t channel, int64_t) { return x + (item * images.channels + channel) * area; },
+      [=](const T* plane, int64_t first_row, int64_t last_row, int64_t first, int64_t last) {
+        if (first_row >= last_row || first >= last) return T(0);
+        T most = -std::numeric_limits<T>::infinity();
+        for (int64_t row = first_row; row < last_row; ++row)
+          for (int64_t k = first; k < last; ++k) {
+            const T value = plane[row * width + k];
+            if (value > most || value != value) most = value;  // NaN stays
+          }
+        return most;
+      },
+      out);
+}
+
+template <class T>
+void box_means(const T* x, int64_t count, int64_t channels, int64_t planes, int64_t height, int64_t width,
+               const int64_t* image, int64_t boxes, const int64_t* top, int64_t rows, const int64_t* bottom,
+               const int64_t* left, int64_t columns, const int64_t* right, T* out) {
+  over_bins(
+      Images{count, channels, height, width}, boxes, Bins{rows, columns, image, top, bottom, left, right},
+      [=](int64_t item, int64_t channel, int64_t bin) {
+        return x + ((item * channels + channel) * planes + bin) * height * width;
+      },
+      [=](const T* plane, int64_t first_row, int64_t last_row, int64_t first, int64_t last) {
+        if (first_row >= last_row || first >= last) return T(0);
+        double sum = 0;
+        for (int64_t row = first_row; row < last_row; ++row)
+          for (int64_t k = first; k < last; ++k) sum += static_cast<double>(plane[row * width + k]);
+        return static_cast<T>(sum / static_cast<double>((last_row - first_row) * (last - first)));
+      },
+      out);
+}
+
+CHIASM_INSTANTIATE(box_maxima)
+CHIASM_INSTANTIATE(box_means)
+
+}  // namespace chiasm::kernels
