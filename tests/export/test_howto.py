@@ -36,7 +36,7 @@ def insert(file: Path, *places: str) -> None:
 
 
 def test_a_kernel_is_added(tmp_path: Path) -> None:
-    declaration, source, test, guarded_call, lowering, example = blocks("kernel.md")
+    declaration, source, test, lowering, example = blocks("kernel.md")
     ignored = shutil.ignore_patterns("__pycache__", "*.so", "x86-64-*")
     for folder in (
         "include",
@@ -53,7 +53,6 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
         declarations.write(declaration)
     (tmp_path / "runtime/artifact/kernels/invert.cpp").write_text(source)
     (tmp_path / "tests/kernels/invert_test.cpp").write_text(test)
-    insert(tmp_path / "tests/kernels/guarded_test.cpp", "kSizes) {\n", guarded_call)
     (tmp_path / "python/chiasm/primitives/images/inverting.py").write_text(lowering)
     insert(tmp_path / "tests/ops/test_targets.py", "\nEXAMPLES: ", "{\n", example)
     (tmp_path / "use.py").write_text(USE)

@@ -26,10 +26,17 @@ constexpr int32_t kT = -1, kI = -2, kP = -3, kU = -4;
                            "; the compiled op and its inputs do not belong together: export the op again");
 }
 
-inline std::string values_text(std::initializer_list<std::pair<const char*, int64_t>> values) {
+struct NamedValue {
+  template <class Number>
+  NamedValue(const char* name, Number value) : name(name), text(std::to_string(value)) {}
+  const char* name;
   std::string text;
-  for (const auto& [name, value] : values)
-    text += (text.empty() ? "" : ", ") + std::string(name) + " = " + std::to_string(value);
+};
+
+inline std::string values_text(std::initializer_list<NamedValue> values) {
+  std::string text;
+  for (const NamedValue& value : values)
+    text += (text.empty() ? "" : ", ") + std::string(value.name) + " = " + value.text;
   return text;
 }
 

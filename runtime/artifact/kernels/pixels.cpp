@@ -2,6 +2,7 @@
 #include <array>
 
 #include "interleaving.h"
+#include "pixels.h"
 
 namespace chiasm::kernels {
 namespace {
@@ -39,7 +40,7 @@ template <class P>
 void arrange_pixels(const P* x, int64_t n, int64_t values, const int32_t* order, int64_t made,
                     int64_t channels, double fill, P* out) {
   const int64_t pixels = values / channels;
-  const auto filled = static_cast<P>(fill);
+  const auto filled = as_pixel<P>(fill);
   std::array<int32_t, 4> first{};
   for (int64_t c = 0; c < std::min<int64_t>(made, 4); ++c)
     first[static_cast<size_t>(c)] = order[c] < channels ? order[c] : -1;

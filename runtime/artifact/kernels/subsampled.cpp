@@ -141,7 +141,8 @@ struct ChromaWeights {
   int32_t luma[3], first[3], second[3], luma_offset, chroma_offset;
 
   explicit ChromaWeights(const int32_t* w)
-      : luma_offset((2 * w[9] + 1) * kHalf), chroma_offset((2 * 128 + 1) * (1 << (kShift + 1))) {
+      : luma_offset(static_cast<int32_t>((2 * int64_t{w[9]} + 1) * kHalf)),
+        chroma_offset((2 * 128 + 1) * (1 << (kShift + 1))) {
     std::copy_n(w, 3, luma);
     std::copy_n(w + 3, 3, first);
     std::copy_n(w + 6, 3, second);

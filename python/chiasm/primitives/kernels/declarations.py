@@ -1,6 +1,6 @@
 """Every kernel, declared once: see schema.py for the language."""
 
-from typing import Dict, Sequence
+from typing import Dict, Sequence, Tuple
 
 from .schema import Enumeration, Kernel, kernel
 
@@ -23,8 +23,25 @@ CONSTANTS = {"MOST_ROWS": 16, "MOST_TERMS": 17}
 KERNELS: Dict[str, Kernel] = {}
 
 
-def _declare(schema: str, source: str, doc: str, where: Sequence[str] = ()) -> None:
-    declared = kernel(schema, source, doc, where, enumerations=ENUMERATIONS, constants=CONSTANTS)
+def _declare(
+    schema: str,
+    source: str,
+    doc: str,
+    where: Sequence[str] = (),
+    *,
+    tried: Sequence[Tuple[str, int, int]] = (),
+    exact: bool = True,
+) -> None:
+    declared = kernel(
+        schema,
+        source,
+        doc,
+        where,
+        enumerations=ENUMERATIONS,
+        constants=CONSTANTS,
+        tried=tried,
+        exact=exact,
+    )
     KERNELS[declared.name] = declared
 
 
@@ -88,6 +105,7 @@ _declare(
         "KY * KX <= INT32_MAX",
         "KX * step <= INT32_MAX",
     ],
+    tried=[("taps", -7, 7)],  # then sums are below 2^24, so exact with every instruction set
 )
 _declare(
     """bilateral(T[B, C, H, W] x, T[BG, D, H, W] guide, T[BS, KY, KX] space_weights, T[BR] range_coefficient,
@@ -98,6 +116,9 @@ _declare(
     distance between two colours of the guide is the sum of absolute differences, or Euclidean. space_weights
     are symmetric about the centre. Arguments of batch size 1 serve all images. A constant border is 0.""",
     ["BG in (1, B)", "BS in (1, B)", "BR in (1, B)", "KY % 2 == 1", "KX % 2 == 1"],
+    exact=False,
+    # Weights are positive and finite: others may add up to almost nothing.
+    tried=[("space_weights", 1, 9), ("range_coefficient", -5, 0)],
 )
 _declare(
     """bilateral_bytes(uint8[B, C, H, W] x, uint8[BG, D, H, W] guide, float64[BS, KY, KX] nearness,
@@ -116,6 +137,7 @@ _declare(
         "KX % 2 == 1",
         "1 <= K <= INT32_MAX",
     ],
+    tried=[("nearness", 1, 65536), ("alike", 1, 65536)],  # their products and sums are exact
 )
 _declare(
     "median_filter(P[N, H, L] x, int step, int size, Border border) -> P[N, H, L]",
@@ -145,6 +167,7 @@ _declare(
     """The largest or the smallest value in a centred window of ky x kx pixels. Neighbours in a row are step
     values apart. A constant border is value.""",
     [*_ROWS, "1 <= ky <= INT32_MAX", "1 <= kx <= INT32_MAX", "ky % 2 == 1", "kx % 2 == 1"],
+    tried=[("ky", 1, 300), ("kx", 1, 300)],  # the memory grows with a window, also beyond the image
 )
 _declare(
     """morphology(P[N, H, L] x, int step, float64[KY, KX] heights, int row, int column, Border border, float
@@ -171,6 +194,7 @@ _declare(
     "integral.cpp",
     "Sums of all pixels above and to the left, including the pixel: rounded to T along the rows, then along"
     " the columns.",
+    exact=False,
 )
 _declare(
     "integral_bytes(uint8[N, H, L] x, int step) -> int32[N, H, L]",
@@ -229,6 +253,7 @@ _declare(
     limit steps. In a step, it reaches the pixels where a correlation with the taps, whose middle is 1, is
     between 0 and 1; their distance is K // 2 times the step's number - scale log(correlation).""",
     ["K % 2 == 1", "K <= INT32_MAX", "(H + K) * (W + K) <= INT32_MAX", "0 <= limit <= INT32_MAX"],
+    exact=False,
 )
 _declare(
     "thinned(T[..., H, W] x, int limit, bool zhang) -> T[..., H, W]",
@@ -348,6 +373,7 @@ _declare(
     times the channels, plus its fourth, divided by 2^shift, rounded down and saturated. Sums below 2^24 are
     exact.""",
     ["L % 3 == 0", "O in (1, 3)", "0 <= shift <= 23"],
+    tried=[("weights", -20000, 20000)],  # then sums are below 2^24
 )
 
 _declare(
@@ -375,6 +401,7 @@ _declare(
     blue in luma, in U and in V; the last is the luma of black, and 128 is added to chroma. Values are rounded
     half up and saturated.""",
     ["L % 3 == 0", "1 <= height <= INT32_MAX", "L // 3 % height == 0"],
+    tried=[("height", 1, 300)],  # the time grows with the rows, also with those without pixels
 )
 _declare(
     "demosaiced(U[N, H, W] x, int red_row, int red_column, bool interleaved) -> U[N, H * W * 3]",
@@ -529,6 +556,7 @@ _declare(
         "1 <= tiles_y <= INT32_MAX",
         "1 <= tiles_x <= INT32_MAX",
     ],
+    tried=[("tile_height", 1, 300), ("tile_width", 1, 300)],  # the time grows with a tile, wherever it is
 )
 _declare(
     """clahe_interpolate(float32[N, TILES, 256] curves, int tiles_x, uint8[N, H, W] levels, int64[H] first_y,
@@ -575,6 +603,7 @@ _declare(
     """A resize. With align_corners the centres of the corner pixels coincide, else the outer edges. With
     antialias, the filter is widened by the factor of reduction.""",
     ["1 <= height <= INT32_MAX", "1 <= width <= INT32_MAX"],
+    exact=False,
 )
 _declare(
     """resize_bytes(uint8[N, H, W] x, int height, int width, int step, bool align_corners)
@@ -636,6 +665,7 @@ _declare(
     these rows rows[j] times down[j]. Indices out of range are clamped, and pixels with a weight of 0 are not
     read.""",
     ["1 <= J <= INT32_MAX", "1 <= I <= INT32_MAX", "1 <= M", "1 <= K"],
+    exact=False,
 )
 _declare(
     """area_bytes(uint8[N, H, L] x, int height, int width, int step) -> uint8[N, height, width * step]""",
@@ -665,6 +695,7 @@ _declare(
     "A bilinear resize, after or before a correlation with taps along both axes, as one pass. The border is"
     " not circular.",
     ["1 <= height <= INT32_MAX", "1 <= width <= INT32_MAX", "K % 2 == 1", "border != 'circular'"],
+    exact=False,
 )
 _declare(
     """extract_patches(T[B, C, L] pixels, int64[B, N] start, int64[B, N] height, int64[B, N] width, T[B, N, 2,
@@ -750,17 +781,20 @@ _declare(
     times window, divided linearly between the two nearest bins, and weighted by space_weights along the rows
     and along the columns.""",
     ["1 <= S <= INT32_MAX", "1 <= bins <= INT32_MAX"],
+    exact=False,
 )
 _declare(
     "cdist_squared(T[B, N, D] x1, T[B, M, D] x2) -> T[B, N, M]",
     "matching.cpp",
     "Squared Euclidean distances of vectors, as float64 differences of squared lengths and products.",
+    exact=False,
 )
 _declare(
     "two_smallest(T[B, N, M] x, bool along_rows) -> int64[B, N if along_rows else M, 2]",
     "matching.cpp",
     "The positions of the two smallest numbers of each row, or column, the first of equals; -1 if none is"
     " less than infinity.",
+    exact=False,
 )
 _declare(
     "score_models(T[B, S, 3, 3] models, T[B, 7, N] points, bool epipolar, int count) -> int64[B, count]",
@@ -805,6 +839,7 @@ _declare(
         "P == C // G * ((N // (C // G) + 15) // 16)",
         *_WINDOWS,
     ],
+    exact=False,
 )
 _declare(
     """depthwise_convolution(T[B, H, W, C] x, T[KH, KW, C] weight, T[C] bias, int stride_y, int stride_x,
@@ -813,6 +848,7 @@ _declare(
     "convolution.cpp",
     "Convolution of each channel with its own window, with zeros outside the image, limited to low and high.",
     [*_WINDOWS],
+    exact=False,
 )
 
 # Matrices and polynomials

@@ -79,6 +79,11 @@ class Kernel:
     name: str
     arguments: Tuple[Argument, ...]
     result: Argument
+    #: For the tests' calls: names of numbers, and of tensors whose entries are then whole, each with the
+    #: least and the greatest value, where callers promise more than conditions can check.
+    tried: Tuple[Tuple[str, int, int], ...] = ()
+    #: Whether results are the same with every instruction set, also those of huge numbers.
+    exact: bool = True
 
     @property
     def tensors(self) -> List[Argument]:
@@ -113,6 +118,8 @@ def kernel(
     *,
     enumerations: Sequence[Enumeration] = (),
     constants: Mapping[str, int] = MappingProxyType({}),
+    tried: Sequence[Tuple[str, int, int]] = (),
+    exact: bool = True,
 ) -> Kernel:
     """A declaration, read and checked.
 
@@ -135,7 +142,9 @@ def kernel(
     name, inside, result_type, result_shape = parts.groups()
     arguments = tuple(_argument(name, text, [e.name for e in enumerations]) for text in _split(inside))
     result = Argument("result", result_type, tuple(_split(result_shape)))
-    declared = Kernel(schema, source, " ".join(doc.split()), tuple(where), name, arguments, result)
+    declared = Kernel(
+        schema, source, " ".join(doc.split()), tuple(where), name, arguments, result, tuple(tried), exact
+    )
     _check(declared, ["INT32_MAX", *constants])
     return declared
 
