@@ -33,7 +33,7 @@ SPECIAL = (math.inf, math.nan, -math.inf, 1e10, -0.0, 5e-324, -1e300)
 MOST_VALUES, MOST_WORK = 2**13, 2**18
 #: The steps of a search that finds nothing.
 MOST_STEPS = 3000
-#: Of how many calls (with other values) the entries of an int64 tensor are those.
+#: How many entries are found for each int64 tensor that conditions name; tests repeat them.
 ENTRIES = 4
 #: The leading sizes "...", which the tests' tensors have as (count, 1).
 FOLDED = "count"
@@ -227,15 +227,14 @@ class Search:
         broken: Optional[Expression] = None,
     ) -> Iterator[Call]:
         steps = itertools.count()
+        relevant = [*conditions, *([broken] if broken else [])]
 
         def extend(call: Call, i: int) -> Iterator[Call]:
             if i == len(order):
                 yield dict(call)
                 return
             name = order[i]
-            for value in self._candidates(
-                name, call, number, zero, [*conditions, *([broken] if broken else [])]
-            ):
+            for value in self._candidates(name, call, number, zero, relevant):
                 if next(steps) > MOST_STEPS:
                     return
                 call[name] = value
@@ -259,18 +258,14 @@ class Search:
             return False
         if any(name in c.names and c.names <= known and not c.holds(call) for c in conditions):
             return False
+        least = 1 if small else 0
         counts = [
-            math.prod(max(small, call.get(s, 1)) if s.isidentifier() else int(s) for s in shape)
+            math.prod(max(least, call.get(s, 1)) if s.isidentifier() else int(s) for s in shape)
             for shape in self.shapes
         ]
         if not small:
             # The conditions on entries are checked for those that there are.
-            if (
-                broken is not None
-                and broken.names & set(self.entries)
-                and call[name] == 0
-                and name in self.sizes
-            ):
+            if broken and broken.names & set(self.entries) and name in self.sizes and call[name] == 0:
                 return False
             return all(
                 count <= (MOST_VALUES if tensor.name in self.entries else 2**60)

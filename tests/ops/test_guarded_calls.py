@@ -13,6 +13,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from chiasm.primitives.kernels.schema import DeclarationError, kernel
+
 ROOT = Path(__file__).resolve().parents[2]
 GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
 
@@ -31,16 +33,16 @@ def test_every_kernel_has_calls_in_guarded_memory(generate: SimpleNamespace) -> 
 
 
 def test_calls_are_allowed(generate: SimpleNamespace) -> None:
-    for kernel in generate.KERNELS.values():
-        for call in generate.allowed(kernel, 6):
+    for declared in generate.KERNELS.values():
+        for call in generate.allowed(declared, 6):
             listed = {name: values for name, values in call.items() if isinstance(values, list)}
             for i in range(generate.ENTRIES):
                 known = {**call, **{name: values[i] for name, values in listed.items()}}
                 known |= {"INT32_MAX": 2**31 - 1, **generate.CONSTANTS}
-                empty = {t.name for t in kernel.tensors if any(known.get(size) == 0 for size in t.shape)}
-                for text in kernel.conditions:
+                empty = {t.name for t in declared.tensors if any(known.get(size) == 0 for size in t.shape)}
+                for text in declared.conditions:
                     is_checked = not empty & set(listed) & set(re.findall(r"\w+", text))
-                    assert not is_checked or eval(text, {}, known), (kernel.name, text, call)
+                    assert not is_checked or eval(text, {}, known), (declared.name, text, call)
 
 
 def test_every_condition_is_broken(generate: SimpleNamespace) -> None:
@@ -48,8 +50,8 @@ def test_every_condition_is_broken(generate: SimpleNamespace) -> None:
     tests = generate.forbidden_calls().split("TEST(RefusedCalls, ")[1:]
     missing = {
         (name, text)
-        for test, (name, kernel) in zip(tests, generate.KERNELS.items(), strict=True)
-        for text in kernel.conditions
+        for test, (name, declared) in zip(tests, generate.KERNELS.items(), strict=True)
+        for text in declared.conditions
         if f'"{text}"' not in test
     }
     assert missing == {
@@ -59,6 +61,12 @@ def test_every_condition_is_broken(generate: SimpleNamespace) -> None:
         ("resize_cubic_bytes", "1 <= H"),
         ("resample_bytes", "1 <= H"),
     }
+
+
+@pytest.mark.parametrize("tried", [("y", 0, 1), ("scale", 0, 1), ("size", 2, 1)])
+def test_limits_are_those_of_arguments(tried: tuple[str, int, int]) -> None:
+    with pytest.raises(DeclarationError, match=f"^kernel half: tried: expected .*, got {tried[0]}, "):
+        kernel("half(T[N] x, int size, float scale) -> T[N]", "half.cpp", "", tried=[tried])
 
 
 def test_a_kernel_that_cannot_be_called_stops_the_build(tmp_path: Path) -> None:

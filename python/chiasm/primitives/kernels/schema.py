@@ -215,6 +215,13 @@ def _check(k: Kernel, constants: Sequence[str]) -> None:
             f"kernel {k.name}: '...' stands in one argument's shape, and from there in the result's; got"
             f" {', '.join(folded) or 'none'}"
         )
+    limited = {a.name for a in k.arguments if a.shape is not None or a.type == "int"}
+    for name, low, high in k.tried:
+        if name not in limited or low > high:
+            raise DeclarationError(
+                f"kernel {k.name}: tried: expected an int or a tensor among the arguments, and two limits,"
+                f" got {name}, {low}, {high}"
+            )
     numbers = {a.name for a in k.arguments if a.shape is None}
     entries = {a.name for a in k.tensors if a.type == "int64"}
     for expressions, known in (
