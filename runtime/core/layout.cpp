@@ -2,8 +2,8 @@
  *  changes; a new member gets a new line, and its struct a new size. */
 #include <cstddef>
 
-#include "chiasm/chiasm.h"
 #include "chiasm/backend.h"
+#include "chiasm/chiasm.h"
 
 #define CHIASM_AT(type, member, offset) \
   static_assert(offsetof(type, member) == (offset), #type "::" #member " has moved")
