@@ -20,7 +20,7 @@ class ExampleBackend : public ::testing::Test {
 
   /** Writes a bundle whose only artifact is this program of the toy engine. */
   std::string write(const std::string& program, const std::string& format = "toy") const {
-    const std::string path = folder_.path() + "/test.scale.chiasm";
+    std::string path = folder_.path() + "/test.scale.chiasm";
     std::filesystem::create_directory(path);
     const Json image = {{"name", "input"}, {"dtype", "float32"}, {"shape", {"N"}},  {"description", ""},
                         {"layout", ""},    {"color", ""},        {"range", nullptr}};
