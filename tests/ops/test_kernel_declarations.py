@@ -70,6 +70,24 @@ def tree(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def error_of(what: str, tree: Path, old: str, new: str) -> str:
+    """The error of the generator after a change of the declarations, with which it must write nothing."""
+    file = tree / "python/chiasm/primitives/kernels/declarations.py"
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new, 1))
+    done = subprocess.run(
+        [sys.executable, "-S", tree / "runtime/artifact/generate.py", what, tree / "made"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 1
+    assert not (tree / "made").exists()
+    error, _, rest = done.stderr.removeprefix("error: ").partition("\n")
+    assert not rest, done.stderr
+    return error
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -97,18 +115,20 @@ def tree(tmp_path: Path) -> Path:
     ],
 )
 def test_a_wrong_declaration_stops_the_build(tree: Path, old: str, new: str, message: str) -> None:
-    file = tree / "python/chiasm/primitives/kernels/declarations.py"
-    assert old in file.read_text()
-    file.write_text(file.read_text().replace(old, new))
-    done = subprocess.run(
-        [sys.executable, "-S", tree / "runtime/artifact/generate.py", "build", tree / "made"],
-        capture_output=True,
-        text=True,
-        timeout=60,
+    assert error_of("build", tree, old, new).startswith(message)
+
+
+def test_a_kernel_that_cannot_be_called_stops_the_build(tree: Path) -> None:
+    old, new = '"KY % 2 == 1", "KX % 2 == 1"]', '"KY % 2 == 1", "KY % 4 == 2"]'
+    assert error_of("tests", tree, old, new) == (
+        "kernel separable: no small sizes and numbers meet its conditions together, so no test can call it"
     )
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1].removeprefix("error: ").startswith(message)
-    assert not (tree / "made").exists()
+
+
+@pytest.mark.parametrize("tried", [("y", 0, 1), ("scale", 0, 1), ("size", 2, 1)])
+def test_limits_are_those_of_arguments(tried: tuple[str, int, int]) -> None:
+    with pytest.raises(DeclarationError, match=f"^kernel half: tried: expected .*, got {tried[0]}, "):
+        kernel("half(T[N] x, int size, float scale) -> T[N]", "half.cpp", "", tried=[tried])
 
 
 def test_the_page_of_kernels_is_todays() -> None:
