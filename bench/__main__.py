@@ -1,4 +1,4 @@
-"""make bench [WHAT=speed|images|geometry|peers|matching|serving|ray|letterbox|networks|augmentation|cuda]:
+"""make bench [WHAT=speed|images|geometry|peers|matching|serving|ray|letterbox|networks|augmentation|kernels|cuda]:
 run a benchmark and write docs/benchmarks*.md. Each benchmark exports only the bundles that it measures."""
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ WHAT = (
     "letterbox",
     "networks",
     "augmentation",
+    "kernels",
     "cuda",
 )
 

@@ -58,9 +58,15 @@ def main(bundle: str, threads: int, batch: int, height: int, width: int) -> dict
 
 
 def room(method: chiasm.runtime.Method, inputs: list[np.ndarray]) -> list[np.ndarray]:
-    """Buffers for the method's outputs."""
+    """Buffers for the method's outputs, at multiples of 64 bytes as OpenCV's own: stores that cross cache
+    lines are slower."""
     result = method(*inputs)
-    return [np.empty_like(r) for r in (result if isinstance(result, tuple) else (result,))]
+    buffers = []
+    for r in result if isinstance(result, tuple) else (result,):
+        memory = np.empty(r.nbytes + 64, np.uint8)
+        start = -memory.ctypes.data % 64
+        buffers.append(memory[start : start + r.nbytes].view(r.dtype).reshape(r.shape))
+    return buffers
 
 
 def copy_of(arrays: list[np.ndarray]) -> Callable[[], None]:

@@ -3,8 +3,9 @@
 //     cmake --build --preset release --target kernels_bench
 //     build/release/bin/kernels_bench [--benchmark_filter=median]
 //
-// On one thread. The time of a call is the median CPU time. The bandwidth is for images that are read once
-// and written once; its share is relative to a copy of the same images, which takes turns with the kernel.
+// `make bench WHAT=kernels` writes docs/benchmarks_kernels.md from it. On one thread. The time of a call is
+// the median CPU time. The bandwidth is for inputs that are read once and outputs that are written once; its
+// share is relative to a copy of as many bytes, which takes turns with the kernel.
 #pragma once
 
 #ifndef CHIASM_BENCHMARKS  // for cross-compiling, without the library
@@ -13,12 +14,14 @@
 #else
 
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <ctime>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "kernels.h"
@@ -46,27 +49,42 @@ inline std::vector<float> random(int64_t n, float low = 0, float high = 1) {
   return values;
 }
 
-template <class Call>
-void run(benchmark::State& state, const Call& call) {
+/** Measures call() beside copy(), which reads and writes `bytes` in all. */
+template <class Call, class Copy>
+void take_turns(benchmark::State& state, Call call, Copy copy, double bytes) {
   use_threads(1);
-  const chiasm::kernels::Planes planes{state.range(0), state.range(1), state.range(2)};
-  const std::vector<float> x = random(planes.count * planes.height * planes.width);
-  std::vector<float> out(x.size());
   std::vector<double> calls, copies;
   for (auto _ : state) {
     const double start = cpu_seconds();
-    std::memcpy(out.data(), x.data(), x.size() * sizeof(float));
+    copy();
     const double copied = cpu_seconds();
-    call(x.data(), planes, out.data());
+    call();
     calls.push_back(cpu_seconds() - copied);
     copies.push_back(copied - start);
     state.SetIterationTime(calls.back());
   }
-  const double bytes = 2.0 * double(x.size() * sizeof(float)), taken = median(calls), copy = median(copies);
+  const double taken = median(calls), copied = median(copies);
   state.counters["ms"] = taken * 1e3;
   state.counters["GB/s"] = bytes / taken * 1e-9;
-  state.counters["copy_GB/s"] = bytes / copy * 1e-9;
-  state.counters["of_copy_%"] = 100 * copy / taken;
+  state.counters["copy_GB/s"] = bytes / copied * 1e-9;
+  state.counters["of_copy_%"] = 100 * copied / taken;
+}
+
+template <class Call>
+void run(benchmark::State& state, const Call& call) {
+  const chiasm::kernels::Planes planes{state.range(0), state.range(1), state.range(2)};
+  const std::vector<float> x = random(planes.count * planes.height * planes.width);
+  std::vector<float> out(x.size());
+  const size_t bytes = x.size() * sizeof(float);
+  take_turns(
+      state, [&] { call(x.data(), planes, out.data()); }, [&] { std::memcpy(out.data(), x.data(), bytes); },
+      2.0 * double(bytes));
+}
+
+/** The bytes that the program holds. */
+inline size_t held() {
+  const auto memory = mallinfo2();
+  return memory.uordblks + memory.hblkhd;
 }
 
 /** Registers call(x, planes, out) at the sizes of docs/benchmarks.md. */
@@ -79,17 +97,18 @@ benchmark::internal::Benchmark* add(const char* name, const Call& call) {
       ->Unit(benchmark::kMillisecond);
 }
 
-/** Registers the call that make() returns, which owns its inputs and outputs. */
+/** Registers the call that make() returns, which owns its inputs and outputs: their bytes are what make()
+ *  allocates. */
 template <class Make>
 benchmark::internal::Benchmark* add_call(const char* name, const Make& make) {
   const auto run = [make](benchmark::State& state) {
-    use_threads(1);
+    const size_t before = held();
     auto call = make();
-    for (auto _ : state) {
-      const double start = cpu_seconds();
-      call();
-      state.SetIterationTime(cpu_seconds() - start);
-    }
+    const size_t half = (held() - before) / 2;
+    const std::vector<uint8_t> source(half);
+    std::vector<uint8_t> target(half);
+    take_turns(
+        state, std::move(call), [&] { std::memcpy(target.data(), source.data(), half); }, 2.0 * double(half));
   };
   return benchmark::RegisterBenchmark(name, run)->UseManualTime()->Unit(benchmark::kMillisecond);
 }
