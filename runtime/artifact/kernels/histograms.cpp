@@ -236,6 +236,7 @@ void lut(const T* table, int64_t rows, const uint8_t* index, int64_t n, T* out) 
   for (int64_t i = 0; i < rows * chunks; ++i) {
     const int64_t row = i / chunks, first = i % chunks * size, last = std::min(n, first + size);
     const T* const entries = table + row * 256;
+#pragma GCC unroll 4  // else the time depends on where the loop begins in memory: up to 1.25 times
     for (int64_t k = row * n + first; k < row * n + last; ++k) out[k] = entries[index[k]];
   }
 }
