@@ -257,20 +257,27 @@ TEST_F(Bytes, WithoutAWeightThereIsNoMean) {
 }
 
 TEST_F(Bytes, IntegralBytesMatchOpenCv) {
-  for (const Size& size : kSizes)
+  std::vector<Size> sizes(std::begin(kSizes), std::end(kSizes));
+  sizes.push_back({200, 37});  // strips of rows
+  for (const Size& size : sizes)
     for (const int channels : {1, 2, 3, 4}) {
       const cv::Mat image = frame(2 * size.height, size.width, channels);
       std::vector<int32_t> out(image.total() * size_t(channels));
-      integral_bytes(image.data, 2, size.height, size.width * channels, channels, out.data());
-      for (int n = 0; n < 2; ++n) {
-        cv::Mat sums;
-        cv::integral(image.rowRange(n * size.height, (n + 1) * size.height), sums, CV_32S);
-        const cv::Mat made(size.height, size.width, CV_32SC(channels),
-                           out.data() + n * size.height * size.width * channels);
-        EXPECT_EQ(cv::norm(sums(cv::Rect(1, 1, size.width, size.height)), made, cv::NORM_INF), 0)
-            << image.size() << " x " << channels;
+      for (const int threads : {1, 3}) {
+        use_threads(threads);
+        std::fill(out.begin(), out.end(), -1);
+        integral_bytes(image.data, 2, size.height, size.width * channels, channels, out.data());
+        for (int n = 0; n < 2; ++n) {
+          cv::Mat sums;
+          cv::integral(image.rowRange(n * size.height, (n + 1) * size.height), sums, CV_32S);
+          const cv::Mat made(size.height, size.width, CV_32SC(channels),
+                             out.data() + n * size.height * size.width * channels);
+          EXPECT_EQ(cv::norm(sums(cv::Rect(1, 1, size.width, size.height)), made, cv::NORM_INF), 0)
+              << image.size() << " x " << channels;
+        }
       }
     }
+  use_threads(1);
 }
 
 TEST_F(Bytes, IntegralBytesEndAtTheLargestNumber) {
@@ -278,6 +285,7 @@ TEST_F(Bytes, IntegralBytesEndAtTheLargestNumber) {
     for (const int channels : {1, 2, 3}) {
       const std::vector<uint8_t> x(size_t(size.height) * size_t(size.width * channels), 255);
       std::vector<int32_t> out(x.size());
+      use_threads(channels);
       integral_bytes(x.data(), 1, size.height, size.width * channels, channels, out.data());
       for (int64_t y = 0; y < size.height; ++y)
         for (int64_t k = 0; k < size.width; k += k + 100 < size.width ? 99 : 1)
@@ -285,6 +293,7 @@ TEST_F(Bytes, IntegralBytesEndAtTheLargestNumber) {
             ASSERT_EQ(out[size_t((y * size.width + k) * channels + c)],
                       std::min<int64_t>(255 * (y + 1) * (k + 1), INT32_MAX));
     }
+  use_threads(1);
 }
 
 // The reference mirrors the image at its borders first, because OpenCV does not.

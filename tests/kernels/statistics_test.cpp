@@ -4,6 +4,7 @@
 #include "benchmarks.h"
 #include "bytes.h"
 #include "kernels.h"
+#include "threads.h"
 
 using namespace chiasm::kernels;
 
@@ -35,31 +36,45 @@ class Statistics : public ::testing::Test {};
 using Pixels = ::testing::Types<uint8_t, int16_t, uint16_t, float, double>;
 TYPED_TEST_SUITE(Statistics, Pixels);
 
-TYPED_TEST(Statistics, TheFirstExtremeIsFound) {
+// Channel `c` of interleaved pixels.
+template <class P>
+std::vector<P> channel(const std::vector<P>& x, int64_t pixels, int64_t step, int64_t c) {
+  std::vector<P> values;
+  for (int64_t i = 0; i < pixels; ++i) values.push_back(x[static_cast<size_t>(i * step + c)]);
+  return values;
+}
+
+TYPED_TEST(Statistics, TheFirstExtremesAreFound) {
   using P = TypeParam;
-  for (const int64_t n : {1, 2, 7, 16, 33, 64, 129, 300, 1000})
-    for (unsigned seed = 0; seed < 20; ++seed)
-      for (const bool special : {false, true}) {
-        std::vector<P> x = row_of<P>(2 * n, seed, special);
-        if (seed == 0) std::fill_n(x.begin(), n, x[0]);
-        for (const bool greatest : {false, true}) {
-          int64_t index[2] = {};
-          extreme_index(x.data(), 2, n, greatest, index);
-          for (int64_t row = 0; row < 2; ++row)
-            ASSERT_EQ(index[row], expected_index(x.data() + row * n, n, greatest)) << n << ", " << seed;
+  for (const int threads : {1, 3})
+    for (const int64_t step : {1, 2, 3, 4, 5, 5000})
+      for (const int64_t pixels : {1, 2, 7, 33, 129, 1000, 13000})
+        for (unsigned seed = 0; seed < 6; ++seed) {
+          if (step * pixels > 200000) continue;
+          use_threads(threads);
+          std::vector<P> x = row_of<P>(step * pixels, seed, seed % 2 == 1);
+          if (seed == 0) std::fill(x.begin(), x.end(), x[0]);
+          std::vector<int64_t> index(static_cast<size_t>(2 * step), -1);
+          extreme_indices(x.data(), 1, step * pixels, step, index.data());
+          for (int64_t c = 0; c < step; ++c) {
+            const std::vector<P> values = channel(x, pixels, step, c);
+            const auto at = static_cast<size_t>(2 * c);
+            ASSERT_EQ(index[at], expected_index(values.data(), pixels, false)) << step << ", " << pixels;
+            ASSERT_EQ(index[at + 1], expected_index(values.data(), pixels, true)) << step << ", " << pixels;
+          }
         }
-      }
+  use_threads(1);
 }
 
 TYPED_TEST(Statistics, LimitsOfTheTypeAreFound) {
   using P = TypeParam;
-  for (const P value : {std::numeric_limits<P>::lowest(), std::numeric_limits<P>::max()})
-    for (const bool greatest : {false, true}) {
-      const std::vector<P> x(100, value);
-      int64_t index = -1;
-      extreme_index(x.data(), 1, 100, greatest, &index);
-      EXPECT_EQ(index, 0);
-    }
+  for (const P value : {std::numeric_limits<P>::lowest(), std::numeric_limits<P>::max()}) {
+    const std::vector<P> x(100, value);
+    int64_t index[] = {-1, -1};
+    extreme_indices(x.data(), 1, 100, 1, index);
+    EXPECT_EQ(index[0], 0);
+    EXPECT_EQ(index[1], 0);
+  }
 }
 
 TEST_F(Bytes, ExtremesMatchOpenCv) {
@@ -67,42 +82,57 @@ TEST_F(Bytes, ExtremesMatchOpenCv) {
     const cv::Mat image = frame(size.height, size.width, 1);
     cv::Point least, most;
     cv::minMaxLoc(image, nullptr, nullptr, &least, &most);
-    int64_t first = 0, last = 0;
-    extreme_index(image.data, 1, static_cast<int64_t>(image.total()), false, &first);
-    extreme_index(image.data, 1, static_cast<int64_t>(image.total()), true, &last);
-    EXPECT_EQ(first, least.y * size.width + least.x);
-    EXPECT_EQ(last, most.y * size.width + most.x);
+    int64_t index[2] = {};
+    extreme_indices(image.data, 1, static_cast<int64_t>(image.total()), 1, index);
+    EXPECT_EQ(index[0], least.y * size.width + least.x);
+    EXPECT_EQ(index[1], most.y * size.width + most.x);
   }
 }
 
 TEST_F(Bytes, MomentsAreExact) {
-  for (const int64_t n : {1, 15, 16, 17, 33, 1000, 300000}) {
-    std::vector<uint8_t> x(static_cast<size_t>(2 * n), 255);  // the second row has the largest sums
-    std::mt19937 engine(3);
-    for (int64_t i = 0; i < n; ++i) x[static_cast<size_t>(i)] = static_cast<uint8_t>(engine());
-    int64_t out[4];
-    moments_bytes(x.data(), 2, n, out);
-    int64_t sum = 0, squares = 0;
-    for (int64_t i = 0; i < n; ++i) {
-      const int64_t v = x[static_cast<size_t>(i)];
-      sum += v, squares += v * v;
-    }
-    EXPECT_EQ(out[0], sum);
-    EXPECT_EQ(out[1], squares);
-    EXPECT_EQ(out[2], 255 * n);
-    EXPECT_EQ(out[3], 65025 * n);
-  }
+  for (const int threads : {1, 3})
+    for (const int64_t step : {1, 3, 4, 5})
+      for (const int64_t pixels : {1, 15, 16, 17, 33, 1000, 300000}) {
+        use_threads(threads);
+        const int64_t n = pixels * step;
+        std::vector<uint8_t> x(static_cast<size_t>(2 * n), 255);  // the second row has the largest sums
+        std::mt19937 engine(3);
+        for (int64_t i = 0; i < n; ++i) x[static_cast<size_t>(i)] = static_cast<uint8_t>(engine());
+        std::vector<int64_t> out(static_cast<size_t>(4 * step), -1);
+        moments_bytes(x.data(), 2, n, step, out.data());
+        for (int64_t c = 0; c < step; ++c) {
+          int64_t sum = 0, squares = 0;
+          for (const int64_t v : channel(x, pixels, step, c)) sum += v, squares += v * v;
+          const int64_t* const first = out.data() + 2 * c;
+          const int64_t* const second = first + 2 * step;
+          ASSERT_EQ(first[0], sum) << step << ", " << pixels;
+          ASSERT_EQ(first[1], squares);
+          ASSERT_EQ(second[0], 255 * pixels);
+          ASSERT_EQ(second[1], 65025 * pixels);
+        }
+      }
+  use_threads(1);
 }
 
 }  // namespace
 
-KERNEL_CALL_BENCHMARK(extreme_index, [] {
-  return [x = kernel_benchmarks::random(3 * 1080 * 1920), out = std::vector<int64_t>(3)]() mutable {
-    extreme_index(x.data(), 3, 1080 * 1920, false, out.data());
+KERNEL_CALL_BENCHMARK(extreme_indices, [] {
+  return [x = kernel_benchmarks::random(3 * 1080 * 1920), out = std::vector<int64_t>(6)]() mutable {
+    extreme_indices(x.data(), 3, 1080 * 1920, 1, out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(extreme_indices_of_frames, [] {
+  return [frame = Frame(), out = std::vector<int64_t>(6)]() mutable {
+    extreme_indices(frame.x.data(), 1, 1080 * 1920 * 3, 3, out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(moments_bytes, [] {
   return [frame = Frame(), out = std::vector<int64_t>(6)]() mutable {
-    moments_bytes(frame.x.data(), 3, 1080 * 1920, out.data());
+    moments_bytes(frame.x.data(), 3, 1080 * 1920, 1, out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(moments_bytes_of_frames, [] {
+  return [frame = Frame(), out = std::vector<int64_t>(6)]() mutable {
+    moments_bytes(frame.x.data(), 1, 1080 * 1920 * 3, 3, out.data());
   };
 });

@@ -532,16 +532,20 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for name in BORDERS
         for size in ((3, 5), (4, 2), (17, 16))
     ],
-    "reductions.extreme_index": lambda t: [
-        (x, greatest)
-        for greatest in (True, False)
-        for x in (
-            integers(200, 3, 40).to(torch.uint8),
-            numbers(t, 2, 30),
-            torch.tensor([[float("nan"), 3, 3, float("inf")], [float("nan")] * 4], dtype=t),
+    "reductions.extreme_indices": lambda t: [
+        (x,)
+        for planes in (
+            integers(200, 2, 3, 9, 40).to(torch.uint8),
+            numbers(t, 2, 3, 5, 30),
+            torch.tensor([[float("nan"), 3, 3, float("inf")], [float("nan")] * 4], dtype=t)[None, :, None],
         )
+        for x in (planes, planes.permute(0, 2, 3, 1).contiguous().permute(0, 3, 1, 2))
     ],
-    "reductions.moments_bytes": lambda t: [(integers(256, 3, 1000).to(torch.uint8),)],
+    "reductions.moments_bytes": lambda t: [
+        (x,)
+        for planes in (integers(256, 2, 3, 9, 40).to(torch.uint8),)
+        for x in (planes, planes.permute(0, 2, 3, 1).contiguous().permute(0, 3, 1, 2))
+    ],
     "regions.box_maxima": lambda t: [(numbers(t, 2, 3, 9, 11), *bins())],
     "regions.box_means": lambda t: [(numbers(t, 2, 3, 6, 9, 11), *bins())],
     "fixed_point.laplacian_bytes": lambda t: [

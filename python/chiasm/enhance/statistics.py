@@ -6,8 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_pixels
-from ..primitives.core.layout import in_planes
-from ..primitives.numbers.reductions import extreme_index, moments_bytes
+from ..primitives.numbers.reductions import extreme_indices, moments_bytes
 
 
 def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
@@ -41,11 +40,9 @@ def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
         flat = variance == 0.0
         std = torch.where(flat, variance, torch.where(flat, torch.ones_like(variance), variance).sqrt())
         return mean.flatten(1).to(image.dtype), std.to(image.dtype)
-    moments = moments_bytes(in_planes(image).flatten(2).flatten(0, 1)).to(torch.float64)
-    moments = moments / (image.size(2) * image.size(3))
-    mean, squares = moments[:, 0], moments[:, 1]
-    std = (squares - mean * mean).clamp(min=0.0).sqrt()
-    return mean.reshape(image.size(0), image.size(1)), std.reshape(image.size(0), image.size(1))
+    moments = moments_bytes(image).to(torch.float64) / (image.size(2) * image.size(3))
+    mean, squares = moments[:, :, 0], moments[:, :, 1]
+    return mean, (squares - mean * mean).clamp(min=0.0).sqrt()
 
 
 def min_max_loc(image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
@@ -69,22 +66,9 @@ def min_max_loc(image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
         (tensor([[2.]]), tensor([[7.]]), tensor([[[0, 1]]]), tensor([[[1, 0]]]))
     """
     check_pixels(image, "image")
-    values = in_planes(image).flatten(2)
-    first = _first(values, False)
-    last = _first(values, True)
-    return (
-        values.gather(2, first).squeeze(2),
-        values.gather(2, last).squeeze(2),
-        _place(first, image.size(3)),
-        _place(last, image.size(3)),
-    )
-
-
-def _first(values: Tensor, greatest: bool) -> Tensor:
-    """The index (B, C, 1) of the first extreme of (B, C, N)."""
-    return extreme_index(values.flatten(0, 1), greatest).reshape(values.size(0), values.size(1), 1)
-
-
-def _place(index: Tensor, width: int) -> Tensor:
-    y = torch.div(index, width, rounding_mode="floor")
-    return torch.cat([index - y * width, y], 2)
+    values = image.flatten(2)
+    index = extreme_indices(image)
+    extremes = values.gather(2, index)
+    y = torch.div(index, image.size(3), rounding_mode="floor")
+    places = torch.stack([index - y * image.size(3), y], 3)
+    return extremes[:, :, 0], extremes[:, :, 1], places[:, :, 0], places[:, :, 1]

@@ -21,18 +21,12 @@ void weighted_bytes(const uint8_t* x, int64_t n, int64_t values, const uint8_t* 
   for_pixels(n, values, [=](int64_t image, int64_t first, int64_t count) {
     const float* const w = weights + 3 * (image / (n / sets));
     const int64_t at = image * values + first;
-    for_lanes<float, 4>(count, [=](auto d, auto vectors, int64_t k) {
-      const hn::Rebind<uint8_t, decltype(d)> bytes;
-      const auto lanes = static_cast<int64_t>(hn::Lanes(d));
-      for (int v = 0; v < vectors; ++v) {
-        const int64_t i = at + k + v * lanes;
-        const auto sum = hn::Add(
-            hn::Add(hn::Mul(number(d, x + i), hn::Set(d, w[0])), hn::Mul(number(d, y + i), hn::Set(d, w[1]))),
-            hn::Set(d, w[2]));
-        const auto known = hn::IfThenElseZero(hn::Eq(sum, sum), sum);
-        const auto level = hn::Min(hn::Max(known, hn::Zero(d)), hn::Set(d, 255.0f));
-        hn::StoreU(hn::DemoteTo(bytes, hn::NearestInt(level)), bytes, out + i);
-      }
+    map_levels<2, 1>({x + at, y + at}, count, {out + at}, [=](auto d, const auto* numbers, auto* levels) {
+      const auto sum =
+          hn::Add(hn::Add(hn::Mul(numbers[0], hn::Set(d, w[0])), hn::Mul(numbers[1], hn::Set(d, w[1]))),
+                  hn::Set(d, w[2]));
+      // NaN becomes 0
+      levels[0] = hn::NearestInt(smaller(larger(sum, hn::Zero(d)), hn::Set(d, 255.0f)));
     });
   });
 }

@@ -261,34 +261,29 @@ void luma_chroma_planes(const uint8_t* x, int64_t plane, const LumaChroma& mix, 
 // half than float32's rounding error.
 template <bool kLightness>
 void hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
-  for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
-    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+  const auto hue_of = [](auto d, const auto* colour, auto* levels) {
     const auto whole = [=](float value) { return hn::Set(d, value); };
     const Integers<decltype(d)> integers;
-    for (int v = 0; v < vectors; ++v) {
-      const uint8_t* const p = x + k + v * lanes;
-      uint8_t* const to = out + k + v * lanes;
-      const auto r = number(d, p), g = number(d, p + plane), b = number(d, p + 2 * plane);
-      const auto value = hn::Max(hn::Max(r, g), b), least = hn::Min(hn::Min(r, g), b);
-      const auto chroma = hn::Sub(value, least);
-      const auto is_red = hn::Eq(value, r), is_green = hn::Eq(value, g);
-      const auto turn =
-          hn::IfThenElse(is_red, hn::Sub(g, b),
-                         hn::Add(hn::IfThenElse(is_green, hn::Sub(b, r), hn::Sub(r, g)),
-                                 hn::Mul(chroma, hn::IfThenElse(is_green, whole(2), whole(4)))));
-      const auto hue = hn::Div(hn::Mul(whole(30), turn), hn::Max(chroma, whole(1)));
-      const auto degrees = hn::NearestInt(hue);
-      const auto turned = hn::Add(degrees, hn::Set(integers, 180));
-      store_levels(d, hn::IfThenElse(hn::Lt(degrees, hn::Zero(integers)), turned, degrees), to);
-      const auto sum = hn::Add(value, least);
-      const auto most = kLightness ? hn::Min(sum, hn::Sub(whole(510), sum)) : value;
-      const auto saturation = hn::NearestInt(hn::Div(hn::Mul(whole(255), chroma), hn::Max(most, whole(1))));
-      const auto level =
-          hn::ConvertTo(integers, kLightness ? hn::Mul(hn::Add(sum, whole(1)), whole(0.5)) : value);
-      store_levels(d, kLightness ? level : saturation, to + out_plane);
-      store_levels(d, kLightness ? saturation : level, to + 2 * out_plane);
-    }
-  });
+    const auto r = colour[0], g = colour[1], b = colour[2];
+    const auto value = hn::Max(hn::Max(r, g), b), least = hn::Min(hn::Min(r, g), b);
+    const auto chroma = hn::Sub(value, least);
+    const auto is_red = hn::Eq(value, r), is_green = hn::Eq(value, g);
+    const auto turn = hn::IfThenElse(is_red, hn::Sub(g, b),
+                                     hn::Add(hn::IfThenElse(is_green, hn::Sub(b, r), hn::Sub(r, g)),
+                                             hn::Mul(chroma, hn::IfThenElse(is_green, whole(2), whole(4)))));
+    const auto hue = hn::Div(hn::Mul(whole(30), turn), hn::Max(chroma, whole(1)));
+    const auto degrees = hn::NearestInt(hue);
+    const auto turned = hn::Add(degrees, hn::Set(integers, 180));
+    levels[0] = hn::IfThenElse(hn::Lt(degrees, hn::Zero(integers)), turned, degrees);
+    const auto sum = hn::Add(value, least);
+    const auto most = kLightness ? hn::Min(sum, hn::Sub(whole(510), sum)) : value;
+    const auto saturation = hn::NearestInt(hn::Div(hn::Mul(whole(255), chroma), hn::Max(most, whole(1))));
+    const auto level =
+        hn::ConvertTo(integers, kLightness ? hn::Mul(hn::Add(sum, whole(1)), whole(0.5)) : value);
+    levels[1] = kLightness ? level : saturation;
+    levels[2] = kLightness ? saturation : level;
+  };
+  map_levels<3, 3>({x, x + plane, x + 2 * plane}, n, {out, out + out_plane, out + 2 * out_plane}, hue_of);
 }
 
 // The inverse: red, green, blue, rounded half up. A channel is an integer below 2^21, divided by 30 * 255 or
@@ -296,37 +291,33 @@ void hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_
 // (2^-23 of it) cannot make an integer quotient too small.
 template <bool kLightness>
 void from_hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
-  for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
-    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+  const auto colour_of = [](auto d, const auto* from, auto* levels) {
     const auto whole = [=](float value) { return hn::Set(d, value); };
-    for (int v = 0; v < vectors; ++v) {
-      const uint8_t* const p = x + k + v * lanes;
-      uint8_t* const to = out + k + v * lanes;
-      const auto second = number(d, p + plane), third = number(d, p + 2 * plane);
-      auto hue = number(d, p);
-      hue = hn::IfThenElse(hn::Ge(hue, whole(180)), hn::Sub(hue, whole(180)), hue);
-      // The distance of the hue from a channel's hue, in units of 1/30 of 60 degrees, limited to a ramp from
-      // 0 to 30.
-      const auto from = [=](float at) { return hn::Abs(hn::Sub(hue, whole(at))); };
-      const auto limited = [=](auto part) { return hn::Min(hn::Max(part, hn::Zero(d)), whole(30)); };
-      const hn::Vec<decltype(d)> parts[] = {limited(hn::Sub(whole(60), from(90))),
-                                            limited(hn::Sub(from(60), whole(30))),
-                                            limited(hn::Sub(from(120), whole(30)))};
-      for (int64_t c = 0; c < 3; ++c) {
-        hn::Vec<decltype(d)> level;
-        if constexpr (kLightness) {
-          const auto room = hn::Mul(third, hn::Min(second, hn::Sub(whole(255), second)));
-          level = hn::Mul(hn::Add(hn::Add(hn::Mul(second, whole(3825)), whole(1912.5f)),
-                                  hn::Mul(room, hn::Sub(whole(15), parts[c]))),
-                          whole(1.0f / 3825));
-        } else {
-          const auto part = hn::Sub(whole(7650), hn::Mul(second, parts[c]));
-          level = hn::Mul(hn::Add(hn::Mul(third, part), whole(3825.5f)), whole(1.0f / 7650));
-        }
-        store_levels(d, hn::ConvertTo(Integers<decltype(d)>(), level), to + c * out_plane);
+    auto hue = from[0];
+    const auto second = from[1], third = from[2];
+    hue = hn::IfThenElse(hn::Ge(hue, whole(180)), hn::Sub(hue, whole(180)), hue);
+    // The distance of the hue from a channel's hue, in units of 1/30 of 60 degrees, limited to a ramp from 0
+    // to 30.
+    const auto apart = [=](float at) { return hn::Abs(hn::Sub(hue, whole(at))); };
+    const auto limited = [=](auto part) { return hn::Min(hn::Max(part, hn::Zero(d)), whole(30)); };
+    const hn::Vec<decltype(d)> parts[] = {limited(hn::Sub(whole(60), apart(90))),
+                                          limited(hn::Sub(apart(60), whole(30))),
+                                          limited(hn::Sub(apart(120), whole(30)))};
+    for (int64_t c = 0; c < 3; ++c) {
+      hn::Vec<decltype(d)> level;
+      if constexpr (kLightness) {
+        const auto room = hn::Mul(third, hn::Min(second, hn::Sub(whole(255), second)));
+        level = hn::Mul(hn::Add(hn::Add(hn::Mul(second, whole(3825)), whole(1912.5f)),
+                                hn::Mul(room, hn::Sub(whole(15), parts[c]))),
+                        whole(1.0f / 3825));
+      } else {
+        const auto part = hn::Sub(whole(7650), hn::Mul(second, parts[c]));
+        level = hn::Mul(hn::Add(hn::Mul(third, part), whole(3825.5f)), whole(1.0f / 7650));
       }
+      levels[c] = hn::ConvertTo(Integers<decltype(d)>(), level);
     }
-  });
+  };
+  map_levels<3, 3>({x, x + plane, x + 2 * plane}, n, {out, out + out_plane, out + 2 * out_plane}, colour_of);
 }
 
 // Tables before, between and after two matrices, in integers.

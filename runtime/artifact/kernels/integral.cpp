@@ -1,4 +1,6 @@
 // Summed-area tables.
+#include <vector>
+
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -145,22 +147,69 @@ void sum_steps(const uint8_t* row, const int32_t* above, int64_t width, int64_t 
   }
 }
 
+// Adds the bytes of `rows` rows to their columns' sums.
+void add_columns(const uint8_t* x, int64_t rows, int64_t length, int32_t* sums) {
+  for (int64_t y = 0; y < rows; ++y)
+    for_lanes<int32_t>(length, [=](auto d, auto, int64_t k) {
+      const hn::RebindToUnsigned<decltype(d)> wide;
+      const hn::Rebind<uint8_t, decltype(d)> bytes;
+      const auto sum = hn::Add(hn::BitCast(wide, hn::LoadU(d, sums + k)),
+                               hn::PromoteTo(wide, hn::LoadU(bytes, x + y * length + k)));
+      hn::StoreU(hn::BitCast(d, hn::Min(sum, hn::Set(wide, kMost))), d, sums + k);
+    });
+}
+
+// a + b, at most the largest number.
+int32_t limited_sum(int64_t a, int64_t b) { return static_cast<int32_t>(std::min(a + b, int64_t{kMost})); }
+
+// Rows of a plane, below a row of sums unless it is nullptr.
+void sum_rows(const uint8_t* x, int64_t rows, int64_t length, int64_t step, const int32_t* above,
+              int32_t* out) {
+  for (int64_t y = 0; y < rows; ++y) {
+    const uint8_t* const row = x + y * length;
+    int32_t* const to = out + y * length;
+    switch (step) {
+      case 1: sum_values(row, above, length, to); break;
+      case 3: sum_pixels<3>(row, above, length, to); break;
+      case 4: sum_pixels<4>(row, above, length, to); break;
+      default: sum_steps(row, above, length, step, to);
+    }
+    above = to;
+  }
+}
+
 }  // namespace
 
 void integral_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t length, int64_t step, int32_t* out) {
+  // If there are fewer planes than threads, a plane is divided into strips of rows. Each begins below the
+  // sums of the strips above, which are those of their columns, added up along the row.
+  constexpr int64_t kLeast = 64;  // rows
+  const int64_t threads = omp_get_max_threads();
+  const int64_t strips = n >= threads ? 1 : std::clamp<int64_t>(height / kLeast, 1, threads);
+  const auto first = [=](int64_t strip) { return height * strip / strips; };
+  std::vector<int32_t> columns(strips == 1 ? 0 : static_cast<size_t>(n * strips * length));
+  int32_t* const of_columns = columns.data();
+  if (strips > 1) {
 #pragma omp parallel for
-  for (int64_t plane = 0; plane < n; ++plane) {
-    for (int64_t y = plane * height; y < (plane + 1) * height; ++y) {
-      const uint8_t* const row = x + y * length;
-      int32_t* const to = out + y * length;
-      const int32_t* const above = y == plane * height ? nullptr : to - length;
-      switch (step) {
-        case 1: sum_values(row, above, length, to); break;
-        case 3: sum_pixels<3>(row, above, length, to); break;
-        case 4: sum_pixels<4>(row, above, length, to); break;
-        default: sum_steps(row, above, length, step, to);
-      }
+    for (int64_t i = 0; i < n * strips; ++i) {
+      const int64_t top = first(i % strips), rows = first(i % strips + 1) - top;
+      add_columns(x + (i / strips * height + top) * length, rows, length, of_columns + i * length);
     }
+    for (int64_t i = 0; i < n * strips; ++i) {
+      int32_t* const sums = of_columns + i * length;
+      if (i % strips > 0)
+        for (int64_t k = 0; k < length; ++k) sums[k] = limited_sum(sums[k], (sums - length)[k]);
+    }
+    for (int64_t i = 0; i < n * strips; ++i) {
+      int32_t* const sums = of_columns + i * length;
+      for (int64_t k = step; k < length; ++k) sums[k] = limited_sum(sums[k], sums[k - step]);
+    }
+  }
+#pragma omp parallel for
+  for (int64_t i = 0; i < n * strips; ++i) {
+    const int64_t top = first(i % strips), rows = first(i % strips + 1) - top;
+    const int64_t at = (i / strips * height + top) * length;
+    sum_rows(x + at, rows, length, step, i % strips > 0 ? of_columns + (i - 1) * length : nullptr, out + at);
   }
 }
 

@@ -28,6 +28,49 @@ HWY_INLINE hn::Vec<D> number(D numbers, const uint8_t* x) {
   return hn::ConvertTo(numbers, hn::PromoteTo(Integers<D>(), hn::LoadU(bytes, x)));
 }
 
+// Calls body(d, numbers, levels) for vectors of numbers, one from each of the `from`, and stores the levels, 0
+// to 255. Numbers are every fourth byte of four vectors' worth: to take bytes out of words of 32 bits and to
+// put them back needs no shuffle, of which CPUs can do fewer at a time than of other operations.
+template <int kFrom, int kTo, class Body>
+HWY_INLINE void map_levels(const std::array<const uint8_t*, kFrom>& from, int64_t n,
+                           const std::array<uint8_t*, kTo>& to, const Body& body) {
+  for_lanes<float, 4>(n, [&](auto d, auto vectors, int64_t k) {
+    const Integers<decltype(d)> integers;
+    hn::Vec<decltype(d)> numbers[kFrom];
+    hn::Vec<decltype(integers)> levels[kTo];
+    if constexpr (vectors == 4) {
+      const hn::Repartition<uint8_t, decltype(d)> bytes;
+      const hn::RebindToUnsigned<decltype(d)> words;
+      hn::Vec<decltype(words)> read[kFrom], made[kTo];
+      for (int i = 0; i < kFrom; ++i)
+        read[i] = hn::BitCast(words, hn::LoadU(bytes, from[static_cast<size_t>(i)] + k));
+      for (auto& v : made) v = hn::Zero(words);
+      const auto take = [&](auto byte) {
+        constexpr int kShift = 8 * byte;
+        for (int i = 0; i < kFrom; ++i) {
+          const auto level = hn::And(hn::ShiftRight<kShift>(read[i]), hn::Set(words, 255));
+          numbers[i] = hn::ConvertTo(d, hn::BitCast(integers, level));
+        }
+        body(d, numbers, levels);
+        for (int i = 0; i < kTo; ++i)
+          made[i] = hn::Or(made[i], hn::ShiftLeft<kShift>(hn::BitCast(words, levels[i])));
+      };
+      take(std::integral_constant<int, 0>());
+      take(std::integral_constant<int, 1>());
+      take(std::integral_constant<int, 2>());
+      take(std::integral_constant<int, 3>());
+      for (int i = 0; i < kTo; ++i)
+        hn::StoreU(hn::BitCast(bytes, made[i]), bytes, to[static_cast<size_t>(i)] + k);
+    } else {
+      const hn::Rebind<uint8_t, decltype(d)> bytes;
+      for (int i = 0; i < kFrom; ++i) numbers[i] = number(d, from[static_cast<size_t>(i)] + k);
+      body(d, numbers, levels);
+      for (int i = 0; i < kTo; ++i)
+        hn::StoreU(hn::DemoteTo(bytes, levels[i]), bytes, to[static_cast<size_t>(i)] + k);
+    }
+  });
+}
+
 template <int kChannels, class D, class T>
 HWY_INLINE void load_pixels(D d, const T* p, hn::Vec<D>* channels) {
   if constexpr (kChannels == 1)

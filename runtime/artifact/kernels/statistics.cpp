@@ -1,46 +1,82 @@
-// Where the extreme values of rows are, and sums of bytes and of their squares.
+// Where the extreme values of channels are, and sums of bytes and of their squares.
+#include <omp.h>
+
 #include <limits>
 #include <type_traits>
+#include <vector>
 
-#include "rows.h"
+#include "interleaving.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// The least or the greatest of n values, infinity if all of them are NaN. NaN is ignored.
-template <bool greatest, class P>
-P extreme(const P* x, int64_t n) {
-  using Limits = std::numeric_limits<P>;
-  P result = greatest ? Limits::lowest() : Limits::max();
-  if constexpr (std::is_floating_point_v<P>) result = greatest ? -Limits::infinity() : Limits::infinity();
-  const Lanes<P> d;
-  // the second argument if one is NaN
-  const auto better = [](auto v, auto best) {
-    if constexpr (greatest)
-      return larger(v, best);
-    else
-      return smaller(v, best);
-  };
-  constexpr int64_t kBests = 4;
-  hn::Vec<Lanes<P>> best[kBests];
-  for (auto& v : best) v = hn::Set(d, result);
-  int64_t k = 0;
-  for (; k + kBests * kLanes<P> <= n; k += kBests * kLanes<P>)
-    for (int64_t v = 0; v < kBests; ++v) best[v] = better(hn::LoadU(d, x + k + v * kLanes<P>), best[v]);
-  for (; k + kLanes<P> <= n; k += kLanes<P>) best[0] = better(hn::LoadU(d, x + k), best[0]);
-  const auto take = [&](P v) {
-    if (greatest ? v > result : v < result) result = v;
-  };
-  for (const auto& v : best) {
-    P lanes[kLanes<P>];
-    hn::StoreU(v, d, lanes);
-    for (const P lane : lanes) take(lane);
+// Calls body(place, channel, values, count, first) for runs of `count` values of a channel, the first of which
+// is pixel `first` of the channel. Rows are divided among threads: all runs of a place, i.e. of `strips` in
+// each row, are in one thread, in their order.
+template <class P, class Body>
+void for_channels(const P* x, int64_t n, int64_t length, int64_t step, int64_t strips, const Body& body) {
+  const int64_t pixels = length / step;
+#pragma omp parallel for
+  for (int64_t place = 0; place < n * strips; ++place) {
+    const P* const row = x + place / strips * length;
+    const int64_t strip = place % strips, begin = pixels * strip / strips,
+                  end = pixels * (strip + 1) / strips;
+    P apart[kPart];
+    const int64_t most = std::max<int64_t>(kPart / step, 1);
+    for (int64_t first = begin; first < end; first += most) {
+      const int64_t count = std::min(most, end - first);
+      const P* values = row + first * step;
+      if (step > 1 && step <= kPart) {
+        split_channels(values, count, step, count, apart);
+        values = apart;
+      }  // else a run is one pixel, or of one channel
+      for (int64_t c = 0; c < step; ++c) body(place, c, values + c * count, count, first);
+    }
   }
-  for (; k < n; ++k) take(x[k]);
-  return result;
 }
 
-// The first of n values that equals `value`, or 0.
+// As many as there are threads, unless there are enough rows.
+int64_t strips_of(int64_t n, int64_t pixels) {
+  return n >= omp_get_max_threads() ? 1 : std::clamp<int64_t>(pixels / kPart, 1, omp_get_max_threads());
+}
+
+// The least and the greatest of n values; infinity and -infinity if all of them are NaN. NaN is ignored.
+template <class P>
+void extremes(const P* x, int64_t n, P& least, P& greatest) {
+  using Limits = std::numeric_limits<P>;
+  least = Limits::max(), greatest = Limits::lowest();
+  if constexpr (std::is_floating_point_v<P>) least = Limits::infinity(), greatest = -Limits::infinity();
+  const Lanes<P> d;
+  constexpr int64_t kVectors = 4;
+  hn::Vec<Lanes<P>> low[kVectors], high[kVectors];
+  std::fill_n(low, kVectors, hn::Set(d, least));
+  std::fill_n(high, kVectors, hn::Set(d, greatest));
+  const auto widen = [&](int64_t v, const P* p) {
+    const auto values = hn::LoadU(d, p);
+    // the second argument if one is NaN
+    low[v] = smaller(values, low[v]);
+    high[v] = larger(values, high[v]);
+  };
+  int64_t k = 0;
+  for (; k + kVectors * kLanes<P> <= n; k += kVectors * kLanes<P>)
+    for (int64_t v = 0; v < kVectors; ++v) widen(v, x + k + v * kLanes<P>);
+  for (; k + kLanes<P> <= n; k += kLanes<P>) widen(0, x + k);
+  for (int64_t v = 1; v < kVectors; ++v) {
+    low[0] = hn::Min(low[0], low[v]);
+    high[0] = hn::Max(high[0], high[v]);
+  }
+  P lanes[2][kLanes<P>];
+  hn::StoreU(low[0], d, lanes[0]);
+  hn::StoreU(high[0], d, lanes[1]);
+  const auto take = [&](P small, P large) {
+    if (small < least) least = small;
+    if (large > greatest) greatest = large;
+  };
+  for (int64_t i = 0; i < kLanes<P>; ++i) take(lanes[0][i], lanes[1][i]);
+  for (; k < n; ++k) take(x[k], x[k]);
+}
+
+// The first of n values that equals `value`, or -1.
 template <class P>
 int64_t first_equal(const P* x, int64_t n, P value) {
   const Lanes<P> d;
@@ -51,48 +87,94 @@ int64_t first_equal(const P* x, int64_t n, P value) {
   }
   for (; k < n; ++k)
     if (x[k] == value) return k;
-  return 0;
+  return -1;
 }
+
+// An extreme value and its first index; -1 if there is none.
+template <class P>
+struct Extreme {
+  P value = 0;
+  int64_t index = -1;
+
+  // Takes a later value if it is better.
+  template <bool greatest>
+  bool yields_to(P other) const {
+    return index < 0 || (greatest ? other > value : other < value);
+  }
+};
 
 }  // namespace
 
 template <class P>
-void extreme_index(const P* x, int64_t n, int64_t length, bool greatest, int64_t* out) {
-#pragma omp parallel for
-  for (int64_t i = 0; i < n; ++i) {
-    const P* const row = x + i * length;
-    out[i] = first_equal(row, length, greatest ? extreme<true>(row, length) : extreme<false>(row, length));
+void extreme_indices(const P* x, int64_t n, int64_t length, int64_t step, int64_t* out) {
+  const int64_t strips = strips_of(n, length / step);
+  std::vector<Extreme<P>> found(static_cast<size_t>(2 * n * strips * step));
+  for_channels(x, n, length, step, strips,
+               [&](int64_t place, int64_t channel, const P* values, int64_t count, int64_t first) {
+                 Extreme<P>* const own = found.data() + 2 * (place * step + channel);
+                 P least, greatest;
+                 extremes(values, count, least, greatest);
+                 const auto take = [=](Extreme<P>& best, P value) {
+                   const int64_t index = first_equal(values, count, value);
+                   if (index >= 0) best = {value, first + index};
+                 };
+                 if (own[0].template yields_to<false>(least)) take(own[0], least);
+                 if (own[1].template yields_to<true>(greatest)) take(own[1], greatest);
+               });
+  for (int64_t i = 0; i < n * step; ++i) {
+    Extreme<P> least, greatest;
+    for (int64_t strip = 0; strip < strips; ++strip) {
+      const int64_t place = i / step * strips + strip;
+      const Extreme<P>* const other = found.data() + 2 * (place * step + i % step);
+      if (other[0].index >= 0 && least.template yields_to<false>(other[0].value)) least = other[0];
+      if (other[1].index >= 0 && greatest.template yields_to<true>(other[1].value)) greatest = other[1];
+    }
+    out[2 * i] = std::max<int64_t>(least.index, 0);
+    out[2 * i + 1] = std::max<int64_t>(greatest.index, 0);
   }
 }
 
-void moments_bytes(const uint8_t* x, int64_t n, int64_t length, int64_t* out) {
+namespace {
+
+// Adds the sum and the sum of squares of n values.
+void add_moments(const uint8_t* x, int64_t n, int64_t* moments) {
   const Lanes<int16_t> words;
   const Lanes<int32_t> sums;
   constexpr int64_t kBlock = 8192;  // vectors; 2 * 255^2 for each fit in 32 bits
-#pragma omp parallel for
-  for (int64_t i = 0; i < n; ++i) {
-    const uint8_t* const row = x + i * length;
-    int64_t sum = 0, squares = 0, k = 0;
-    while (k + kLanes<int16_t> <= length) {
-      hn::Vec<decltype(sums)> of_values[2] = {hn::Zero(sums), hn::Zero(sums)},
-                              of_squares[2] = {hn::Zero(sums), hn::Zero(sums)};
-      for (int64_t v = 0; v < kBlock && k + kLanes<int16_t> <= length; ++v, k += kLanes<int16_t>) {
-        const auto values = hn::PromoteTo(words, hn::LoadU(hn::Rebind<uint8_t, Lanes<int16_t>>(), row + k));
-        of_values[0] = hn::ReorderWidenMulAccumulate(sums, values, hn::Set(words, int16_t{1}), of_values[0],
-                                                     of_values[1]);
-        of_squares[0] = hn::ReorderWidenMulAccumulate(sums, values, values, of_squares[0], of_squares[1]);
-      }
-      int32_t lanes[2][kLanes<int32_t>];
-      hn::StoreU(hn::Add(of_values[0], of_values[1]), sums, lanes[0]);
-      hn::StoreU(hn::Add(of_squares[0], of_squares[1]), sums, lanes[1]);
-      for (int64_t v = 0; v < kLanes<int32_t>; ++v) sum += lanes[0][v], squares += lanes[1][v];
+  int64_t k = 0;
+  while (k + kLanes<int16_t> <= n) {
+    hn::Vec<decltype(sums)> of_values[2] = {hn::Zero(sums), hn::Zero(sums)},
+                            of_squares[2] = {hn::Zero(sums), hn::Zero(sums)};
+    for (int64_t v = 0; v < kBlock && k + kLanes<int16_t> <= n; ++v, k += kLanes<int16_t>) {
+      const auto values = hn::PromoteTo(words, hn::LoadU(hn::Rebind<uint8_t, Lanes<int16_t>>(), x + k));
+      of_values[0] =
+          hn::ReorderWidenMulAccumulate(sums, values, hn::Set(words, int16_t{1}), of_values[0], of_values[1]);
+      of_squares[0] = hn::ReorderWidenMulAccumulate(sums, values, values, of_squares[0], of_squares[1]);
     }
-    for (; k < length; ++k) sum += row[k], squares += int64_t{row[k]} * row[k];
-    out[2 * i] = sum;
-    out[2 * i + 1] = squares;
+    int32_t lanes[2][kLanes<int32_t>];
+    hn::StoreU(hn::Add(of_values[0], of_values[1]), sums, lanes[0]);
+    hn::StoreU(hn::Add(of_squares[0], of_squares[1]), sums, lanes[1]);
+    for (int64_t v = 0; v < kLanes<int32_t>; ++v) moments[0] += lanes[0][v], moments[1] += lanes[1][v];
+  }
+  for (; k < n; ++k) moments[0] += x[k], moments[1] += int64_t{x[k]} * x[k];
+}
+
+}  // namespace
+
+void moments_bytes(const uint8_t* x, int64_t n, int64_t length, int64_t step, int64_t* out) {
+  const int64_t strips = strips_of(n, length / step);
+  std::vector<int64_t> moments(static_cast<size_t>(2 * n * strips * step));
+  for_channels(x, n, length, step, strips,
+               [&](int64_t place, int64_t channel, const uint8_t* values, int64_t count, int64_t) {
+                 add_moments(values, count, moments.data() + 2 * (place * step + channel));
+               });
+  for (int64_t i = 0; i < 2 * n * step; ++i) {
+    out[i] = 0;
+    for (int64_t strip = 0; strip < strips; ++strip)
+      out[i] += moments[static_cast<size_t>((i / (2 * step) * strips + strip) * 2 * step + i % (2 * step))];
   }
 }
 
-CHIASM_INSTANTIATE(extreme_index)
+CHIASM_INSTANTIATE(extreme_indices)
 
 }  // namespace chiasm::kernels

@@ -507,15 +507,17 @@ _declare(
     ["L <= INT32_MAX", "1 <= bins <= INT32_MAX"],
 )
 _declare(
-    "extreme_index(P[N, L] x, bool greatest) -> int64[N]",
+    "extreme_indices(P[N, L] x, int step) -> int64[N, step, 2]",
     "statistics.cpp",
-    "The index of the first least, or greatest, value of each row; NaN is ignored; 0 for a row of NaN.",
-    ["1 <= L"],
+    """The pixels of the first least and of the first greatest value of each channel; NaN is ignored; 0 for a
+    channel of NaN. A row has L / step pixels of step channels.""",
+    ["1 <= L <= INT32_MAX", "1 <= step <= L", "L % step == 0"],
 )
 _declare(
-    "moments_bytes(uint8[N, L] x) -> int64[N, 2]",
+    "moments_bytes(uint8[N, L] x, int step) -> int64[N, step, 2]",
     "statistics.cpp",
-    "The sum and the sum of squares of each row.",
+    "The sum and the sum of squares of each channel. A row has L / step pixels of step channels.",
+    ["1 <= L <= INT32_MAX", "1 <= step <= L", "L % step == 0"],
 )
 _declare(
     """box_maxima(T[B, C, H, W] x, int64[K] image, int64[K, PH] top, int64[K, PH] bottom, int64[K, PW] left,
