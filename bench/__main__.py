@@ -1,5 +1,5 @@
-"""make bench [WHAT=speed|images|geometry|peers|matching|serving|ray|letterbox|networks|augmentation|kernels|cuda]:
-run a benchmark and write docs/benchmarks*.md. Each benchmark exports only the bundles that it measures."""
+"""make bench [WHAT=NAME], a name in WHAT below: run a benchmark and write docs/benchmarks*.md. Each benchmark
+exports only the bundles that it measures."""
 
 from __future__ import annotations
 
