@@ -6,7 +6,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import torch
@@ -14,6 +14,15 @@ import torch
 if TYPE_CHECKING:
     from .spec import Spec
 
+#: A call of one to six arguments. For `Callable[..., Any]` a lambda's arguments would have no types.
+Call: TypeAlias = (
+    Callable[[Any], Any]
+    | Callable[[Any, Any], Any]
+    | Callable[[Any, Any, Any], Any]
+    | Callable[[Any, Any, Any, Any], Any]
+    | Callable[[Any, Any, Any, Any, Any], Any]
+    | Callable[[Any, Any, Any, Any, Any, Any], Any]
+)
 Form = Literal["images", "planes", "samples", "batch", "tensors"]
 
 
@@ -39,20 +48,27 @@ class Peer:
     """
 
     library: str
-    call: Callable[..., Any]
+    call: Call
     form: Form = "images"
     atol: float | None = None
     rtol: float = 0.0
     edge: int = 0
     share: float = 0.0
-    before: Callable[..., tuple[Any, ...]] | None = None
+    before: Call | None = None
     after: Callable[[Any], Any] | None = None
     sizes: Mapping[str, int] = field(default_factory=dict[str, int])
 
 
-def opencv(call: Callable[..., Any], form: Form = "images", **options: Any) -> Peer:
+def opencv(
+    call: Call,
+    form: Form = "images",
+    *,
+    before: Call | None = None,
+    after: Callable[[Any], Any] | None = None,
+    **options: Any,
+) -> Peer:
     """A peer in OpenCV."""
-    return Peer("cv2", call, form, **options)
+    return Peer("cv2", call, form, before=before, after=after, **options)
 
 
 #: OpenCV's names of border modes.
@@ -85,13 +101,15 @@ def warped(function: str, mode: str, padding: str, of_bytes: bool = False) -> Pe
     )
 
 
-def cvt_color(code: str, **options: Any) -> Peer:
+def cvt_color(
+    code: str, *, before: Call | None = None, after: Callable[[Any], Any] | None = None, **options: Any
+) -> Peer:
     """OpenCV's cvtColor."""
 
     def call(cv2: Any, x: np.ndarray) -> np.ndarray:
         return cv2.cvtColor(x, getattr(cv2, code))
 
-    return opencv(call, **options)
+    return opencv(call, before=before, after=after, **options)
 
 
 @dataclass
