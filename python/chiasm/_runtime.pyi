@@ -6,9 +6,8 @@ The runtime of chiasm. Use chiasm.runtime.
 from __future__ import annotations
 
 import collections.abc
+import enum
 import typing
-
-from chiasm.runtime import ChiasmError, Code
 
 __all__: list[str] = [
     "BackendInfo",
@@ -30,6 +29,30 @@ __all__: list[str] = [
     "sign",
     "verify_signature",
 ]
+
+class Code(enum.IntEnum):
+    """
+    The kinds of problem; `ChiasmError.code` is one.
+    """
+
+    OK = 0
+    INVALID_ARGUMENT = 1
+    FAILED_PRECONDITION = 2
+    NOT_FOUND = 16
+    CORRUPT = 17
+    VERSION_MISMATCH = 18
+    UNTRUSTED = 19
+    UNAVAILABLE = 32
+    OUT_OF_MEMORY = 33
+    IO_ERROR = 34
+    INTERNAL = 48
+
+class ChiasmError(RuntimeError):
+    """
+    What the runtime could not do, in words; `code` is the kind of problem, a `Code`.
+    """
+
+    code: Code
 
 class TensorInfo:
     """

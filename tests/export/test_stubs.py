@@ -26,8 +26,13 @@ def test_the_runtimes_stub_names_what_is_bound() -> None:
     tree = ast.parse((Path(chiasm.__file__).parent / "_runtime.pyi").read_text())
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    bound = {name for name in dir(_runtime) if not name.startswith("_")} - {"ChiasmError", "Code"}
+    bound = {name for name in dir(_runtime) if not name.startswith("_")}
     assert bound == functions | set(classes)
+    codes = {
+        ast.unparse(m.targets[0]): m.value for m in classes.pop("Code").body if isinstance(m, ast.Assign)
+    }
+    assert {name: ast.literal_eval(value) for name, value in codes.items()} == dict(_runtime.Code.__members__)
+    del classes["ChiasmError"]  # its only member is one of each exception
     for name, node in classes.items():
         members = {
             getattr(m, "name", None) or ast.unparse(m.target)

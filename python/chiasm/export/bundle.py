@@ -46,7 +46,8 @@ class Writer:
 
     def golden(self, cases: list[Golden]) -> None:
         """Add the golden vectors."""
-        tensors, listed = {}, []
+        tensors: dict[str, torch.Tensor] = {}
+        listed: list[dict[str, Any]] = []
         for case in cases:
             prefix = ".".join(filter(None, (case.method, case.variant, case.name)))
             # cloned: a gradient may be a view of a cotangent, and what shares memory is not saved

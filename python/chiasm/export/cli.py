@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from rich.console import Console
@@ -22,6 +23,9 @@ from .errors import ExportError
 from .manifest import FORMATS, GPUS, METHODS, read_manifest
 from .text import one_line
 from .workers import export_names
+
+if TYPE_CHECKING:
+    from .catalog import Entry
 
 console = Console(emoji=False)
 #: The most bytes of a password, as in minisign.
@@ -108,7 +112,15 @@ def list_ops(patterns: tuple[str, ...], installed: bool) -> None:
     help="`--method forward` leaves the gradients out, which take most of the time. [default: both]",
 )
 @jobs_option("Ops to export at once.")
-def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
+def export(
+    patterns: tuple[str, ...],
+    everything: bool,
+    output: Path,
+    formats: tuple[str, ...],
+    isas: tuple[str, ...],
+    methods: tuple[str, ...],
+    jobs: int,
+) -> None:
     """Export ops of the catalog to bundles. (Your own: `chiasm.export.export` in Python.)
 
     PATTERNS are names, or shell patterns. Native code is compiled with g++ while the next graph is traced;
@@ -383,7 +395,7 @@ def _shown(text: str) -> str:
     return escape(one_line(text))
 
 
-def _select(patterns: tuple[str, ...], everything: bool) -> dict:
+def _select(patterns: tuple[str, ...], everything: bool) -> dict[str, Entry]:
     from .catalog import catalog
 
     entries = catalog()

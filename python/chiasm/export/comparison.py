@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -41,7 +42,7 @@ def difference(
 
 
 def compare(
-    method: dict, results: Sequence[torch.Tensor], expected: Sequence[torch.Tensor]
+    method: dict[str, Any], results: Sequence[torch.Tensor], expected: Sequence[torch.Tensor]
 ) -> tuple[float, str]:
     """The largest absolute difference of a method's outputs, and "" or the problem, by the manifest's
     tolerances."""
@@ -54,14 +55,16 @@ def compare(
     return worst, message
 
 
-def rows(folder: Path, manifest: dict) -> Iterator[Row]:
+def rows(folder: Path, manifest: dict[str, Any]) -> Iterator[Row]:
     """Every golden case on every ONNX artifact that has its dtype."""
     golden = read_golden(folder, manifest)
     for case in manifest["golden"]["cases"]:
         yield from _rows(folder, manifest, golden, case)
 
 
-def _rows(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], case: dict) -> Iterator[Row]:
+def _rows(
+    folder: Path, manifest: dict[str, Any], golden: dict[str, torch.Tensor], case: dict[str, Any]
+) -> Iterator[Row]:
     """Both forms of the artifact: the flat one, and the fused one without chiasm's plug-in."""
     method = manifest["methods"][case["method"]]
     dtype = case["dtype"]
@@ -95,6 +98,6 @@ def onnx_session(
 
     def run(inputs: dict[str, torch.Tensor]) -> tuple[torch.Tensor, ...]:
         results = session.run(None, {n: t.contiguous().numpy() for n, t in inputs.items() if n in wanted})
-        return tuple(torch.from_numpy(np.asarray(r)) for r in results)
+        return tuple(torch.as_tensor(np.asarray(r)) for r in results)
 
     return run

@@ -111,7 +111,7 @@ def _compiler_version(manifest: Mapping[str, Any]) -> str:
 
 
 def provenance(
-    fn: Callable | nn.Module,
+    fn: Callable[..., Any] | nn.Module,
     manifest: Mapping[str, Any],
     files: Mapping[str, bytes],
     asked: Mapping[str, Sequence[str]],
@@ -159,7 +159,7 @@ def provenance(
     )
 
 
-def _sources(fn: Callable | nn.Module) -> list[tuple[str, str]]:
+def _sources(fn: Callable[..., Any] | nn.Module) -> list[tuple[str, str]]:
     """The Python modules that define the op's function, or its module's classes, with the hashes of their
     files."""
     written = (
@@ -167,7 +167,7 @@ def _sources(fn: Callable | nn.Module) -> list[tuple[str, str]]:
         if isinstance(fn, nn.Module)
         else [inspect.unwrap(getattr(fn, "func", fn))]
     )
-    found = {}
+    found: dict[str, str] = {}
     for item in written:
         try:
             file = Path(inspect.getsourcefile(item) or "")

@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import NoReturn
 
@@ -20,7 +20,7 @@ class Terminated(KeyboardInterrupt):
 
 
 @contextmanager
-def _termination_is_an_exception() -> Iterator[None]:
+def _termination_is_an_exception() -> Generator[None]:
     """A signal to end raises Terminated in the block, so that it stops its workers and removes unfinished
     files. A second signal ends the process at once."""
     signals: list[int] = []
@@ -43,7 +43,7 @@ def _termination_is_an_exception() -> Iterator[None]:
 
 
 @contextmanager
-def delayed() -> Iterator[None]:
+def delayed() -> Generator[None]:
     """An interrupt or a signal to end in the block waits until the block has ended. Processes that start in
     the block have these signals blocked."""
     numbers = {signal.SIGINT, *ENDING}
@@ -70,7 +70,7 @@ def delayed() -> Iterator[None]:
 
 
 @contextmanager
-def ended() -> Iterator[None]:
+def ended() -> Generator[None]:
     """An interrupt of the block, a signal to end, or a failed write becomes one line on stderr and an exit
     status: 128 and the signal's number, else 1. There is no message if nobody reads the output any more."""
     for name in ("stdout", "stderr"):

@@ -13,7 +13,7 @@ import re
 import struct
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from PIL import Image, ImageOps, UnidentifiedImageError
@@ -61,9 +61,10 @@ def run_on_image(bundle: Path, source: Path, target: Path, backend: str, setting
         result = loaded(*inputs)
     except chiasm.runtime.ChiasmError as error:
         raise BundleError(str(error)) from error
-    results = result if isinstance(result, tuple) else (result,)
     index = gives_image[0]
-    write_image(target, results[index], method["outputs"][index])
+    # An only output is no tuple
+    array = cast("tuple[Any, ...]", result)[index] if isinstance(result, tuple) else result
+    write_image(target, array, method["outputs"][index])
     return f"{source} -> {manifest['name']} ({loaded.backend}) -> {target}"
 
 
@@ -91,7 +92,8 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # large images: what is far too large is an error
             data = read_regular(path, MOST_OF_IMAGE) if data is None else data
-            with Image.open(io.BytesIO(data)) as image:
+            image = Image.open(io.BytesIO(data))
+            with image:
                 # By default a decoder gets 64 KiB at a time, and a JPEG of 140 KB takes it twice as long
                 image.decodermaxblock = len(data)
                 deep_pgm = (image.format, image.mode) == ("PPM", "I")  # Pillow's form of 16 bits there
@@ -106,7 +108,7 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
                 turned = turned if turned.mode == "RGB" else turned.convert("RGB")
                 # Pillow writes both orders equally fast; NumPy takes as long as a decoder to swap them
                 pixels = np.frombuffer(turned.tobytes("raw", color), np.uint8)
-                return pixels.reshape(turned.height, turned.width, 3)
+                return np.reshape(pixels, (turned.height, turned.width, 3))
     except Image.DecompressionBombError as error:
         raise BundleError(
             f"{path}: too many pixels for an image file that is to be trusted: {one_line(error)}"
@@ -161,7 +163,7 @@ def to_array(tensor: dict[str, Any], picture: np.ndarray, dtypes: list[str]) -> 
     if tensor["color"] == "BGR":
         values = values[..., ::-1]
     return np.ascontiguousarray(
-        values[None].transpose(0, 3, 1, 2) if planes else values, None if dtype == "uint8" else dtype
+        np.transpose(values[None], (0, 3, 1, 2)) if planes else values, None if dtype == "uint8" else dtype
     )
 
 
@@ -202,7 +204,9 @@ def setting(tensor: dict[str, Any], settings: dict[str, str], dtypes: list[str])
 
 
 def _leaves(value: Any) -> list[Any]:
-    return [leaf for v in value for leaf in _leaves(v)] if isinstance(value, list) else [value]
+    if not isinstance(value, list):
+        return [value]
+    return [leaf for v in cast("list[Any]", value) for leaf in _leaves(v)]
 
 
 def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
@@ -218,7 +222,7 @@ def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
         low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
         if low < -1e-3 or high > 1.0 + 1e-3:
             array = (array - low) / max(high - low, 1e-12)
-        array = (np.clip(np.nan_to_num(array), 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+        array = (np.nan_to_num(array).clip(0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
     if array.ndim == 3 and array.shape[2] not in (3, 4):
         array = array[..., 0]
     elif tensor["color"] == "BGR":

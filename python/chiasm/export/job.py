@@ -19,6 +19,7 @@ from .errors import ExportError
 from .spec import Spec, TensorSpec
 from .tracing.gradient import trace_vjp
 from .tracing.graph import trace
+from .tracing.module import results_of
 
 if TYPE_CHECKING:
     from .formats.native import NativeCode
@@ -28,8 +29,7 @@ Tensors = dict[str, torch.Tensor]
 
 def run_eager(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> tuple[torch.Tensor, ...]:
     """The reference: the results of eager Python."""
-    result = call(module, inputs)
-    return tuple(r.detach() for r in (result if isinstance(result, (tuple, list)) else (result,)))
+    return tuple(result.detach() for result in results_of(call(module, inputs)))
 
 
 def call(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> Any:
@@ -157,7 +157,7 @@ class ExportJob:
     """One export. The first members are the caller's request; for each of the others, the stage that sets it
     is named."""
 
-    fn: Callable | nn.Module
+    fn: Callable[..., Any] | nn.Module
     spec: Spec
     formats: Sequence[str]
     isas: Sequence[str]

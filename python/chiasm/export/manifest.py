@@ -10,7 +10,7 @@ import os
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import jsonschema
 
@@ -62,10 +62,10 @@ def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
     """The manifest in these bytes of a bundle, checked against the schema."""
     file = bundle / "manifest.json"
     try:
-        manifest = json.loads(text)
+        manifest: dict[str, Any] = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise BundleError(f"{file}: not JSON: {error}") from error
-    version = manifest.get("schema_version") if isinstance(manifest, dict) else None
+    version = _version_of(manifest)
     if isinstance(version, int) and version > SCHEMA_VERSION:
         raise BundleError(
             f"{file}: written with schema version {version}, this chiasm reads up to {SCHEMA_VERSION}:"
@@ -78,6 +78,10 @@ def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
     except RecursionError as error:
         raise BundleError(f"{file}: nested too deeply") from error
     return manifest
+
+
+def _version_of(manifest: Any) -> Any:
+    return cast("dict[str, Any]", manifest).get("schema_version") if isinstance(manifest, dict) else None
 
 
 def read_file(bundle: Path, entry: dict[str, Any]) -> bytes:

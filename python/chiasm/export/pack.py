@@ -15,6 +15,7 @@ import time
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from chiasm import __version__
 
@@ -77,7 +78,7 @@ def pack(name: str, bundles: Sequence[Path], output: Path, version: str = __vers
     return target, True
 
 
-def _contents(bundle: Path, manifest: dict, folder: str) -> dict[str, bytes]:
+def _contents(bundle: Path, manifest: dict[str, Any], folder: str) -> dict[str, bytes]:
     """Every file of the bundle; those in the manifest have been checked against it."""
     for method in manifest["methods"].values():
         for artifact in method["artifacts"]:
@@ -89,9 +90,9 @@ def _contents(bundle: Path, manifest: dict, folder: str) -> dict[str, bytes]:
         raise BundleError(f"{error.filename}: {error.strerror}") from error
 
 
-def _glibcs(manifest: dict) -> set[tuple[int, int]]:
+def _glibcs(manifest: dict[str, Any]) -> set[tuple[int, int]]:
     """The versions of glibc that the native code needs."""
-    found = set()
+    found: set[tuple[int, int]] = set()
     for method in manifest["methods"].values():
         for artifact in method["artifacts"]:
             if "glibc" in artifact:
@@ -101,7 +102,7 @@ def _glibcs(manifest: dict) -> set[tuple[int, int]]:
 
 
 def _record(files: dict[str, bytes], own: str) -> bytes:
-    lines = []
+    lines: list[str] = []
     for path, data in sorted(files.items()):
         digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
         lines.append(f"{path},sha256={digest},{len(data)}\n")

@@ -6,7 +6,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import torch
@@ -14,6 +14,15 @@ import torch
 if TYPE_CHECKING:
     from .spec import Spec
 
+#: A call of one to six arguments. For `Callable[..., Any]` a lambda's arguments would have no types.
+Call: TypeAlias = (
+    Callable[[Any], Any]
+    | Callable[[Any, Any], Any]
+    | Callable[[Any, Any, Any], Any]
+    | Callable[[Any, Any, Any, Any], Any]
+    | Callable[[Any, Any, Any, Any, Any], Any]
+    | Callable[[Any, Any, Any, Any, Any, Any], Any]
+)
 Form = Literal["images", "planes", "samples", "batch", "tensors"]
 
 
@@ -39,20 +48,27 @@ class Peer:
     """
 
     library: str
-    call: Callable[..., Any]
+    call: Call
     form: Form = "images"
     atol: float | None = None
     rtol: float = 0.0
     edge: int = 0
     share: float = 0.0
-    before: Callable[..., tuple[Any, ...]] | None = None
+    before: Call | None = None
     after: Callable[[Any], Any] | None = None
-    sizes: Mapping[str, int] = field(default_factory=dict)
+    sizes: Mapping[str, int] = field(default_factory=dict[str, int])
 
 
-def opencv(call: Callable[..., Any], form: Form = "images", **options: Any) -> Peer:
+def opencv(
+    call: Call,
+    form: Form = "images",
+    *,
+    before: Call | None = None,
+    after: Callable[[Any], Any] | None = None,
+    **options: Any,
+) -> Peer:
     """A peer in OpenCV."""
-    return Peer("cv2", call, form, **options)
+    return Peer("cv2", call, form, before=before, after=after, **options)
 
 
 #: OpenCV's names of border modes.
@@ -73,18 +89,27 @@ def warped(function: str, mode: str, padding: str, of_bytes: bool = False) -> Pe
         options = {"flags": getattr(cv2, WAYS[mode]), "borderMode": getattr(cv2, BORDERS[padding])}
         return getattr(cv2, function)(x, matrix, size, **options)
 
+    def arguments(x: np.ndarray, matrix: np.ndarray, like: np.ndarray) -> tuple[Any, ...]:
+        return x, matrix, like.shape[::-1]
+
     return opencv(
         call,
-        before=lambda x, m, like: (x, m, like.shape[::-1]),
+        before=arguments,
         atol=NEAR_BYTES if of_bytes else 1e-3,
         share=2e-3 if of_bytes else 1e-3,
         sizes={"C": 3, "H": 80, "W": 80},
     )
 
 
-def cvt_color(code: str, **options: Any) -> Peer:
+def cvt_color(
+    code: str, *, before: Call | None = None, after: Callable[[Any], Any] | None = None, **options: Any
+) -> Peer:
     """OpenCV's cvtColor."""
-    return opencv(lambda cv2, x: cv2.cvtColor(x, getattr(cv2, code)), **options)
+
+    def call(cv2: Any, x: np.ndarray) -> np.ndarray:
+        return cv2.cvtColor(x, getattr(cv2, code))
+
+    return opencv(call, before=before, after=after, **options)
 
 
 @dataclass
@@ -105,7 +130,8 @@ class Work:
         made = self.run()
         if self.peer.after is not None:
             made = [self.peer.after(m) for m in made]
-        parts = zip(*[m if isinstance(m, tuple) else (m,) for m in made], strict=True)
+        tuples: list[tuple[Any, ...]] = [m if isinstance(m, tuple) else (m,) for m in made]
+        parts = zip(*tuples, strict=True)
         return [self._output(list(p), o) for p, o in zip(parts, like, strict=True)]
 
     def _output(self, parts: list[Any], like: np.ndarray) -> np.ndarray:
@@ -113,10 +139,10 @@ class Work:
         result = np.asarray(parts[0]) if form in ("batch", "tensors") else np.stack(parts)
         if form == "images" and like.ndim == 4:
             result = result[..., None] if result.ndim == 3 else result
-            result = result if self.interleaved else result.transpose(0, 3, 1, 2)
+            result = result if self.interleaved else np.transpose(result, (0, 3, 1, 2))
         elif form == "planes" and like.ndim > 1:
             samples = like.shape[0]
-            result = result.reshape(samples, len(result) // samples, *result.shape[1:])
+            result = np.reshape(result, (samples, len(result) // samples, *result.shape[1:]))
             result = np.moveaxis(result, 1, -1) if self.interleaved and like.ndim == 4 else result
         if result.shape != like.shape:
             raise ValueError(f"the peer gives {result.shape}, the op {like.shape}")

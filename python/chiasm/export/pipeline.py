@@ -9,7 +9,7 @@ from contextlib import closing
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from torch import nn
 
@@ -36,7 +36,7 @@ LOWERINGS = {"torchscript": torchscript.lower, "native": native.lower, "onnx": o
 
 
 def export(
-    fn: Callable | nn.Module,
+    fn: Callable[..., Any] | nn.Module,
     spec: Spec,
     path: str | Path,
     formats: Sequence[str] = FORMATS,
@@ -244,12 +244,17 @@ def _manifest(job: ExportJob) -> dict[str, Any]:
         "reference": spec.reference,
         "created": "",
         "producer": producer,
-        "config": {k: list(v) if isinstance(v, tuple) else v for k, v in sorted(spec.config.items())},
+        "config": {key: _listed(value) for key, value in sorted(spec.config.items())},
         "symbols": {name: {"min": low, "max": high} for name, (low, high) in spec.used_symbols().items()},
         "dtypes": list(spec.dtypes) if spec.generic else [],
         "methods": job.methods,
         "golden": {},
     }
+
+
+def _listed(value: Any) -> Any:
+    """A setting as JSON has it."""
+    return list(cast("tuple[Any, ...]", value)) if isinstance(value, tuple) else value
 
 
 def _described(

@@ -4,6 +4,7 @@ shapes."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 import torch
 
@@ -41,15 +42,15 @@ def example(spec: Spec, tensors: Sequence[TensorSpec] = ()) -> dict[str, int]:
 
 def _whole_numbers(value: object) -> set[int]:
     if isinstance(value, Mapping):
-        return _whole_numbers(list(value.values()))
+        return _whole_numbers(list(cast("Mapping[Any, object]", value).values()))
     if isinstance(value, (list, tuple)):
-        return {number for part in value for number in _whole_numbers(part)}
+        return {number for part in cast("Sequence[object]", value) for number in _whole_numbers(part)}
     return {value} if isinstance(value, int) else set()
 
 
 def fit(spec: Spec, sizes: dict[str, int]) -> dict[str, int]:
     """`sizes` for the spec's symbols, moved into their limits; unknown symbols get a size of their own."""
-    result = {}
+    result: dict[str, int] = {}
     for index, (symbol, (low, high)) in enumerate(spec.used_symbols().items()):
         wanted = sizes.get(symbol, sizes["N"] + 3 + index)
         result[symbol] = min(max(wanted, low), high)

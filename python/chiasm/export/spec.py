@@ -11,7 +11,9 @@ import torch
 
 from .peer import Peer
 
+#: Makes all inputs, from a generator, sizes and the dtype; and one input, in float64.
 Sampler = Callable[[torch.Generator, dict[str, int], torch.dtype], dict[str, torch.Tensor]]
+Maker = Callable[[torch.Generator, dict[str, int]], torch.Tensor]
 
 #: Limits of the symbols that most ops share; a spec may narrow them or add its own.
 DEFAULT_SYMBOLS = MappingProxyType(

@@ -10,11 +10,11 @@ import signal
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import click
 from rich.console import Console
@@ -29,6 +29,7 @@ from .text import one_line, plain
 console = Console(emoji=False)
 #: An option of prctl: the signal that a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
+_Result = TypeVar("_Result")
 
 
 class Wanted(NamedTuple):
@@ -41,7 +42,12 @@ class Wanted(NamedTuple):
 
 
 def export_names(
-    names, output: Path, formats=FORMATS, isas=("x86-64-v3",), methods=METHODS, jobs: int = 1
+    names: Iterable[str],
+    output: Path,
+    formats: tuple[str, ...] = FORMATS,
+    isas: tuple[str, ...] = ("x86-64-v3",),
+    methods: tuple[str, ...] = METHODS,
+    jobs: int = 1,
 ) -> None:
     """`export_all` of ops that are exported in the same way."""
     export_all([Wanted(name, formats, isas, methods) for name in names], output, jobs)
@@ -51,7 +57,8 @@ def export_all(ops: Sequence[Wanted], output: Path, jobs: int = 1) -> None:
     """Export ops of the catalog, several at once, with a progress bar. Raises ExportError at the end if some
     failed."""
     _collect_seldom()
-    started, failures = time.monotonic(), {}
+    started = time.monotonic()
+    failures: dict[str, str] = {}
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     # Workers are spawned, not forked: torch's threads do not survive a fork. A single op is exported in this
     # process: a worker would import torch again.
@@ -96,8 +103,8 @@ def export_all(ops: Sequence[Wanted], output: Path, jobs: int = 1) -> None:
 class _Here(Executor):
     """Runs tasks in this process, immediately."""
 
-    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        done: Future = Future()
+    def submit(self, fn: Callable[..., _Result], /, *args: Any, **kwargs: Any) -> Future[_Result]:
+        done = Future[_Result]()
         try:
             done.set_result(fn(*args, **kwargs))
         except Exception as error:

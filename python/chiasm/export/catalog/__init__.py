@@ -10,6 +10,7 @@ import importlib
 import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from ..spec import Spec
 
@@ -134,7 +135,7 @@ class Entry:
     spec: Spec
     path: str
 
-    def function(self) -> Callable:
+    def function(self) -> Callable[..., Any]:
         """The op."""
         module, _, name = self.path.rpartition(".")
         return getattr(importlib.import_module(f"chiasm.{module}"), name)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import torch
+from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec, image
 from . import STENCIL, add
@@ -10,7 +13,7 @@ from . import STENCIL, add
 _PHILOX = "Philox's published numbers"
 
 
-def _sample(generator, sizes, dtype):
+def _sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {
         "input": torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype),
@@ -18,7 +21,7 @@ def _sample(generator, sizes, dtype):
     }
 
 
-def _spec(name, reference, **rest):
+def _spec(name: str, reference: str, **rest: Any):
     seed = TensorSpec("seed", ("B",), "int64", description="one seed a sample, any 64 bits")
     return Spec(
         f"augmentation.{name}",

@@ -7,7 +7,12 @@ from . import STENCIL, add
 
 SEED = TensorSpec("seed", ("B",), "int64", range=(0, (1 << 31) - 1), description="one seed a sample")
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
-_FACTORS = {"brightness": (0.6, 1.4), "contrast": (0.6, 1.4), "saturation": (0.6, 1.4), "hue": (-0.1, 0.1)}
+_FACTORS: dict[str, Any] = {
+    "brightness": (0.6, 1.4),
+    "contrast": (0.6, 1.4),
+    "saturation": (0.6, 1.4),
+    "hue": (-0.1, 0.1),
+}
 
 
 #: The form for bytes with the same settings, which are relative to white.

@@ -1,9 +1,11 @@
 """Colour conversions."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
+from torch import Generator, Tensor
 
 from ..peer import Peer, cvt_color, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
@@ -23,26 +25,26 @@ _DEEP = Frames(("uint8", "uint16"))
 _OPAQUE = Frames(config={"alpha_val": 255.0}, ranges={"alpha_val": None}, reference="OpenCV mixChannels")
 
 
-def _rgb(name="image"):
+def _rgb(name: str = "image"):
     return image(name, channels=3, color="RGB")
 
 
-def _in_radians(hsv):
+def _in_radians(hsv: Any):
     """OpenCV's hue is in degrees."""
     return hsv * np.array([np.pi / 180, 1.0, 1.0])
 
 
-def _in_degrees(hue):
+def _in_degrees(hue: Any) -> tuple[Any, ...]:
     """The inverse conversion."""
     return (hue * np.array([180 / np.pi, 1.0, 1.0], np.float32),)
 
 
-def _second_last(pixels):
+def _second_last(pixels: Any) -> Any:
     """OpenCV has the red difference before the blue one, and lightness before saturation."""
     return np.ascontiguousarray(pixels[..., [0, 2, 1]])
 
 
-def _output(color="RGB", description=""):
+def _output(color: str = "RGB", description: str = ""):
     return [TensorSpec("output", layout="NCHW", color=color, description=description)]
 
 
@@ -215,10 +217,10 @@ add(
 )
 
 
-def _hue(name):
+def _hue(name: str):
     """Hues of a turn and the two other channels in [0, 1]."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         unit = torch.rand((sizes["B"], 3, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64)
         return {name: (unit * torch.tensor([6.283, 1.0, 1.0], dtype=torch.float64)[:, None, None]).to(dtype)}
 
@@ -338,10 +340,10 @@ add(
 )
 
 
-def _sample_cie(space):
+def _sample_cie(space: str):
     """Colours in sRGB, away from the gamut's faces, where clipping has a kink."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         from chiasm import color
 
         unit = torch.rand((sizes["B"], 3, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64)

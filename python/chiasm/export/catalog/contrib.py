@@ -1,7 +1,10 @@
 """Ops that fit no other family."""
 
+from typing import Any
+
 import numpy as np
 import torch
+from torch import Generator, Tensor
 
 from ..peer import Peer, opencv
 from ..spec import Spec, TensorSpec, Tolerance, image
@@ -10,7 +13,7 @@ from . import STENCIL, add
 # --- histogram ----------------------------------------------------------------------------------------------
 
 
-def _sample_interp(generator, sizes, dtype):
+def _sample_interp(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     n = sizes["N"]
     # knots at even distances, moved by less than half of them, and values of x within and beyond
     knots = (torch.arange(n) + 0.6 * torch.rand(n, generator=generator, dtype=torch.float64)) / n
@@ -70,33 +73,33 @@ add(
 # --- shapes -------------------------------------------------------------------------------------------------
 
 
-def _shapes(generator, sizes, dtype):
+def _shapes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Binary images with two of five pixels set, a density at which shapes are longest and most winding."""
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {"image": (torch.rand(shape, generator=generator) < 0.4).to(dtype)}
 
 
-def _sparse(generator, sizes, dtype):
+def _sparse(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Binary images with few pixels set."""
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {"image": (torch.rand(shape, generator=generator) < 0.02).to(dtype)}
 
 
-def _dense(generator, sizes, dtype):
+def _dense(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Binary images with few clear pixels, at least one in every plane: distances are finite."""
     made = 1.0 - _sparse(generator, sizes, dtype)["image"]
     made[:, :, 3, 5] = 0.0
     return {"image": made}
 
 
-def _as_bytes(x):
+def _as_bytes(x: Any):
     return ((x > 0).astype(np.uint8),)
 
 
-def _by_first_pixel(labels):
+def _by_first_pixel(labels: Any) -> Any:
     """Labels as chiasm's: 1 + the index of a shape's first pixel."""
     _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
-    return np.where(labels > 0, 1 + first[inverse].reshape(labels.shape), 0)
+    return np.where(labels > 0, 1 + np.reshape(first[inverse], labels.shape), 0)
 
 
 _COMPONENTS = opencv(
@@ -178,11 +181,16 @@ add(
 # --- patches ------------------------------------------------------------------------------------------------
 
 _PATCHES = TensorSpec("patches", description="the windows, row after row")
-_PATCHED = {
+_PATCHED: dict[str, Any] = {
     "picture": "windows",
     "config": {"window_size": (4, 3), "stride": (2, 3), "padding": (1, 2)},
     "symbols": STENCIL,
     "reference": "NumPy sliding_window_view",
+}
+
+_PADDED_TO_FIT: dict[str, Any] = {
+    **_PATCHED,
+    "config": {"window_size": (5, 4), "stride": (3, 5), "allow_auto_padding": True},
 }
 
 add(
@@ -194,7 +202,7 @@ add(
         "contrib.extract_tensor_patches.fitted",
         [image()],
         [_PATCHES],
-        **{**_PATCHED, "config": {"window_size": (5, 4), "stride": (3, 5), "allow_auto_padding": True}},
+        **_PADDED_TO_FIT,
     ),
     fn="contrib.extract_tensor_patches",
 )
@@ -217,7 +225,7 @@ add(
 # --- clusters and textures ----------------------------------------------------------------------------------
 
 
-def _sample_points(generator, sizes, dtype):
+def _sample_points(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points around as many middles as there are centres; the initial centres are nearby."""
     count, clusters, axes = sizes["N"], sizes["K"], sizes["C"]
     middles = torch.rand((clusters, axes), generator=generator, dtype=torch.float64) * 10

@@ -1,13 +1,14 @@
 """Intensity changes."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import torch
 from PIL import Image
+from torch import Generator, Tensor
 
-from ..peer import Peer, opencv
+from ..peer import Call, Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
@@ -16,42 +17,42 @@ _OUTPUT = [TensorSpec("output", layout="NCHW")]
 _SUMS = {"float32": Tolerance(1e-3, 1e-4)}
 
 
-def _curve(values: Callable, **options: Any) -> Peer:
+def _curve(values: Call, **options: Any) -> Peer:
     """OpenCV's LUT of the values of the 256 levels, for a sample's numbers."""
 
-    def call(cv2, x, *numbers):
+    def call(cv2: Any, x: Any, *numbers: Any):
         levels = values(np.arange(256.0), *numbers)
-        return cv2.LUT(x, np.rint(np.clip(levels, 0, 255)).astype(np.uint8))
+        return cv2.LUT(x, np.rint(levels.clip(0, 255)).astype(np.uint8))
 
     return opencv(call, **options)
 
 
-def _solarized(x, threshold, addition):
-    moved = np.clip(x + addition, 0, 255)
+def _solarized(x: np.ndarray, threshold: float, addition: float) -> np.ndarray:
+    moved = (x + addition).clip(0, 255)
     return np.where(moved < threshold, moved, 255 - moved)
 
 
-def _with_grey(cv2, x, factor):
+def _with_grey(cv2: Any, x: Any, factor: Any):
     grey = cv2.cvtColor(cv2.cvtColor(x, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
     return _clipped(cv2, cv2.addWeighted(x, factor, grey, 1 - factor, 0))
 
 
-def _with_mean(cv2, x, factor):
+def _with_mean(cv2: Any, x: Any, factor: Any):
     mean = cv2.mean(cv2.cvtColor(x, cv2.COLOR_RGB2GRAY))[0]
     return _clipped(cv2, cv2.addWeighted(x, factor, x, 0, mean * (1 - factor)))
 
 
-def _clipped(cv2, x):
+def _clipped(cv2: Any, x: Any):
     flat = x.reshape(len(x), -1)
     return cv2.min(cv2.max(flat, 0.0), 1.0).reshape(x.shape)
 
 
-def _sharpened(cv2, x, factor):
+def _sharpened(cv2: Any, x: Any, factor: Any):
     smooth = cv2.filter2D(x, -1, np.array([[1, 1, 1], [1, 5, 1], [1, 1, 1]], np.float32) / 13)
     return _clipped(cv2, cv2.addWeighted(x, factor, smooth, 1 - factor, 0))
 
 
-def _turned(cv2, x, angle):
+def _turned(cv2: Any, x: Any, angle: Any):
     hsv = cv2.cvtColor(x, cv2.COLOR_RGB2HSV)
     hsv[..., 0] = np.mod(hsv[..., 0] + math.degrees(angle), 360)
     return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
@@ -108,7 +109,7 @@ add(
 # --- sums and differences -----------------------------------------------------------------------------------
 
 
-def _weighted(cv2, first, alpha, second, beta, gamma):
+def _weighted(cv2: Any, first: Any, alpha: Any, second: Any, beta: Any, gamma: Any):
     return cv2.addWeighted(first, alpha, second, beta, gamma)
 
 
@@ -272,7 +273,7 @@ for _inverse in (False, True):
             config={"gain": 1.1, "inv": _inverse, "clip_output": True},
             peer=Peer(
                 "skimage.exposure",
-                lambda exposure, x, inverse=_inverse: np.clip(exposure.adjust_log(x, 1.1, inverse), 0, 1),
+                lambda exposure, x, inverse=_inverse: exposure.adjust_log(x, 1.1, inverse).clip(0, 1),
                 "batch",
             ),
             reference="scikit-image adjust_log",
@@ -416,7 +417,7 @@ add(
 _MEAN_STD = opencv(lambda cv2, x: cv2.meanStdDev(x), "planes", after=lambda m: (m[0][0, 0], m[1][0, 0]))
 
 
-def _places(found):
+def _places(found: Any) -> tuple[Any, ...]:
     least, greatest, first, last = found
     return least, greatest, np.array(first), np.array(last)
 
@@ -592,7 +593,7 @@ add(
 )
 
 
-def _sample_features(generator, sizes, dtype):
+def _sample_features(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Correlated features, of the scale of pixels; more samples than features, so that their covariance has
     full rank."""
     import torch
@@ -641,7 +642,7 @@ add(
 # --- JPEG ---------------------------------------------------------------------------------------------------
 
 
-def _sample_jpeg(generator, sizes, dtype):
+def _sample_jpeg(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Images of low contrast: fewer coefficients are near the middle between two steps, where rounding
     decides."""
     import torch

@@ -1,6 +1,10 @@
 """Features: descriptors, orientation and shape of patches."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import torch
+from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import add
@@ -13,7 +17,7 @@ _DESCRIPTORS = TensorSpec("descriptors", description="unit vectors")
 _ROOT = {"float32": Tolerance(5e-2, 5e-3)}
 
 
-def _sample_patches(generator, sizes, dtype):
+def _sample_patches(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Patches that change more in one direction than in others, like those around key points."""
     grid = torch.arange(16, dtype=torch.float64)
     draw = torch.rand((sizes["N"], 3, 1, 1), generator=generator, dtype=torch.float64)
@@ -24,13 +28,20 @@ def _sample_patches(generator, sizes, dtype):
     return {"patches": (0.5 + 0.4 * wave + 0.1 * noise)[:, None].to(dtype)}
 
 
-def _sample_regions(generator, sizes, dtype):
+def _sample_regions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     img = torch.rand((sizes["B"], 1, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64)
     laf = frames(generator, sizes)
     return {"img": img.to(dtype), "lafs": laf.to(dtype), "laf": laf.to(dtype)}
 
 
-def _add(name, inputs, output, reference, fn=None, **rest):
+def _add(
+    name: str,
+    inputs: Sequence[TensorSpec],
+    output: TensorSpec,
+    reference: str,
+    fn: str | None = None,
+    **rest: Any,
+):
     add(
         Spec(f"feature.{name}", inputs, [output], reference=reference, **rest),
         fn=fn or f"feature.{name.partition('.')[0]}",
@@ -97,7 +108,7 @@ _add(
 )
 
 
-def _sample_learned(generator, sizes, dtype):
+def _sample_learned(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     projection = torch.randn((63, 32), generator=generator, dtype=torch.float64)
     mean = 0.1 * torch.rand(63, generator=generator, dtype=torch.float64)
     return {
@@ -107,7 +118,7 @@ def _sample_learned(generator, sizes, dtype):
     }
 
 
-_KERNELS = {
+_KERNELS: dict[str, Any] = {
     "picture": "rows of descriptors",
     "reference": "the kernel summed over pairs of pixels in NumPy",
     "gradient_tolerances": {"float32": Tolerance(5e-3, 1e-3)},
@@ -131,7 +142,7 @@ _REGIONS = [
     TensorSpec("laf", ("B", "N", 2, 3), description="local affine frames"),
 ]
 _OUT = TensorSpec("output", description="local affine frames")
-_LARGE = {
+_LARGE: dict[str, Any] = {
     "symbols": {"H": (16, 32768), "W": (16, 32768)},
     "sample": _sample_regions,
     "config": {"PS": 16},

@@ -1,18 +1,24 @@
 """Features: key points in scale space."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import torch
+from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import add
 
 
-def blobs(generator, batch, views, dtype):
+def blobs(
+    generator: Generator, batch: int, views: Sequence[tuple[int, int, int]], dtype: torch.dtype
+) -> list[Tensor]:
     """Pictures (B, 1, H, W) of the same 40 blobs, with some noise: clear extrema at many scales. ``views``
     has the height and width of each picture, and its offset to the right of the first."""
     height, width, _ = views[0]
     draw = torch.rand((batch, 40, 4, 1, 1), generator=generator, dtype=torch.float64)
     radius = 1.5 + 6.0 * draw[:, :, 2] ** 2
-    made = []
+    made: list[Tensor] = []
     for rows, columns, shift in views:
         x = torch.arange(columns, dtype=torch.float64) + shift - draw[:, :, 0] * width
         y = torch.arange(rows, dtype=torch.float64)[:, None] - draw[:, :, 1] * height
@@ -24,7 +30,7 @@ def blobs(generator, batch, views, dtype):
     return made
 
 
-def _sample_blobs(generator, sizes, dtype):
+def _sample_blobs(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     return {"img": blobs(generator, sizes["B"], [(sizes["H"], sizes["W"], 0)], dtype)[0]}
 
 
@@ -69,7 +75,7 @@ _PROPOSALS = [
     TensorSpec("scores", description="the largest response of each window"),
 ]
 #: Symbols: more than one window along each axis, because an export would make a single one a constant.
-_PEAKS = {
+_PEAKS: dict[str, Any] = {
     "reference": "a loop in NumPy",
     "tolerances": {"float32": Tolerance(2e-4, 1e-4)},
     "picture": "proposed keypoints",

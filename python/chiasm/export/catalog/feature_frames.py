@@ -1,18 +1,22 @@
 """Features: local affine frames and their patches."""
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import torch
+from torch import Generator, Tensor
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance, image
 from . import ZERO_WEIGHTS, add
+from .rigid import linalg
 
 _FRAMES = ("B", "N", 2, 3)
 #: Positions in pixels: differences are relative to the image's size.
-_PIXELS = {"float32": Tolerance(1e-4, 1e-5)}
+_PIXELS: dict[str, Any] = {"float32": Tolerance(1e-4, 1e-5)}
 
 
-def frames(generator, sizes, largest=8.0):
+def frames(generator: Generator, sizes: dict[str, int], largest: float = 8.0):
     """(B, N, 2, 3) frames of all orientations and moderate shapes, inside the image and around its border."""
     shape = (sizes["B"], sizes["N"])
     draw = torch.rand((*shape, 6), generator=generator, dtype=torch.float64)
@@ -25,14 +29,14 @@ def frames(generator, sizes, largest=8.0):
     return torch.stack([torch.stack([a, b, x], -1), torch.stack([c, d, y], -1)], -2)
 
 
-def _laf(name="laf", description="local affine frames"):
+def _laf(name: str = "laf", description: str = "local affine frames"):
     return TensorSpec(name, _FRAMES, description=description)
 
 
-def _sample(first, **others):
+def _sample(first: str, **others: Maker) -> Sampler:
     """Frames under the name ``first``; the other inputs are made by functions of (generator, sizes)."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         made = {first: frames(generator, sizes)}
         made.update({name: make(generator, sizes) for name, make in others.items()})
         return {name: value.to(dtype) for name, value in made.items()}
@@ -40,22 +44,30 @@ def _sample(first, **others):
     return sample
 
 
-def _uniform(low, high, *shape):
-    def make(generator, sizes):
+def _uniform(low: float, high: float, *shape: int | str) -> Maker:
+    def make(generator: Generator, sizes: dict[str, int]):
         size = [sizes[d] if isinstance(d, str) else d for d in shape]
         return low + (high - low) * torch.rand(size, generator=generator, dtype=torch.float64)
 
     return make
 
 
-def _add(name, inputs, outputs, reference, **rest):
+def _add(
+    name: str,
+    inputs: Sequence[TensorSpec],
+    outputs: Sequence[TensorSpec | str],
+    reference: str,
+    picture: str = "local affine frames",
+    **rest: Any,
+):
     add(
         Spec(
             f"feature.{name}",
             inputs,
             [TensorSpec(o) if isinstance(o, str) else o for o in outputs],
             reference=reference,
-            **{"picture": "local affine frames", **rest},
+            picture=picture,
+            **rest,
         )
     )
 
@@ -189,10 +201,10 @@ _add(
 )
 
 
-def _sample_ellipses(generator, sizes, dtype):
+def _sample_ellipses(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     frame = frames(generator, sizes)
     a = frame[..., :2]
-    form = torch.linalg.inv(a @ a.transpose(-1, -2))
+    form = linalg.inv(a @ a.transpose(-1, -2))
     return {
         "ells": (
             torch.stack(
@@ -212,7 +224,7 @@ _add(
 )
 
 
-def _homographies(generator, sizes):
+def _homographies(generator: Generator, sizes: dict[str, int]):
     wild = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [5e-4, 5e-4, 0.0]], dtype=torch.float64)
     return (
         torch.eye(3, dtype=torch.float64)
@@ -232,7 +244,7 @@ _add(
 
 # --- patches ------------------------------------------------------------------------------------------------
 
-_PATCHES = {
+_PATCHES: dict[str, Any] = {
     "outputs": [TensorSpec("patches", description="(B, N, C, PS, PS)")],
     "config": {"PS": 16},
     "picture": "patches",
@@ -243,7 +255,7 @@ _PATCHES = {
 }
 
 
-def _sample_regions(generator, sizes, dtype):
+def _sample_regions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Some frames of many pixels, which are read from coarse levels."""
     return {"img": _IMAGES(generator, sizes).to(dtype), "laf": frames(generator, sizes, 40.0).to(dtype)}
 

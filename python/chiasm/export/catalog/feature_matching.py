@@ -1,8 +1,12 @@
 """Features: matching of descriptors."""
 
-import torch
+from collections.abc import Sequence
+from typing import Any
 
-from ..spec import Spec, TensorSpec
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Sampler, Spec, TensorSpec
 from . import add
 from .feature_frames import frames
 
@@ -19,7 +23,7 @@ _FRAMES = [
 ]
 
 
-def _sample(generator, sizes, dtype):
+def _sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """The second set has some of the first, with noise."""
     batch, count, others, channels = (sizes[k] for k in ("B", "N", "M", "D"))
     first = torch.rand((batch, count, channels), generator=generator, dtype=torch.float64)
@@ -39,7 +43,7 @@ def _sample(generator, sizes, dtype):
     }
 
 
-def _sample_moved(generator, sizes, dtype):
+def _sample_moved(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """A common similarity maps all frames except every fifth; descriptors are nearly the same."""
     batch, count, others = (sizes[k] for k in ("B", "N", "M"))
     shared = min(count, others)
@@ -68,7 +72,14 @@ def _sample_moved(generator, sizes, dtype):
     return {**made, **{name: value.to(dtype) for name, value in float_inputs.items()}}
 
 
-def _add(name, inputs, measure, reference, sample=_sample, **rest):
+def _add(
+    name: str,
+    inputs: Sequence[TensorSpec],
+    measure: str,
+    reference: str,
+    sample: Sampler = _sample,
+    **rest: Any,
+):
     add(
         Spec(
             f"feature.{name}",

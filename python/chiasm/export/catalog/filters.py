@@ -1,10 +1,13 @@
 """Filters."""
 
 import math
+from typing import Any
 
 import numpy as np
+import torch
+from torch import Generator, Tensor
 
-from ..peer import Peer, opencv
+from ..peer import Call, Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
@@ -19,7 +22,7 @@ def _correlated(border: str) -> Peer:
     return opencv(lambda cv2, x, kernel: cv2.filter2D(x, -1, kernel, borderType=getattr(cv2, border)))
 
 
-def _gradient_magnitude(cv2, x):
+def _gradient_magnitude(cv2: Any, x: Any):
     dx, dy = (
         cv2.Sobel(x, cv2.CV_32F, d, 1 - d, ksize=3, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
         for d in (1, 0)
@@ -28,7 +31,7 @@ def _gradient_magnitude(cv2, x):
 
 
 def _derivatives(scale: float, depth: str = "CV_32F"):
-    def call(cv2, x):
+    def call(cv2: Any, x: Any):
         return [
             cv2.Sobel(x, getattr(cv2, depth), d, 1 - d, ksize=3, scale=scale, borderType=cv2.BORDER_REPLICATE)
             for d in (1, 0)
@@ -40,13 +43,13 @@ def _derivatives(scale: float, depth: str = "CV_32F"):
 _EIGHT_NEIGHBOURS = np.array([[1, 1, 1], [1, -8, 1], [1, 1, 1]], np.float32)
 
 
-def _laplacian(scale: float, depth: str = "CV_32F"):
+def _laplacian(scale: float, depth: str = "CV_32F") -> Call:
     return lambda cv2, x: cv2.filter2D(
         x, getattr(cv2, depth), _EIGHT_NEIGHBOURS * scale, borderType=cv2.BORDER_REFLECT_101
     )
 
 
-def _unsharp(cv2, x):
+def _unsharp(cv2: Any, x: Any):
     blurred = cv2.GaussianBlur(x, (5, 5), 1.5, borderType=cv2.BORDER_REFLECT_101)
     return cv2.addWeighted(x, 2, blurred, -1, 0)
 
@@ -227,7 +230,7 @@ SUMMED = {"float32": Tolerance(1e-3, 1e-3)}
 VOLUME = TensorSpec("input", ("B", "C", "D", "H", "W"), "T", "NCDHW", range=(0.0, 1.0), description="volumes")
 
 
-def _kernel(*shape, name="kernel"):
+def _kernel(*shape: int | str, name: str = "kernel"):
     return TensorSpec(
         name,
         shape,
@@ -521,7 +524,7 @@ add(
 )
 
 
-def _two_classes(generator, sizes, dtype):
+def _two_classes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Dark and bright pixels, so that no rounding decides between two thresholds."""
     import torch
 
@@ -547,7 +550,7 @@ for _suffix, _differentiable in (("", False), ("_differentiable", True)):
     )
 
 
-def _levels(generator, sizes, dtype):
+def _levels(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     import torch
 
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])

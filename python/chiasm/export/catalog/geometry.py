@@ -1,7 +1,10 @@
 """Geometry: resampling, homographies."""
 
+from typing import Any
+
 import torch
 from PIL import Image
+from torch import Generator, Tensor
 
 from ..peer import Peer, opencv, warped
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
@@ -10,7 +13,7 @@ from . import ZERO_WEIGHTS, add
 # --- resize -------------------------------------------------------------------------------------------------
 
 
-def _resized(interpolation: str, **options) -> Peer:
+def _resized(interpolation: str, **options: Any) -> Peer:
     return opencv(
         lambda cv2, x, size: cv2.resize(x, size, interpolation=getattr(cv2, interpolation)),
         before=lambda x, like: (x, like.shape[::-1]),
@@ -95,7 +98,7 @@ for _name, _config in {
 # --- warp_perspective ---------------------------------------------------------------------------------------
 
 
-def _homography(generator, batch):
+def homography(generator: Generator, batch: int):
     """Mild homographies in pixel coordinates: near the identity, so that most of the image stays in view."""
     scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=torch.float64)
     return (
@@ -104,11 +107,11 @@ def _homography(generator, batch):
     )
 
 
-def _sample_warp(generator, sizes, dtype):
+def _sample_warp(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {
         "src": torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype),
-        "M": _homography(generator, sizes["B"]).to(dtype),
+        "M": homography(generator, sizes["B"]).to(dtype),
         "like": torch.zeros((sizes["OH"], sizes["OW"]), dtype=torch.uint8),
     }
 
@@ -149,10 +152,10 @@ for _mode in ("bilinear", "nearest"):
 # --- find_homography_dlt ------------------------------------------------------------------------------------
 
 
-def _sample_points(generator, sizes, dtype):
+def _sample_points(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points and where a homography takes them, with a little noise."""
     points = torch.rand((sizes["B"], sizes["N"], 2), generator=generator, dtype=torch.float64) * 200
-    h = _homography(generator, sizes["B"])
+    h = homography(generator, sizes["B"])
     mapped = torch.cat([points, torch.ones_like(points[..., :1])], -1) @ h.transpose(1, 2)
     noise = torch.randn(points.shape, generator=generator, dtype=torch.float64) * 0.05
     return {"points1": points.to(dtype), "points2": (mapped[..., :2] / mapped[..., 2:] + noise).to(dtype)}

@@ -1,18 +1,22 @@
 """Cameras: projection, lens distortion, depth maps, and homographies of views."""
 
-import torch
+from collections.abc import Sequence
 
-from ..spec import Spec, TensorSpec, Tolerance, image, like
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Sampler, Spec, TensorSpec, Tolerance, image, like
 from . import add
+from .rigid import linalg
 
 _DOUBLE = torch.float64
 
 
-def _uniform(generator, shape, low=0.0, high=1.0):
+def _uniform(generator: Generator, shape: Sequence[int], low: float = 0.0, high: float = 1.0):
     return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
-def _camera_matrices(generator, count):
+def _camera_matrices(generator: Generator, count: int):
     """Focal lengths about 500, principal point about (320, 240)."""
     focal, centre = (
         _uniform(generator, (count, 2), 450, 550),
@@ -23,11 +27,11 @@ def _camera_matrices(generator, count):
     return matrix
 
 
-def _cast(dtype, **tensors):
+def _cast(dtype: torch.dtype, **tensors: Tensor):
     return {name: value.to(dtype) for name, value in tensors.items()}
 
 
-def _points_in_front(generator, count):
+def _points_in_front(generator: Generator, count: int):
     return torch.cat([_uniform(generator, (count, 2), -2, 2), _uniform(generator, (count, 1), 2, 6)], -1)
 
 
@@ -109,13 +113,13 @@ add(
 )
 
 
-def _proper_inverse_intrinsics(generator, count):
+def _proper_inverse_intrinsics(generator: Generator, count: int):
     matrix = torch.eye(4, dtype=_DOUBLE).repeat(count, 1, 1)
-    matrix[:, :3, :3] = torch.linalg.inv(_camera_matrices(generator, count))
+    matrix[:, :3, :3] = linalg.inv(_camera_matrices(generator, count))
     return matrix
 
 
-def _sample_pixel2cam(generator, sizes, dtype):
+def _sample_pixel2cam(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     row, column = torch.meshgrid(
         torch.arange(h, dtype=_DOUBLE), torch.arange(w, dtype=_DOUBLE), indexing="ij"
@@ -129,7 +133,7 @@ def _sample_pixel2cam(generator, sizes, dtype):
     )
 
 
-def _sample_cam2pixel(generator, sizes, dtype):
+def _sample_cam2pixel(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     points = _points_in_front(generator, b * h * w).reshape(b, h, w, 3)
     projection = torch.eye(4, dtype=_DOUBLE).repeat(b, 1, 1)
@@ -167,20 +171,20 @@ add(
 # --- distortion ---------------------------------------------------------------------------------------------
 
 
-def _pinhole_params(generator, count):
+def _pinhole_params(generator: Generator, count: int):
     m = _camera_matrices(generator, count)
     return torch.stack([m[:, 0, 0], m[:, 1, 1], m[:, 0, 2], m[:, 1, 2]], -1)
 
 
-def _fisheye_params(generator, count):
+def _fisheye_params(generator: Generator, count: int):
     return torch.cat([_pinhole_params(generator, count), _uniform(generator, (count, 4), -0.02, 0.02)], -1)
 
 
-def _lens_params(model, generator, count):
+def _lens_params(model: str, generator: Generator, count: int):
     return _pinhole_params(generator, count) if model == "affine" else _fisheye_params(generator, count)
 
 
-def _sampler_of_params(model, points, low, high):
+def _sampler_of_params(model: str, points: str, low: float, high: float) -> Sampler:
     return lambda g, s, dtype: _cast(
         dtype, **{points: _uniform(g, (s["N"], 2), low, high), "params": _lens_params(model, g, s["N"])}
     )
@@ -222,11 +226,11 @@ _STRENGTH = torch.tensor(
 _K = TensorSpec("K", ("B", 3, 3), description="camera matrix of the distorted image")
 
 
-def _distortion(generator, batch, size):
+def _distortion(generator: Generator, batch: int, size: int):
     return _uniform(generator, (batch, 14), -1, 1)[:, :size] * _STRENGTH[:size]
 
 
-def _sampler_of_lens(size):
+def _sampler_of_lens(size: int) -> Sampler:
     return lambda g, s, dtype: _cast(
         dtype,
         points=_uniform(g, (s["B"], s["N"], 2), 0, 1) * torch.tensor([640.0, 480.0]),
@@ -269,7 +273,9 @@ add(
 )
 
 
-def _sample_undistort_image(generator, sizes, dtype):
+def _sample_undistort_image(
+    generator: Generator, sizes: dict[str, int], dtype: torch.dtype
+) -> dict[str, Tensor]:
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     camera = torch.eye(3, dtype=_DOUBLE).repeat(b, 1, 1)
     camera[:, 0, 0], camera[:, 1, 1], camera[:, 0, 2], camera[:, 1, 2] = (
@@ -301,7 +307,7 @@ add(
 # --- depth --------------------------------------------------------------------------------------------------
 
 
-def _image_camera(generator, sizes, size=3):
+def _image_camera(generator: Generator, sizes: dict[str, int], size: int = 3):
     """A camera whose principal point is near the image's middle."""
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     matrix = torch.eye(size, dtype=_DOUBLE).repeat(b, 1, 1)
@@ -313,7 +319,7 @@ def _image_camera(generator, sizes, size=3):
     return matrix
 
 
-def _depth(generator, sizes):
+def _depth(generator: Generator, sizes: dict[str, int]):
     """A slanted, bumpy surface."""
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     row, column = torch.arange(h, dtype=_DOUBLE)[:, None], torch.arange(w, dtype=_DOUBLE)
@@ -326,12 +332,12 @@ def _depth(generator, sizes):
     )
 
 
-def _motion(generator, batch):
+def _motion(generator: Generator, batch: int):
     """A small turn and shift."""
     turn = torch.zeros((batch, 4, 4), dtype=_DOUBLE)
     v = _uniform(generator, (batch, 3), -0.05, 0.05)
     turn[:, 0, 1], turn[:, 0, 2], turn[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    motion = torch.linalg.matrix_exp(turn - turn.transpose(1, 2))
+    motion = linalg.matrix_exp(turn - turn.transpose(1, 2))
     motion[:, :3, 3] = _uniform(generator, (batch, 3), -0.2, 0.2)
     return motion
 

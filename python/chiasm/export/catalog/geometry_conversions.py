@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-import torch
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from ..spec import Spec, TensorSpec, Tolerance
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Maker, Spec, TensorSpec, Tolerance
 from . import add
 from .rigid import motions, normal, quaternions, rotations, uniform
 
 
-def _spec(name, inputs, outputs=("output",), makers=None, reference="closed form in NumPy", **more):
+def _spec(
+    name: str,
+    inputs: Mapping[str, tuple[tuple[int | str, ...], str]],
+    outputs: Sequence[str] = ("output",),
+    makers: Mapping[str, Maker] | None = None,
+    reference: str = "closed form in NumPy",
+    **more: Any,
+):
     """A spec with inputs {name: (shape, description)}; `makers` {name: (generator, sizes) -> float64} where
     uniform values would not do."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         return {key: make(generator, sizes).to(dtype) for key, make in (makers or {}).items()}
 
     add(
@@ -30,7 +41,7 @@ def _spec(name, inputs, outputs=("output",), makers=None, reference="closed form
 
 # --- rotations ----------------------------------------------------------------------------------------------
 
-_KINDS = {
+_KINDS: dict[str, tuple[tuple[int | str, ...], Maker, str]] = {
     "axis_angle": (("N", 3), lambda g, s: normal(g, s["N"], 3), "rotation vectors, angle in radians"),
     "quaternion": (("N", 4), lambda g, s: quaternions(g, s["N"]), "unit quaternions (w, x, y, z)"),
     "rotation_matrix": (("N", 3, 3), lambda g, s: rotations(g, s["N"]), "rotation matrices"),
@@ -75,7 +86,7 @@ _spec(
 _spec("vector_to_skew_symmetric_matrix", {"vec": (("N", 3), "vectors")})
 
 
-def _angles(generator, sizes, dtype):
+def _angles(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Away from half a turn and from gimbal lock."""
     n = sizes["N"]
     return {
@@ -85,7 +96,9 @@ def _angles(generator, sizes, dtype):
     }
 
 
-def _quaternions_of_angles(generator, sizes, dtype):
+def _quaternions_of_angles(
+    generator: Generator, sizes: dict[str, int], dtype: torch.dtype
+) -> dict[str, Tensor]:
     """Products of turns about z, y and x, in closed form."""
     half = {name: 0.5 * angle for name, angle in _angles(generator, sizes, torch.float64).items()}
     (cr, cp, cy), (sr, sp, sy) = (
@@ -161,7 +174,7 @@ _spec("convert_affinematrix_to_homography3d", {"A": (("B", 3, 4), "affine transf
 _IMAGE, _VOLUME = {"height": 480, "width": 640}, {"depth": 64, "height": 96, "width": 128}
 
 
-def _points(low, high, n):
+def _points(low: float, high: float, n: int) -> dict[str, Maker]:
     return {"pixel_coordinates": lambda g, s: uniform(g, low, high, s["N"], n)}
 
 
@@ -181,7 +194,7 @@ for _suffix, _sizes, _n in (("", _IMAGE, 2), ("3d", _VOLUME, 3)):
     )
 
 
-def _intrinsics(generator, sizes):
+def _intrinsics(generator: Generator, sizes: dict[str, int]):
     k = torch.zeros(sizes["B"], 3, 3, dtype=torch.float64)
     k[:, 0, 0], k[:, 1, 1], k[:, 2, 2] = (
         uniform(generator, 400.0, 600.0, sizes["B"]),
@@ -229,7 +242,7 @@ for _suffix, _n, _source, _target in (("", 3, (480, 640), (360, 800)), ("3d", 4,
 # --- poses --------------------------------------------------------------------------------------------------
 
 _POSE = {"R": (("N", 3, 3), "rotation matrices"), "t": (("N", 3, 1), "translations")}
-_POSES = {"R": lambda g, s: rotations(g, s["N"]), "t": lambda g, s: normal(g, s["N"], 3, 1)}
+_POSES: dict[str, Maker] = {"R": lambda g, s: rotations(g, s["N"]), "t": lambda g, s: normal(g, s["N"], 3, 1)}
 _spec("Rt_to_matrix4x4", _POSE, ["extrinsics"], _POSES)
 for _name in (
     "camtoworld_graphics_to_vision_Rt",

@@ -1,19 +1,23 @@
 """Views of one scene: homographies, fundamental and essential matrices, triangulation, poses."""
 
-import torch
+from collections.abc import Sequence
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Sampler, Spec, TensorSpec, Tolerance, image
 from . import add
+from .rigid import lengths, linalg
 
 _DOUBLE = torch.float64
 _MATRICES, _VECTORS = ("B", 3, 3), ("B", 3, 1)
 
 
-def _uniform(generator, shape, low=0.0, high=1.0):
+def _uniform(generator: Generator, shape: Sequence[int], low: float = 0.0, high: float = 1.0):
     return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
-def _cameras(generator, batch, scale):
+def _cameras(generator: Generator, batch: int, scale: float):
     """Camera matrices with focal lengths and principal points of about `scale`."""
     matrix = torch.eye(3, dtype=_DOUBLE).repeat(batch, 1, 1)
     matrix[:, 0, 0], matrix[:, 1, 1] = (
@@ -24,24 +28,26 @@ def _cameras(generator, batch, scale):
     return matrix
 
 
-def _rotations(generator, batch, angle):
+def _rotations(generator: Generator, batch: int, angle: float) -> Tensor:
     v = torch.randn((batch, 3), generator=generator, dtype=_DOUBLE)
-    v = angle * v / v.norm(dim=1, keepdim=True)
-    return torch.linalg.matrix_exp(_skew(v))
+    v = angle * v / lengths(v, 1)
+    return linalg.matrix_exp(_skew(v))
 
 
-def _skew(v):
+def _skew(v: Tensor):
     x, y, z = v.unbind(-1)
     zero = torch.zeros_like(x)
     return torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(-1, 3, 3)
 
 
-def _seen(points, K, R, t):
+def _seen(points: Tensor, K: Tensor, R: Tensor, t: Tensor):
     x = (points @ R.transpose(1, 2) + t.transpose(1, 2)) @ K.transpose(1, 2)
     return x[..., :2] / x[..., 2:]
 
 
-def scene(generator, batch, count, scale=1.0, noise=2e-4):
+def scene(
+    generator: Generator, batch: int, count: int, scale: float = 1.0, noise: float = 2e-4
+) -> dict[str, Tensor]:
     """Two cameras 0.3 rad and a unit apart, points 4 to 8 units in front, and where they are seen, with
     noise.
 
@@ -51,14 +57,14 @@ def scene(generator, batch, count, scale=1.0, noise=2e-4):
     K1, K2 = _cameras(generator, batch, scale), _cameras(generator, batch, scale)
     R = _rotations(generator, batch, 0.3)
     t = torch.randn((batch, 3, 1), generator=generator, dtype=_DOUBLE)
-    t = t / t.norm(dim=1, keepdim=True)
+    t = t / lengths(t, 1)
     X = torch.cat(
         [_uniform(generator, (batch, count, 2), -2, 2), _uniform(generator, (batch, count, 1), 4, 8)], -1
     )
     eye, zero = torch.eye(3, dtype=_DOUBLE).expand(batch, 3, 3), torch.zeros((batch, 3, 1), dtype=_DOUBLE)
     blur = torch.randn((2, batch, count, 2), generator=generator, dtype=_DOUBLE) * noise * scale
     E = _skew(t[..., 0]) @ R
-    F = torch.linalg.inv(K2).transpose(1, 2) @ E @ torch.linalg.inv(K1)
+    F = linalg.inv(K2).transpose(1, 2) @ E @ linalg.inv(K1)
     return {
         "K1": K1,
         "K2": K2,
@@ -66,7 +72,7 @@ def scene(generator, batch, count, scale=1.0, noise=2e-4):
         "t": t,
         "X": X,
         "E": E,
-        "F": F / F.flatten(1).norm(dim=1)[:, None, None],
+        "F": F / lengths(F.flatten(1), 1)[:, :, None],
         "x1": _seen(X, K1, eye, zero) + blur[0],
         "x2": _seen(X, K2, R, t) + blur[1],
         "r1": _seen(X, eye, eye, zero) + blur[0] / scale,
@@ -77,25 +83,27 @@ def scene(generator, batch, count, scale=1.0, noise=2e-4):
     }
 
 
-def _from_scene(scale=1.0, noise=2e-4, count=None, batch="B", **names):
+def _from_scene(
+    scale: float = 1.0, noise: float = 2e-4, count: int | None = None, batch: str = "B", **names: str
+) -> Sampler:
     """A sampler that takes a scene's parts as inputs: argument name to part."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         parts = scene(generator, sizes[batch], count or sizes.get("N", 8), scale, noise)
         return {argument: parts[part].to(dtype) for argument, part in names.items()}
 
     return sample
 
 
-def _points(name, count="N", description="points"):
+def _points(name: str, count: str = "N", description: str = "points"):
     return TensorSpec(name, ("B", count, 2), description=description)
 
 
-def _matrix(name, description="", shape=_MATRICES):
+def _matrix(name: str, description: str = "", shape: tuple[int | str, ...] = _MATRICES):
     return TensorSpec(name, shape, description=description)
 
 
-def _motion(generator, batch):
+def _motion(generator: Generator, batch: int):
     return _rotations(generator, batch, 1.0), torch.randn((batch, 3, 1), generator=generator, dtype=_DOUBLE)
 
 
@@ -165,7 +173,7 @@ for _name, _from in (("essential_from_fundamental", "F"), ("fundamental_from_ess
     )
 
 
-def _sample_two_motions(generator, sizes, dtype):
+def _sample_two_motions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     (R1, t1), (R2, t2) = _motion(generator, sizes["B"]), _motion(generator, sizes["B"])
     return {name: value.to(dtype) for name, value in {"R1": R1, "t1": t1, "R2": R2, "t2": t2}.items()}
 
@@ -230,7 +238,9 @@ add(
 )
 
 
-def _sample_near_essential(generator, sizes, dtype):
+def _sample_near_essential(
+    generator: Generator, sizes: dict[str, int], dtype: torch.dtype
+) -> dict[str, Tensor]:
     E = scene(generator, sizes["B"], 1)["E"]
     return {"E_mat": (E + _uniform(generator, E.shape, -0.1, 0.1)).to(dtype)}
 
@@ -415,21 +425,21 @@ add(
 # --- homographies -------------------------------------------------------------------------------------------
 
 
-def homographies(generator, batch):
+def homographies(generator: Generator, batch: int):
     scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=_DOUBLE)
     return torch.eye(3, dtype=_DOUBLE) + _uniform(generator, (batch, 3, 3), -1, 1) * scale
 
 
-def mapped(H, points):
+def mapped(H: Tensor, points: Tensor):
     x = torch.cat([points, torch.ones_like(points[..., :1])], -1) @ H.transpose(1, 2)
     return x[..., :2] / x[..., 2:]
 
 
-def _sampler_of_pairs(first, second, noise, **more):
+def _sampler_of_pairs(first: str, second: str, noise: float, **more: str) -> Sampler:
     """Points and where a homography takes them, with noise; `more` are further arguments: "H" or
     "weights"."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         H = homographies(generator, sizes["B"])
         p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
         q = mapped(H, p) + noise * torch.randn(p.shape, generator=generator, dtype=_DOUBLE)
@@ -442,10 +452,10 @@ def _sampler_of_pairs(first, second, noise, **more):
     return sample
 
 
-def _sampler_of_segments(noise, **more):
+def _sampler_of_segments(noise: float, **more: str) -> Sampler:
     """Segments, and others on the lines where a homography takes them, with noise."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         batch, count = sizes["B"], sizes["N"]
         H = homographies(generator, batch)
         ends = _uniform(generator, (batch, 2 * count, 2), 0, 200)
@@ -538,7 +548,7 @@ add(
 )
 
 
-def _sample_fours(generator, sizes, dtype):
+def _sample_fours(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Corners moved about; every other sample has two of them exchanged."""
     corners = torch.tensor([[0.0, 0.0], [200.0, 0.0], [200.0, 200.0], [0.0, 200.0]], dtype=_DOUBLE)
     p, q = (corners + _uniform(generator, (sizes["N"], 4, 2), -60, 60) for _ in range(2))

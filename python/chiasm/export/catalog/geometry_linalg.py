@@ -1,10 +1,13 @@
 """Geometry: points, rigid transformations and solvers of small equations."""
 
-import torch
+from collections.abc import Sequence
 
-from ..spec import Spec, TensorSpec, Tolerance
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Sampler, Spec, TensorSpec, Tolerance
 from . import ZERO_WEIGHTS, add
-from .geometry import _homography
+from .geometry import homography
 from .rigid import rotations
 
 # --- points and transformations -----------------------------------------------------------------------------
@@ -33,19 +36,19 @@ add(
 )
 
 
-def _sample_transformed(dimensions):
-    def sample(generator, sizes, dtype):
+def _sample_transformed(dimensions: int) -> Sampler:
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         points = (
             torch.rand((sizes["B"], sizes["N"], dimensions), generator=generator, dtype=torch.float64) * 2 - 1
         )
         if dimensions == 2:
-            return {"trans_01": _homography(generator, sizes["B"]).to(dtype), "points_1": points.to(dtype)}
+            return {"trans_01": homography(generator, sizes["B"]).to(dtype), "points_1": points.to(dtype)}
         return {"trans_01": _rigid(generator, sizes["B"]).to(dtype), "points_1": points.to(dtype)}
 
     return sample
 
 
-def _rigid(generator, count):
+def _rigid(generator: Generator, count: int):
     shift = torch.randn((count, 3, 1), generator=generator, dtype=torch.float64)
     upper = torch.cat([rotations(generator, count), shift], -1)
     return torch.cat(
@@ -74,7 +77,7 @@ _POSES = {
 }
 
 
-def _sample_poses(names):
+def _sample_poses(names: Sequence[str]) -> Sampler:
     return lambda generator, sizes, dtype: {name: _rigid(generator, sizes["N"]).to(dtype) for name in names}
 
 
@@ -91,11 +94,11 @@ for _name, _names in _POSES.items():
 # --- polynomials --------------------------------------------------------------------------------------------
 
 
-def _sample_roots(degree):
+def _sample_roots(degree: int):
     """Polynomials with the roots well apart, so that rounding changes neither their number nor their order;
     every third of them has two complex ones."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         count = sizes["N"]
         place = torch.arange(degree, dtype=torch.float64) * 0.7 - 0.9
         roots = (place + 0.3 * torch.rand((count, degree), generator=generator, dtype=torch.float64)).to(
@@ -182,13 +185,13 @@ add(
 )
 
 
-def _sample_affine(generator, sizes, dtype):
+def _sample_affine(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["N"], 2)
     corners = torch.tensor([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]], dtype=torch.float64).repeat(
         sizes["N"] // 3 + 1, 1
     )[: sizes["N"]]
     points = corners + 20 * torch.rand(shape, generator=generator, dtype=torch.float64)
-    moved = points @ _homography(generator, sizes["B"])[:, :2, :2].transpose(1, 2) + 5.0
+    moved = points @ homography(generator, sizes["B"])[:, :2, :2].transpose(1, 2) + 5.0
     weights = torch.rand(shape[:2], generator=generator, dtype=torch.float64) + 0.5
     noise = torch.randn(shape, generator=generator, dtype=torch.float64) * 0.1
     return {"points1": points.to(dtype), "points2": (moved + noise).to(dtype), "weights": weights.to(dtype)}

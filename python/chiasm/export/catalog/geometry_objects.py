@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeAlias
+
 import torch
+from torch import Generator, Tensor
 
-from ..spec import Spec, TensorSpec, Tolerance
+from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance
 from . import add
-from .rigid import motions, normal, quaternions, rotations, rotations2d, uniform
+from .rigid import lengths, motions, normal, quaternions, rotations, rotations2d, uniform
 
 
-def _sampler(makers):
+def _sampler(makers: Mapping[str, Maker]) -> Sampler:
     return lambda generator, sizes, dtype: {
         key: make(generator, sizes).to(dtype) for key, make in makers.items()
     }
@@ -46,11 +50,11 @@ add(
 )
 
 
-def _unit(q):
-    return q / q.norm(dim=-1, keepdim=True)
+def _unit(q: Tensor) -> Tensor:
+    return q / lengths(q)
 
 
-def _near(generator, sizes, dtype):
+def _near(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Pairs of rotations well below half a turn apart, because the shorter arc changes at half a turn."""
     q1 = quaternions(generator, sizes["N"])
     q2 = _unit(q1 + uniform(generator, -0.4, 0.4, sizes["N"], 4))
@@ -71,7 +75,7 @@ add(
 )
 
 
-def _clusters(generator, sizes, dtype):
+def _clusters(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Rotations near a common one, with w away from 0, where the sign changes."""
     centre = torch.tensor([1.0, -0.5, 0.3, 0.8], dtype=torch.float64)
     q = _unit(centre + 0.3 * normal(generator, sizes["B"], sizes["N"], 4))
@@ -93,7 +97,8 @@ add(
 
 # --- Lie groups ---------------------------------------------------------------------------------------------
 
-_GROUPS = {
+_Elements: TypeAlias = Callable[[Generator, int], Tensor]
+_GROUPS: dict[str, tuple[tuple[int | str, ...], _Elements, int, _Elements]] = {
     "so2": (("N",), lambda g, n: uniform(g, -2.8, 2.8, n), 2, lambda g, n: rotations2d(g, n)),
     "so3": (("N", 3), lambda g, n: normal(g, n, 3), 3, lambda g, n: rotations(g, n)),
     "se2": (
@@ -160,7 +165,7 @@ for _suffix, _arguments in (("", _STARTS2), ("3d", _STARTS3)):
     )
 
 
-def _boxes(generator, count, axes):
+def _boxes(generator: Generator, count: int, axes: int):
     """Corners (count, 4, 2) or (count, 8, 3) of boxes along the axes, not on whole pixels."""
     low = uniform(generator, -5.0, 40.0, count, axes)
     high = low + uniform(generator, 2.0, 30.0, count, axes)
@@ -212,7 +217,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
     )
 
 
-def _transforms(generator, sizes, dtype):
+def _transforms(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     scale = torch.tensor([[0.2, 0.2, 5.0], [0.2, 0.2, 5.0], [1e-3, 1e-3, 0.0]], dtype=torch.float64)
     matrix = torch.eye(3, dtype=torch.float64) + uniform(generator, -1.0, 1.0, sizes["B"], 3, 3) * scale
     return {
@@ -244,7 +249,7 @@ for _mode in ("xyxy", "xywh"):
     )
 
 
-def _scored(generator, sizes, dtype):
+def _scored(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Boxes in clusters, so that there is something to suppress."""
     centre = uniform(generator, 0.0, 100.0, sizes["N"] // 3 + 1, 2).repeat_interleave(3, 0)[: sizes["N"]]
     half = uniform(generator, 4.0, 12.0, sizes["N"], 2)
@@ -274,14 +279,14 @@ add(
 # --- fits ---------------------------------------------------------------------------------------------------
 
 
-def _scattered(extent):
+def _scattered(extent: Sequence[float]) -> Sampler:
     """Points about the mean, spread along the axes by `extent` and then sheared a little: no eigenvalue is
     near another."""
     shear = torch.eye(len(extent), dtype=torch.float64) + 0.3 * torch.ones(
         len(extent), len(extent), dtype=torch.float64
     ).triu(1)
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         points = uniform(generator, -1.0, 1.0, sizes["B"], sizes["N"], len(extent)) * torch.tensor(
             extent, dtype=torch.float64
         )

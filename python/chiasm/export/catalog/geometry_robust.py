@@ -1,31 +1,36 @@
 """Views of one scene with some wrong correspondences, poses by least squares, and stereo pairs."""
 
-import torch
+from collections.abc import Sequence
+from typing import Any
 
-from ..spec import Spec, TensorSpec, Tolerance, like
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Sampler, Spec, TensorSpec, Tolerance, like
 from . import add
 from .geometry_epipolar import homographies, mapped, scene
+from .rigid import linalg
 
 _DOUBLE = torch.float64
 _LOOSE = {"float32": Tolerance(1e-3, 1e-3)}
 
 
-def _uniform(generator, shape, low=0.0, high=1.0):
+def _uniform(generator: Generator, shape: Sequence[int], low: float = 0.0, high: float = 1.0):
     return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
-def _points(name, batch="B"):
+def _points(name: str, batch: str = "B"):
     return TensorSpec(name, (batch, "N", 2), description="pixels")
 
 
-def _matrix(name, description="", shape=("B", 3, 3)):
+def _matrix(name: str, description: str = "", shape: tuple[int | str, ...] = ("B", 3, 3)):
     return TensorSpec(name, shape, description=description)
 
 
 # --- random sample consensus --------------------------------------------------------------------------------
 
 
-def _uniforms(size, batch="B"):
+def _uniforms(size: int, batch: str = "B"):
     return TensorSpec(
         "uniforms",
         (batch, "S", size),
@@ -34,14 +39,14 @@ def _uniforms(size, batch="B"):
     )
 
 
-def _with_wrong_ones(generator, points, size):
+def _with_wrong_ones(generator: Generator, points: Tensor, size: float):
     """From the eleventh on, a quarter of the points are random."""
     count = points.shape[1]
     wrong = (torch.arange(count) >= 10) & (torch.arange(count) % 4 == 2)
     return torch.where(wrong[:, None], _uniform(generator, points.shape, 0.0, size), points)
 
 
-def _sample_plane(generator, sizes, dtype):
+def _sample_plane(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
     q = mapped(homographies(generator, sizes["B"]), p) + 0.05 * torch.randn(
         p.shape, generator=generator, dtype=_DOUBLE
@@ -54,11 +59,11 @@ def _sample_plane(generator, sizes, dtype):
     return {name: value.to(dtype) for name, value in made.items()}
 
 
-def _sampler_of_scenes(size, batch="B", **more):
+def _sampler_of_scenes(size: int, batch: str = "B", **more: str) -> Sampler:
     """Two views with pixels of about 500 and a noise of 0.1; `more` are further arguments: parts of the
     scene."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         parts = scene(generator, sizes[batch], sizes["N"], 500.0)
         made = {
             "points1": parts["x1"],
@@ -72,7 +77,7 @@ def _sampler_of_scenes(size, batch="B", **more):
 
 
 _MASK = TensorSpec("inliers", description="which correspondences obey the matrix")
-_SAMPLES = {"S": (1, 1 << 16)}
+_SAMPLES: dict[str, Any] = {"S": (1, 1 << 16)}
 
 add(
     Spec(
@@ -89,7 +94,9 @@ add(
 )
 
 
-def _sample_masked_plane(generator, sizes, dtype):
+def _sample_masked_plane(
+    generator: Generator, sizes: dict[str, int], dtype: torch.dtype
+) -> dict[str, Tensor]:
     made = _sample_plane(generator, sizes, dtype)
     return made | {
         "mask": (
@@ -154,7 +161,7 @@ add(
 # --- poses --------------------------------------------------------------------------------------------------
 
 
-def _sample_pose(generator, sizes, dtype):
+def _sample_pose(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points, and a pose near the true one."""
     parts = scene(generator, sizes["B"], sizes["N"])
     pose = torch.cat([parts["R"], parts["t"]], -1) + _uniform(generator, (sizes["B"], 3, 4), -0.03, 0.03)
@@ -192,7 +199,7 @@ add(
 # --- stereo -------------------------------------------------------------------------------------------------
 
 
-def _sample_rig(generator, sizes, dtype):
+def _sample_rig(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Two cameras side by side, with small rotations."""
     parts = scene(generator, sizes["B"], 1, 50.0)
     v = _uniform(generator, (sizes["B"], 3), -0.05, 0.05)
@@ -204,7 +211,7 @@ def _sample_rig(generator, sizes, dtype):
     made = {
         "K1": parts["K1"],
         "K2": parts["K2"],
-        "R": torch.linalg.matrix_exp(skew - skew.transpose(1, 2)),
+        "R": linalg.matrix_exp(skew - skew.transpose(1, 2)),
         "t": shift,
     }
     like = torch.zeros((sizes["H"], sizes["W"]), dtype=torch.uint8)
@@ -231,7 +238,7 @@ add(
 )
 
 
-def _sample_disparity(generator, sizes, dtype):
+def _sample_disparity(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Disparities of 5 to 60 pixels, of rigs with focal lengths of about 500."""
     batch = sizes["B"]
     Q = torch.eye(4, dtype=_DOUBLE).repeat(batch, 1, 1)

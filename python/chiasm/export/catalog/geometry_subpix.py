@@ -1,5 +1,8 @@
 """Geometry: local maxima to a fraction of a pixel, and heat maps."""
 
+from collections.abc import Sequence
+from typing import Any
+
 from ..spec import Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, add
 
@@ -10,7 +13,9 @@ _VOLUME = TensorSpec(
 _CUBE = {"D": (4, 4096), **STENCIL}
 
 
-def _add(name, inputs, outputs, reference, **rest):
+def _add(
+    name: str, inputs: Sequence[TensorSpec], outputs: Sequence[TensorSpec | str], reference: str, **rest: Any
+):
     family, _, _variant = name.partition(".")
     add(
         Spec(
@@ -53,7 +58,7 @@ _add("nms3d_minmax", [_VOLUME], ["maxima", "minima"], _SCIPY, symbols=_CUBE, gra
 
 # --- quadratics ---------------------------------------------------------------------------------------------
 
-_QUADRATIC = {
+_QUADRATIC: dict[str, Any] = {
     "outputs": [
         TensorSpec("positions", description="scale, x and y in voxels"),
         TensorSpec("values", description="the quadratic's at the maxima"),
@@ -82,7 +87,7 @@ _HEATMAP = image(range=(0.0, 5.0), description="heat maps")
 _TEMPERATURE = TensorSpec("temperature", (1,), range=(0.3, 2.0), description="smaller is sharper")
 _DISTRIBUTION = TensorSpec("output", layout="NCHW", description="distributions")
 #: Positions in pixels: differences are relative to the image's size.
-_PIXELS = {"tolerances": {"float32": Tolerance(2e-4, 1e-5)}}
+_PIXELS: dict[str, Any] = {"tolerances": {"float32": Tolerance(2e-4, 1e-5)}}
 _add(
     "spatial_softmax2d.number",
     [_HEATMAP],

@@ -1,9 +1,13 @@
 """Geometric transforms of images: matrices, warps, crops, pyramids."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import torch
+from torch import Generator, Tensor
 
 from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
-from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
+from ..spec import Frames, Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, ZERO_WEIGHTS, add
 
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
@@ -11,28 +15,28 @@ _OUTPUT = [TensorSpec("output", layout="NCHW")]
 _BATCHED = TensorSpec("angle", ("B",), range=(-180, 180), description="degrees, counterclockwise")
 #: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all
 #: pixels.
-_WARP = {
+_WARP: dict[str, Any] = {
     "tolerances": {"float32": Tolerance(1e-3, 1e-3)},
     "gradient_tolerances": {"float32": Tolerance(5e-3, 2e-3)},
 }
 #: The derivatives of the cubic kernel are larger still.
-_CUBIC = {
+_CUBIC: dict[str, Any] = {
     "tolerances": {"float32": Tolerance(1e-3, 1e-3)},
     "gradient_tolerances": {"float32": Tolerance(2e-2, 5e-3)},
 }
 
 
-def _uniform(generator, shape, low, high):
+def _uniform(generator: Generator, shape: Sequence[int], low: float, high: float):
     return torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low
 
 
-def _homographies(generator, batch):
+def _homographies(generator: Generator, batch: int):
     """Mild homographies in pixel coordinates: near the identity, so that most of the image stays in view."""
     scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=torch.float64)
     return torch.eye(3, dtype=torch.float64) + _uniform(generator, (batch, 3, 3), -1, 1) * scale
 
 
-def _boxes(generator, sizes):
+def _boxes(generator: Generator, sizes: dict[str, int]):
     """Quadrilaterals (B, 4, 2) inside the image, corners from the upper left clockwise."""
     corners = torch.tensor([[0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8]], dtype=torch.float64)
     extent = torch.tensor([sizes.get("W", 40), sizes.get("H", 30)], dtype=torch.float64)
@@ -40,7 +44,7 @@ def _boxes(generator, sizes):
 
 
 #: Makers of arguments for which independent uniform values are not suitable.
-_MAKERS = {
+_MAKERS: dict[str, Maker] = {
     "M": lambda g, s: _homographies(g, s["B"])[:, :2],
     "matrix": lambda g, s: _homographies(g, s["B"])[:, :2],
     "transform": lambda g, s: _homographies(g, s["B"]),
@@ -77,11 +81,11 @@ _MAKERS = {
 }
 
 
-def _with(inputs, **makers):
+def _with(inputs: Sequence[TensorSpec], **makers: str) -> Sampler:
     """A sampler for `inputs`, by _MAKERS or by `makers`; other inputs are uniform in their range."""
 
-    def sample(generator, sizes, dtype):
-        made = {}
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+        made: dict[str, Tensor] = {}
         for t in inputs:
             maker = _MAKERS.get(makers.get(t.name, t.name))
             shape = [sizes[d] if isinstance(d, str) else d for d in t.shape]
@@ -96,7 +100,16 @@ def _with(inputs, **makers):
     return sample
 
 
-def _add(name, inputs, reference, fn=None, makers=None, outputs=_OUTPUT, **rest):
+def _add(
+    name: str,
+    inputs: Sequence[TensorSpec],
+    reference: str,
+    fn: str | None = None,
+    makers: Mapping[str, str] | None = None,
+    outputs: Sequence[TensorSpec] = _OUTPUT,
+    picture: str = "warps",
+    **rest: Any,
+):
     add(
         Spec(
             f"geometry.transform.{name}",
@@ -104,7 +117,8 @@ def _add(name, inputs, reference, fn=None, makers=None, outputs=_OUTPUT, **rest)
             outputs,
             sample=_with(inputs, **(makers or {})),
             reference=reference,
-            **{"picture": "warps", **rest},
+            picture=picture,
+            **rest,
         ),
         fn=fn and f"geometry.transform.{fn}",
     )
@@ -121,7 +135,7 @@ _SHEARS = [
 _TRANSLATIONS = TensorSpec("translations", ("B", 2), range=(-5, 5), description="pixels along x and y")
 _MATRIX = [TensorSpec("matrix")]
 # entries in pixels: differences are relative to the centre's coordinates
-_PIXELS = {
+_PIXELS: dict[str, Any] = {
     "tolerances": {"float32": Tolerance(1e-4, 1e-5)},
     "gradient_tolerances": {"float32": Tolerance(1e-3, 1e-4)},
     "outputs": _MATRIX,
@@ -150,13 +164,14 @@ _add(
     fn="get_affine_matrix2d",
     **_PIXELS,
 )
+_INVERSES: dict[str, Any] = {**_PIXELS, "outputs": [TensorSpec("inverse")]}
 _add(
     "invert_affine_transform",
     [TensorSpec("matrix", ("B", 2, 3))],
     "OpenCV invertAffineTransform",
     peer=opencv(lambda cv2, m: cv2.invertAffineTransform(m), "samples", atol=1e-3, rtol=1e-4),
     fn="invert_affine_transform",
-    **{**_PIXELS, "outputs": [TensorSpec("inverse")]},
+    **_INVERSES,
 )
 _add(
     "projection_from_Rt",
@@ -522,7 +537,7 @@ _add(
 )
 
 
-def _sample_whole_boxes(generator, sizes, dtype):
+def _sample_whole_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Images, and boxes of whole pixels in them."""
     batch, extent = sizes["B"], torch.tensor([sizes["W"], sizes["H"]])
     low = (_uniform(generator, (batch, 2), 0.0, 0.4) * extent).long()

@@ -1,8 +1,12 @@
 """Geometric transforms of volumes, and thin-plate splines."""
 
-import torch
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from ..spec import Spec, TensorSpec, Tolerance, image, like
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
 from . import add
 
 _SIZES = {"D": (2, 4096), "OD": (1, 4096), "OH": (1, 32768), "OW": (1, 32768)}
@@ -10,11 +14,11 @@ _SHAPE = ("OD", "OH", "OW")
 _OUTPUT = [TensorSpec("output", layout="NCDHW")]
 #: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all
 #: voxels.
-_WARP = {
+_WARP: dict[str, Any] = {
     "tolerances": {"float32": Tolerance(1e-3, 1e-3)},
     "gradient_tolerances": {"float32": Tolerance(1e-2, 2e-3)},
 }
-_PIXELS = {
+_PIXELS: dict[str, Any] = {
     "tolerances": {"float32": Tolerance(1e-4, 1e-5)},
     "gradient_tolerances": {"float32": Tolerance(1e-3, 1e-4)},
     "picture": "maps of space",
@@ -24,25 +28,25 @@ _CORNERS = torch.tensor(
 )
 
 
-def _uniform(generator, shape, low, high):
+def _uniform(generator: Generator, shape: Sequence[int], low: float, high: float):
     return torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low
 
 
-def _homographies(generator, batch, shift, depth):
+def _homographies(generator: Generator, batch: int, shift: float, depth: float):
     """Mild homographies of space, near the identity."""
     scale = torch.full((4, 4), 0.1, dtype=torch.float64)
     scale[:3, 3], scale[3, :3], scale[3, 3] = shift, depth, 0.0
     return torch.eye(4, dtype=torch.float64) + _uniform(generator, (batch, 4, 4), -1, 1) * scale
 
 
-def _boxes(generator, sizes):
+def _boxes(generator: Generator, sizes: dict[str, int]):
     """Boxes (B, 8, 3), a little bent, inside the volume."""
     extent = torch.tensor([sizes.get("W", 30), sizes.get("H", 20), sizes.get("D", 10)], dtype=torch.float64)
     return (0.2 + 0.6 * _CORNERS + _uniform(generator, (sizes["B"], 8, 3), -0.1, 0.1)) * extent
 
 
 #: Makers of arguments for which independent uniform values are not suitable.
-_MAKERS = {
+_MAKERS: dict[str, Maker] = {
     "M": lambda g, s: _homographies(g, s["B"], 2.0, 1e-3)[:, :3],
     "matrix": lambda g, s: _homographies(g, s["B"], 2.0, 1e-3)[:, :3],
     "homography": lambda g, s: _homographies(g, s["B"], 2.0, 1e-3),
@@ -58,9 +62,9 @@ _MAKERS = {
 }
 
 
-def _with(inputs, makers):
-    def sample(generator, sizes, dtype):
-        made = {}
+def _with(inputs: Sequence[TensorSpec], makers: Mapping[str, str]) -> Sampler:
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+        made: dict[str, Tensor] = {}
         for t in inputs:
             maker = _MAKERS.get(makers.get(t.name, t.name))
             shape = [sizes[d] if isinstance(d, str) else d for d in t.shape]
@@ -75,7 +79,16 @@ def _with(inputs, makers):
     return sample
 
 
-def _add(name, inputs, reference, fn, makers=None, outputs=_OUTPUT, **rest):
+def _add(
+    name: str,
+    inputs: Sequence[TensorSpec],
+    reference: str,
+    fn: str,
+    makers: Mapping[str, str] | None = None,
+    outputs: Sequence[TensorSpec] = _OUTPUT,
+    picture: str = "warps",
+    **rest: Any,
+):
     add(
         Spec(
             f"geometry.transform.{name}",
@@ -83,13 +96,14 @@ def _add(name, inputs, reference, fn, makers=None, outputs=_OUTPUT, **rest):
             outputs,
             sample=_with(inputs, makers or {}),
             reference=reference,
-            **{"picture": "warps", **rest},
+            picture=picture,
+            **rest,
         ),
         fn=f"geometry.transform.{fn}",
     )
 
 
-def _volume(name):
+def _volume(name: str):
     return TensorSpec(
         name, ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
     )
@@ -104,7 +118,7 @@ _SHEARS = [
     TensorSpec(n, ("B",), range=(-0.4, 0.4), description="radians")
     for n in ("sxy", "sxz", "syx", "syz", "szx", "szy")
 ]
-_FACTORS = {"range": (0.6, 1.6), "description": "factors along x, y and z"}
+_FACTORS: dict[str, Any] = {"range": (0.6, 1.6), "description": "factors along x, y and z"}
 
 _add(
     "get_projective_transform",
@@ -274,7 +288,7 @@ _WEIGHTS = [
 ]
 
 
-def _sample_splines(generator, sizes, dtype):
+def _sample_splines(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points near the corners and the centre of the square from -1 to 1, and their new positions."""
     anchors = torch.tensor(
         [[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8], [0.0, 0.0], [0.1, -0.7]], dtype=torch.float64

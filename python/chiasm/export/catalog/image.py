@@ -1,8 +1,11 @@
 """Images at the border of a product: bytes in and out, grids, drawing."""
 
-import torch
+from collections.abc import Sequence
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Sampler, Spec, TensorSpec, Tolerance, image
 from . import add
 
 add(
@@ -48,19 +51,19 @@ _COLOR = TensorSpec("color", ("C",), range=(0.0, 1.0), description="one value a 
 _SUM = {"float32": Tolerance(1e-3, 1e-4)}
 
 
-def _places(generator, shape, sizes):
+def _places(generator: Generator, shape: Sequence[int], sizes: dict[str, int]):
     """Integer coordinates (x, y) in and slightly around the image: drawing rounds, and halves could round
     either way."""
     span = torch.tensor([sizes["W"] + 6, sizes["H"] + 6], dtype=torch.float64)
     return torch.floor(torch.rand((*shape, 2), generator=generator, dtype=torch.float64) * span) - 3
 
 
-def _sample(names, coordinates=2):
+def _sample(names: Sequence[str], coordinates: int = 2) -> Sampler:
     """Images, colours, and points under the given names."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         b, c, n = sizes["B"], sizes["C"], sizes["N"]
-        made = {}
+        made: dict[str, Tensor] = {}
         for key in ("image", "images"):
             made[key] = torch.rand(
                 (b, c, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64
@@ -130,7 +133,7 @@ add(
 )
 
 
-def _sample_polygon(generator, sizes, dtype):
+def _sample_polygon(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points in order around an ellipse: convex, and no pixel's centre on an edge."""
     made = _sample([])(generator, sizes, dtype)
     turn = (

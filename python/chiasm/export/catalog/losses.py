@@ -1,19 +1,23 @@
 """Losses."""
 
-import torch
+from collections.abc import Sequence
+from typing import Any
 
-from ..spec import Spec, TensorSpec, image
+import torch
+from torch import Generator, Tensor
+
+from ..spec import Sampler, Spec, TensorSpec, image
 from . import STENCIL, add
 
 _LOSS = [TensorSpec("loss")]
 _PAIR = [image("img1"), image("img2")]
 
 
-def _uniform(generator, shape, low, high, dtype):
+def _uniform(generator: Generator, shape: Sequence[int], low: float, high: float, dtype: torch.dtype):
     return (torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low).to(dtype)
 
 
-def _plane(sizes):
+def _plane(sizes: dict[str, int]):
     return sizes["B"], sizes["H"], sizes["W"]
 
 
@@ -32,7 +36,7 @@ add(
 )
 
 
-def _volume(name, channels="C"):
+def _volume(name: str, channels: str | int = "C"):
     return TensorSpec(
         name, ("B", channels, "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
     )
@@ -131,7 +135,7 @@ add(
 # --- of distributions ---------------------------------------------------------------------------------------
 
 
-def _heatmaps(generator, sizes, dtype):
+def _heatmaps(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["N"], sizes["H"], sizes["W"])
     made = {name: _uniform(generator, shape, 0.1, 1.0, torch.float64) for name in ("pred", "target")}
     return {name: (x / x.sum([-2, -1], keepdim=True)).to(dtype) for name, x in made.items()}
@@ -154,10 +158,10 @@ for _name in ("kl", "js"):
     )
 
 
-def _signals(kind, masked):
+def _signals(kind: Sequence[str], masked: bool) -> Sampler:
     """Pairs of values that depend on each other, and masks with most of the values."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         shape = tuple(sizes[d] for d in kind)
         x = _uniform(generator, shape, 0.0, 1.0, torch.float64)
         made = {
@@ -206,17 +210,17 @@ for _kind, _shape, _limits, _picture in (
 
 # --- of segmentations ---------------------------------------------------------------------------------------
 
-_CLASSES = {"C": (2, 1024)}
+_CLASSES: dict[str, Any] = {"C": (2, 1024)}
 _LABELS = TensorSpec(
     "target", ("B", "H", "W"), "int64", description="labels, 0 to C - 1 or -100 for pixels to ignore"
 )
 _LOGITS = image("pred", description="logits", range=(-3.0, 3.0))
 
 
-def _segmentation(ignored=0.2, **more):
+def _segmentation(ignored: float = 0.2, **more: Any) -> Sampler:
     """Logits, labels with some -100, and further inputs, given as (shape, low, high)."""
 
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         logits = _uniform(generator, (sizes["B"], sizes["C"], sizes["H"], sizes["W"]), -3.0, 3.0, dtype)
         labels = torch.randint(0, sizes["C"], _plane(sizes), generator=generator)
         left_out = torch.rand(_plane(sizes), generator=generator) < ignored
@@ -226,11 +230,13 @@ def _segmentation(ignored=0.2, **more):
     return sample
 
 
-def _weights(name):
+def _weights(name: str):
     return TensorSpec(name, ("C",), range=(0.5, 2.0), description="a number for each class")
 
 
-def _add_segmentation(name, variant, reference, weight=False, ignored=0.2, **config):
+def _add_segmentation(
+    name: str, variant: str, reference: str, weight: bool = False, ignored: float = 0.2, **config: Any
+):
     add(
         Spec(
             f"losses.{name}{variant}",
@@ -268,7 +274,7 @@ _add_segmentation(
 )
 
 
-def _binary(generator, sizes, dtype):
+def _binary(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     logits = _uniform(generator, (sizes["B"], sizes["C"], sizes["H"], sizes["W"]), -3.0, 3.0, dtype)
     drawn = torch.rand(logits.shape, generator=generator)
     target = torch.where(drawn < 0.2, -100, (drawn < 0.6).to(torch.int64))
@@ -322,8 +328,8 @@ add(
 )
 
 
-def _probabilities(channels, axes):
-    def sample(generator, sizes, dtype):
+def _probabilities(channels: str | int, axes: Sequence[str]) -> Sampler:
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         classes, extent = sizes["C"] if channels == "C" else 1, [sizes[d] for d in axes]
         pred = _uniform(generator, (sizes["B"], classes, *extent), 0.0, 1.0, dtype)
         target = torch.randint(0, max(classes, 2), (sizes["B"], 1, *extent), generator=generator)

@@ -29,7 +29,7 @@ add(
 )
 
 
-def _volume(name):
+def _volume(name: str):
     return TensorSpec(
         name, ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
     )

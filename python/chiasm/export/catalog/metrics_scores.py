@@ -1,18 +1,20 @@
 """Metrics: errors of results against the truth."""
 
 import torch
+from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec
 from . import add
+from .rigid import linalg
 
 _DOUBLE = torch.float64
 
 
-def _uniform(generator, low, high, *shape):
+def _uniform(generator: Generator, low: float, high: float, *shape: int):
     return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
-def _whole(generator, low, high, *shape):
+def _whole(generator: Generator, low: int, high: int, *shape: int) -> Tensor:
     """Integers, including low and high."""
     return torch.randint(low, high + 1, shape, generator=generator)
 
@@ -20,7 +22,7 @@ def _whole(generator, low, high, *shape):
 # --- classes ------------------------------------------------------------------------------------------------
 
 
-def _sample_accuracy(generator, sizes, dtype):
+def _sample_accuracy(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     batch, classes = sizes["B"], sizes["C"]
     # one in eight scores is a tie, and some labels are outside the classes
     scores = torch.floor(_uniform(generator, 0, 8, batch, classes)) / 8
@@ -92,12 +94,12 @@ add(
 # --- boxes --------------------------------------------------------------------------------------------------
 
 
-def _boxes(generator, *shape):
+def _boxes(generator: Generator, *shape: int):
     corner = _uniform(generator, 0, 10, *shape, 2)
     return torch.cat([corner, corner + _uniform(generator, 1, 8, *shape, 2)], -1)
 
 
-def _sample_boxes(generator, sizes, dtype):
+def _sample_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     return {
         "boxes_1": _boxes(generator, sizes["N"]).to(dtype),
         "boxes_2": _boxes(generator, sizes["M"]).to(dtype),
@@ -120,7 +122,7 @@ add(
 )
 
 
-def _sample_detections(generator, sizes, dtype):
+def _sample_detections(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Three of four true boxes are detected, slightly displaced; the other boxes are not, and the other
     detections are elsewhere."""
     batch, found, there = sizes["B"], sizes["N"], sizes["M"]
@@ -221,17 +223,17 @@ for _name in ("mean_bad_pixel_error", "kitti_d1_error"):
 # --- poses --------------------------------------------------------------------------------------------------
 
 
-def _rotations(generator, count):
-    q, r = torch.linalg.qr(torch.randn((count, 3, 3), generator=generator, dtype=_DOUBLE))
+def _rotations(generator: Generator, count: int) -> Tensor:
+    q, r = linalg.qr(torch.randn((count, 3, 3), generator=generator, dtype=_DOUBLE))
     q = q * torch.sign(torch.diagonal(r, dim1=1, dim2=2))[:, None]
-    return (q * torch.linalg.det(q)[:, None, None]).contiguous()  # LAPACK writes columns
+    return (q * linalg.det(q)[:, None, None]).contiguous()  # LAPACK writes columns
 
 
-def _sample_rotations(generator, sizes, dtype):
+def _sample_rotations(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     return {name: _rotations(generator, sizes["B"]).to(dtype) for name in ("R1", "R2")}
 
 
-def _sample_poses(generator, sizes, dtype):
+def _sample_poses(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     def pose():
         return torch.cat(
             [_rotations(generator, sizes["B"]), _uniform(generator, -1, 1, sizes["B"], 3, 1)], 2

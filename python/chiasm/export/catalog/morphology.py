@@ -2,6 +2,7 @@
 
 import numpy as np
 import torch
+from torch import Generator, Tensor
 
 from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, image
@@ -19,7 +20,7 @@ def _square(function: str) -> Peer:
     return opencv(lambda cv2, x: getattr(cv2, function)(x, np.ones((5, 5), np.uint8)))
 
 
-def _sample(generator, sizes, dtype):
+def _sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """An image and a 3x3 structuring element (a cross: zero means outside)."""
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     cross = torch.tensor([[0.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]], dtype=dtype)
@@ -102,7 +103,7 @@ for _name, _function, _reference in (
     )
 
 
-def _seed_and_mask(generator, sizes, dtype):
+def _seed_and_mask(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """A mask, and a seed below it that is 0 in three quarters of the pixels."""
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     mask, chance = (torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype) for _ in range(2))
@@ -125,13 +126,13 @@ add(
 )
 
 
-def _shapes(generator, sizes, dtype):
+def _shapes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """A binary image: three of five pixels are set."""
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {"input": (torch.rand(shape, generator=generator) < 0.6).to(dtype)}
 
 
-def _shapes_and_corner(generator, sizes, dtype):
+def _shapes_and_corner(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """A binary image and the pattern of an upper right corner."""
     hit = torch.tensor([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]], dtype=dtype)
     miss = torch.tensor([[0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]], dtype=dtype)

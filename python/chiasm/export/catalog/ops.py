@@ -1,23 +1,29 @@
 """Boxes of detectors, and decoders of networks' boxes."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
+from typing import Any
 
 import torch
+from torch import Generator, Tensor
 
 from ..peer import Peer
 from ..spec import Spec, TensorSpec
 from . import NO_GRADIENT, add
 
 
-def torchvision(name: str, *settings) -> Peer:
-    return Peer("torchvision.ops", lambda ops, *inputs: getattr(ops, name)(*inputs, *settings), "tensors")
+def torchvision(name: str, *settings: Any) -> Peer:
+    def call(ops: Any, *inputs: Any) -> Any:
+        return getattr(ops, name)(*inputs, *settings)
+
+    return Peer("torchvision.ops", call, "tensors")
 
 
 def _boxes(*names: str):
     """Makes boxes of positive size for each input."""
 
-    def sample(generator, sizes, dtype):
-        def some(count):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+        def some(count: int):
             corner = torch.rand((count, 2), generator=generator, dtype=torch.float64) * 30
             size = 2 + 10 * torch.rand((count, 2), generator=generator, dtype=torch.float64)
             return torch.cat([corner, corner + size], 1).to(dtype)
@@ -83,7 +89,7 @@ for _name in ("generalized_box_iou_loss", "distance_box_iou_loss", "complete_box
     )
 
 
-def clusters(generator, sizes):
+def clusters(generator: Generator, sizes: dict[str, int]):
     """Boxes clustered around a third as many places, as centre, width and height."""
     batch, count = sizes["B"], sizes["N"]
     places = 100 * torch.rand((batch, count // 3 + 1, 2), generator=generator, dtype=torch.float64)
@@ -91,12 +97,12 @@ def clusters(generator, sizes):
     return torch.cat([centres, 8 + 16 * torch.rand((batch, count, 2), generator=generator)], 2)
 
 
-def _corners(centred):
+def _corners(centred: Tensor) -> Tensor:
     centre, half = centred[..., :2], centred[..., 2:] / 2
     return torch.cat([centre - half, centre + half], -1)
 
 
-def scored(generator, sizes, dtype):
+def scored(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     corners = _corners(clusters(generator, sizes))
     shape = (sizes["B"], sizes["N"])
     return {
@@ -136,7 +142,7 @@ _DETECTIONS = [
 
 
 def _yolo(places_last: bool):
-    def sample(generator, sizes, dtype):
+    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         boxes = clusters(generator, sizes)
         scores = torch.rand((sizes["B"], sizes["N"], sizes["C"] - 4), generator=generator) ** 2
         output = torch.cat([boxes, scores], 2).to(dtype)
@@ -178,7 +184,7 @@ add(
 )
 
 
-def _anchored(generator, sizes, dtype):
+def _anchored(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     batch, count = sizes["B"], sizes["N"]
     anchors = _corners(clusters(generator, {"B": 1, "N": count})[0])
     logits = torch.randn((batch, count, sizes["C"]), generator=generator, dtype=torch.float64)
@@ -187,7 +193,7 @@ def _anchored(generator, sizes, dtype):
     return {name: each.to(dtype) for name, each in made.items()}
 
 
-def _torchvisions_ssd(ssd, logits, deltas, anchors):
+def _torchvisions_ssd(ssd: Any, logits: Any, deltas: Any, anchors: Any):
     # Only the method, with settings, because the class also needs a network.
     settings = SimpleNamespace(
         box_coder=ssd.det_utils.BoxCoder((10.0, 10.0, 5.0, 5.0)),
@@ -201,10 +207,10 @@ def _torchvisions_ssd(ssd, logits, deltas, anchors):
     return ssd.SSD.postprocess_detections(settings, outputs, [anchors] * count, [(300, 300)] * count)
 
 
-def _in_slots(found):
+def _in_slots(found: Sequence[dict[str, Tensor]]) -> tuple[Tensor, ...]:
     """torchvision's detections of each image, in 200 slots."""
 
-    def padded(each):
+    def padded(each: Tensor) -> Tensor:
         return torch.cat([each, each.new_zeros((200 - len(each), *each.shape[1:]))])
 
     parts = [[each[name] for each in found] for name in ("boxes", "scores", "labels")]

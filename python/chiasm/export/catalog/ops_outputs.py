@@ -1,6 +1,7 @@
 """Decoders of networks' outputs: key points, label sequences, tiles of large images, text boxes."""
 
 import torch
+from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
@@ -9,12 +10,12 @@ from .ops import clusters
 # --- key points ---------------------------------------------------------------------------------------------
 
 
-def _heatmaps(generator, sizes, dtype):
+def _heatmaps(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """One Gaussian per map, with noise too small to move the maximum."""
     shape = (sizes["B"], sizes["K"])
     height, width = sizes["H"], sizes["W"]
 
-    def profile(length):
+    def profile(length: int):
         centre = 1.5 + (length - 4) * torch.rand(shape, generator=generator, dtype=torch.float64)
         return torch.exp(-((torch.arange(length) - centre[..., None]) ** 2) / 8)
 
@@ -64,7 +65,7 @@ add(
 # --- label sequences ----------------------------------------------------------------------------------------
 
 
-def _steps(generator, sizes, dtype):
+def _steps(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Classes that last for some steps, with blanks between."""
     shape = (sizes["B"], sizes["T"], sizes["C"])
     logits = torch.randn(shape, generator=generator, dtype=torch.float64)
@@ -129,7 +130,7 @@ add(
 )
 
 
-def _tiled(generator, sizes, dtype):
+def _tiled(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     batch, tiles, count = sizes["B"], sizes["M"], sizes["N"]
     centred = clusters(generator, {"B": batch, "N": tiles * count}).reshape(batch, tiles, count, 4)
     boxes = torch.cat([centred[..., :2] - centred[..., 2:] / 2, centred[..., :2] + centred[..., 2:] / 2], 3)
@@ -171,7 +172,7 @@ add(
 # --- text boxes ---------------------------------------------------------------------------------------------
 
 
-def _lines(generator, sizes, dtype):
+def _lines(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Rotated bars on a noisy background."""
     height, width = sizes["H"], sizes["W"]
     y, x = torch.meshgrid(torch.arange(height) + 0.0, torch.arange(width) + 0.0, indexing="ij")

@@ -1,8 +1,10 @@
 """Regions of images, masks, rotated boxes, soft suppression, deformable convolution."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import torch
+from torch import Generator, Tensor
 
 from ..peer import Peer
 from ..spec import Spec, TensorSpec, image, like
@@ -10,7 +12,7 @@ from . import ZERO_WEIGHTS, add
 from .ops import scored, torchvision
 
 
-def _regions(generator, sizes, dtype):
+def _regions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> Tensor:
     """Boxes that extend beyond images."""
     count = sizes["N"]
     corner = torch.rand((count, 2), generator=generator, dtype=torch.float64) * 30 - 5
@@ -19,7 +21,9 @@ def _regions(generator, sizes, dtype):
     return torch.cat([image, corner, corner + extent], 1).to(dtype)
 
 
-def _with_regions(generator, sizes, dtype, channels=None):
+def _with_regions(
+    generator: Generator, sizes: dict[str, int], dtype: torch.dtype, channels: int | None = None
+) -> dict[str, Tensor]:
     shape = (sizes["B"], channels or sizes["C"], sizes["H"], sizes["W"])
     image = torch.randn(shape, generator=generator, dtype=torch.float64).to(dtype)
     return {"input": image, "boxes": _regions(generator, sizes, dtype)}
@@ -81,14 +85,14 @@ for _name, _config, _settings, _also in (
     )
 
 
-def _filled_masks(generator, sizes, dtype):
+def _filled_masks(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Masks of which none is empty, because torchvision rejects empty ones."""
     masks = torch.rand((sizes["N"], sizes["H"], sizes["W"]), generator=generator) < 0.05
     masks[:, sizes["H"] // 2, sizes["W"] // 2] = True
     return {"masks": masks}
 
 
-def _shapes(generator, sizes, dtype):
+def _shapes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Shapes of some pixels, with holes, and noise in the last mask."""
     size = (sizes["N"], 1, sizes["H"], sizes["W"])
     noise = torch.rand(size, generator=generator, dtype=torch.float64)
@@ -97,10 +101,10 @@ def _shapes(generator, sizes, dtype):
     return {"masks": smooth[:, 0] > 0.5}
 
 
-def _prototypes(generator, sizes, dtype):
+def _prototypes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     batch, count = sizes["B"], sizes["N"]
 
-    def normal(*shape):
+    def normal(*shape: int):
         return torch.randn(shape, generator=generator, dtype=torch.float64).to(dtype)
 
     boxes = _regions(generator, {"B": 1, "N": batch * count}, dtype)[:, 1:]
@@ -112,7 +116,7 @@ def _prototypes(generator, sizes, dtype):
     }
 
 
-def _pasted(generator, sizes, dtype):
+def _pasted(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     masks = torch.rand((sizes["N"], 1, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64)
     return {
         "masks": masks.to(dtype),
@@ -186,7 +190,7 @@ add(
 )
 
 
-def _scored_boxes(generator, sizes, dtype):
+def _scored_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     made = scored(generator, sizes, dtype)
     return {"boxes": made["boxes"], "scores": made["scores"]}
 
@@ -214,21 +218,21 @@ add(
 )
 
 
-def _rotated(generator, shape):
+def _rotated(generator: Generator, shape: Sequence[int]):
     """Boxes cx, cy, width, height, angle, float64."""
     low = torch.tensor([0.0, 0.0, 4.0, 4.0, -180.0], dtype=torch.float64)
     range = torch.tensor([30.0, 30.0, 20.0, 20.0, 360.0], dtype=torch.float64)
     return low + range * torch.rand((*shape, 5), generator=generator, dtype=torch.float64)
 
 
-def _rotated_pairs(generator, sizes, dtype):
+def _rotated_pairs(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     return {
         "boxes1": _rotated(generator, (sizes["N"],)).to(dtype),
         "boxes2": _rotated(generator, (sizes["M"],)).to(dtype),
     }
 
 
-def _rotated_scored(generator, sizes, dtype):
+def _rotated_scored(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["N"])
     return {
         "boxes": _rotated(generator, shape).to(dtype),
@@ -272,8 +276,8 @@ add(
 )
 
 
-def _deformed(generator, sizes, dtype):
-    def normal(*shape):
+def _deformed(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+    def normal(*shape: int):
         return torch.randn(shape, generator=generator, dtype=torch.float64).to(dtype)
 
     batch, height, width = sizes["B"], sizes["H"], sizes["W"]

@@ -1,6 +1,7 @@
 """Ops that track objects from frame to frame: assignment, Kalman filters, trackers."""
 
 import torch
+from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec
 from . import add
@@ -8,7 +9,7 @@ from . import add
 # --- assignment ---------------------------------------------------------------------------------------------
 
 
-def _costs(generator, sizes, dtype):
+def _costs(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Costs, some of them of impossible pairs."""
     batch, n, m = sizes["B"], sizes["N"], sizes["M"]
     cost = torch.rand((batch, n, m), generator=generator, dtype=torch.float64)
@@ -44,16 +45,16 @@ add(
 # --- Kalman filters -----------------------------------------------------------------------------------------
 
 
-def _covariances(generator, *shape):
+def _covariances(generator: Generator, *shape: int):
     """Symmetric positive definite matrices."""
     factor = torch.randn((*shape, shape[-1]), generator=generator, dtype=torch.float64)
     return factor @ factor.mT / shape[-1] + 0.5 * torch.eye(shape[-1], dtype=torch.float64)
 
 
-def _states(generator, sizes, dtype):
+def _states(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     batch, count = sizes["B"], sizes["N"]
 
-    def normal(*shape):
+    def normal(*shape: int):
         return torch.randn(shape, generator=generator, dtype=torch.float64)
 
     made = {
@@ -108,15 +109,15 @@ for _name, _others in (
 # --- trackers -----------------------------------------------------------------------------------------------
 
 
-def _corners(centres, sides):
+def _corners(centres: Tensor, sides: Tensor) -> Tensor:
     return torch.cat([centres - sides / 2, centres + sides / 2], -1)
 
 
-def _followed(generator, sizes, dtype):
+def _followed(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Tracks, most with a detection near them, and detections, some without a track."""
     batch, slots, count = sizes["B"], sizes["K"], sizes["M"]
 
-    def uniform(*shape):
+    def uniform(*shape: int):
         return torch.rand(shape, generator=generator, dtype=torch.float64)
 
     extent = 60.0 * max(slots, count) ** 0.5

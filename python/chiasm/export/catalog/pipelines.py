@@ -1,7 +1,10 @@
 """Pipelines: several ops in one bundle, from camera frame to result."""
 
+from typing import Any
+
 import numpy as np
 import torch
+from torch import Generator, Tensor
 
 from ..peer import opencv
 from ..spec import Spec, TensorSpec, Tolerance, frame
@@ -52,7 +55,7 @@ _INPUT = TensorSpec("output", layout="NCHW", color="RGB", description="input of 
 _TO_FRAME = TensorSpec("to_frame", description="from coordinates in the output to those in the frame")
 
 
-def _opencv_letterbox(cv2, frame):
+def _opencv_letterbox(cv2: Any, frame: Any):
     """The method of YOLO's authors; chiasm uses INTER_LINEAR_EXACT and may differ by a level."""
     height, width = frame.shape[:2]
     ratio = min(640 / height, 640 / width)
@@ -77,7 +80,7 @@ add(
 )
 
 
-def _luma(name: str = "y", channels: int = 1, sizes: tuple = ("H", "W"), description: str = "luma"):
+def _luma(name: str = "y", channels: int = 1, sizes: tuple[str, ...] = ("H", "W"), description: str = "luma"):
     return TensorSpec(name, ("B", *sizes, channels), "uint8", "NHWC", "", (0, 255), description)
 
 
@@ -88,7 +91,7 @@ def _chroma(name: str, channels: int):
 def _opencv_camera_letterbox(code: str):
     """Conversion of the parts of one frame, then `_opencv_letterbox`."""
 
-    def call(cv2, y, *pairs):
+    def call(cv2: Any, y: Any, *pairs: Any):
         frame = (
             cv2.cvtColorTwoPlane(y, *pairs, getattr(cv2, code))
             if pairs
@@ -122,7 +125,7 @@ for _name, _parts, _peer in (
 add(Spec("pipelines.center_crop", [_FRAMES], [_INPUT, _TO_FRAME], reference="OpenCV resize and slices"))
 
 
-def _sample_boxes(generator, sizes, dtype):
+def _sample_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Boxes, some of which extend beyond the frame."""
     height, width = sizes["H"], sizes["W"]
     corners = torch.rand((sizes["N"], 2, 2), generator=generator) * 1.2 - 0.1
@@ -145,7 +148,7 @@ add(
 )
 
 
-def _sample_views(generator, sizes, dtype):
+def _sample_views(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     first, second = blobs(
         generator, sizes["B"], [(sizes["H"], sizes["W"], 0), (sizes["OH"], sizes["OW"], 5)], dtype
     )

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import torch
 from torch import Generator, Tensor
+
+#: torch.linalg, whose functions torch declares without types.
+linalg: Any = torch.linalg
 
 
 def normal(generator: Generator, *shape: int) -> Tensor:
@@ -16,11 +21,16 @@ def uniform(generator: Generator, low: float, high: float, *shape: int) -> Tenso
     return torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low
 
 
+def lengths(v: Tensor, dim: int = -1) -> Tensor:
+    """The Euclidean norms along a dimension, which stays with size 1."""
+    return v.norm(dim=dim, keepdim=True)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+
+
 def quaternions(generator: Generator, count: int) -> Tensor:
     """(count, 4), of unit length, with w away from 0, where the sign changes."""
     q = normal(generator, count, 4)
     q[:, 0] += torch.where(q[:, 0] < 0, -0.2, 0.2)
-    return q / q.norm(dim=-1, keepdim=True)
+    return q / lengths(q)
 
 
 def rotations(generator: Generator, count: int) -> Tensor:

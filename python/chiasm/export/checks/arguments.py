@@ -1,3 +1,5 @@
+# A caller may have put something else into a spec than its types say, which is what is checked here.
+# pyright: reportUnnecessaryIsInstance=false
 """Checks a call of `export` before anything is traced: the spec, the function and its results. An error is
 one sentence."""
 
@@ -9,7 +11,7 @@ import keyword
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import torch
 from torch import Tensor, nn
@@ -18,6 +20,7 @@ from ..dates import given_time
 from ..errors import ExportError
 from ..manifest import FORMATS, METHODS, schema
 from ..spec import DEFAULT_SYMBOLS, Spec, TensorSpec, Tolerance
+from ..tracing.module import results_of
 
 DTYPES: tuple[str, ...] = tuple(schema()["$defs"]["dtype"]["enum"])
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -51,7 +54,7 @@ def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> Non
             isinstance(given, str)
             or not isinstance(given, Sequence)
             or not given
-            or any(g not in known for g in given)
+            or any(g not in known for g in cast("Sequence[Any]", given))
         ):
             raise ExportError(f"{spec.name}: {name}: expected a sequence of some of {known}, got {given!r}")
     if "forward" not in methods:
@@ -255,7 +258,10 @@ def _check_module(module: nn.Module, spec: Spec) -> None:
         raise ExportError(f"{what} has the module inside it: export fn.module")
     if hasattr(module, "_orig_mod"):
         raise ExportError(f"{what} is what torch.compile made of a module: export fn._orig_mod")
-    if isinstance(module, torch.jit.ScriptModule) and not isinstance(module, torch.jit.TopLevelTracedModule):
+    if isinstance(module, torch.jit.ScriptModule) and not isinstance(
+        module,
+        torch.jit.TopLevelTracedModule,  # pyright: ignore[reportPrivateImportUsage]
+    ):
         raise ExportError(f"{what} is what torch.jit.script made of a module: export that module")
     for name, tensor in (*module.named_parameters(), *module.named_buffers()):
         if nn.parameter.is_lazy(tensor):
@@ -288,7 +294,7 @@ def check_inputs(
 
 def check_results(spec: Spec, result: Any) -> tuple[Tensor, ...]:
     """The op's results as a tuple, or an error that says why they cannot be a bundle's outputs."""
-    results = tuple(result) if isinstance(result, (tuple, list)) else (result,)
+    results = results_of(result)
     for place, value in enumerate(results):
         if not isinstance(value, Tensor):
             raise ExportError(

@@ -1,5 +1,5 @@
 # torch.export keeps what it assumed of sizes in a private member.
-# pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportCallIssue=false
+# pyright: reportPrivateUsage=false
 """Branches on sizes: a graph has the branch that the trace took, and an allowed size may need another."""
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def doubts_of(
     Raises:
         ExportError: an assumption fails only for sizes that are too large to try.
     """
-    doubts = []
+    doubts: list[Doubt] = []
     candidates = [(sizes, {t.name: _Shape(t, sizes) for t in tensors}) for sizes in _allowed(spec)]
     candidates.sort(key=lambda candidate: _elements(candidate[1]))
     for condition in program._guards_code or ():

@@ -59,12 +59,13 @@ def independent(
 
 
 def _disturbed(made: Tensors, batched: Sequence[str]) -> Iterator[Tensors]:
-    for change in (
+    changes: tuple[Callable[[torch.Tensor], torch.Tensor], ...] = (
         lambda first: first * 1e4,
         lambda first: first * -1e4,
         lambda first: first * 0,
         lambda first: first + float("nan"),
-    ):
+    )
+    for change in changes:
         other = dict(made)
         for name in batched:
             if made[name].is_floating_point():

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import random
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -24,6 +24,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from torch.utils._pytree import tree_iter, tree_map
 
 from ..errors import ExportError, own_line
+from ..internals import is_operator, schema_of
 from ..text import one_line
 
 _STATE = (
@@ -84,7 +85,7 @@ class _Watch(TorchDispatchMode):
     supports_higher_order_operators = True
 
     def __init__(self, name: str, inputs: Mapping[str, Tensor]) -> None:
-        super().__init__()
+        super().__init__()  # pyright: ignore[reportUnknownMemberType]
         self.name = name
         self.inputs = {_memory(t): key for key, t in inputs.items()}
         self.made: set[int] = set()
@@ -120,15 +121,22 @@ class _Watch(TorchDispatchMode):
 
 def _shaped(func: Any, args: Any, kwargs: Any) -> Any:
     """Zeros of the shape of a kernel's result: kernels exist only in native code, not in eager mode."""
-    args, kwargs = tree_map(lambda a: a.to("meta") if isinstance(a, Tensor) else a, (args, kwargs))
-    return tree_map(lambda r: torch.zeros(r.shape, dtype=r.dtype), func(*args, **kwargs))
+
+    def without_values(value: Any) -> Any:
+        return value.to("meta") if isinstance(value, Tensor) else value
+
+    def zeros(result: Tensor) -> Tensor:
+        return torch.zeros(result.shape, dtype=result.dtype)
+
+    args, kwargs = tree_map(without_values, (args, kwargs))
+    return tree_map(zeros, func(*args, **kwargs))
 
 
 def _written(func: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Iterator[Tensor]:
-    if not isinstance(func, torch._ops.OpOverload) or func._schema.name in MARKERS:
+    if not is_operator(func) or schema_of(func).name in MARKERS:
         return
     hidden = _RUNNING.get(func, ())
-    for i, argument in enumerate(func._schema.arguments):
+    for i, argument in enumerate(schema_of(func).arguments):
         value = args[i] if i < len(args) else kwargs.get(argument.name)
         if (argument.alias_info is not None and argument.alias_info.is_write) or (
             argument.name in hidden and args[5]
@@ -203,9 +211,10 @@ def _watched(
 
 def _state(module: nn.Module) -> dict[str, Any]:
     """What a module could keep between calls: tensors, and plain values among the attributes."""
+    modules = cast("Iterator[tuple[str, nn.Module]]", module.named_modules())
     plain = {
         f"{prefix}.{key}".lstrip("."): value
-        for prefix, m in module.named_modules()
+        for prefix, m in modules
         for key, value in vars(m).items()
         if isinstance(value, (bool, int, float, str)) and key != "training"
     }
@@ -227,11 +236,9 @@ def check_program(name: str, program: ExportedProgram, inputs: Mapping[str, Tens
     (`torch.compiler.is_exporting()`)."""
     # Including the bodies of loops
     graphs = [m.graph for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]
-    targets = {
-        n.target for graph in graphs for n in graph.nodes if isinstance(n.target, torch._ops.OpOverload)
-    }
+    targets = {n.target for graph in graphs for n in graph.nodes if is_operator(n.target)}
     if any(
-        (t._schema.is_mutable and t._schema.name not in MARKERS) or is_random(t) or t in _RUNNING
+        (schema_of(t).is_mutable and schema_of(t).name not in MARKERS) or is_random(t) or t in _RUNNING
         for t in targets
     ):
         module = program.module()
@@ -243,8 +250,13 @@ def check_program(name: str, program: ExportedProgram, inputs: Mapping[str, Tens
             return
 
 
+def _content(value: Any) -> Any:
+    """A copy of a container, whose content may change; None for another value."""
+    return copy(cast("Any", value)) if isinstance(value, (dict, list, set)) else None
+
+
 @contextmanager
-def preserved(fn: Any) -> Iterator[None]:
+def preserved(fn: Any) -> Generator[None]:
     """Puts a module into evaluation mode inside the block, and restores it exactly afterwards, as well as the
     process's random number generators."""
     modules = list(fn.modules()) if isinstance(fn, nn.Module) else []
@@ -252,13 +264,7 @@ def preserved(fn: Any) -> Iterator[None]:
     values = [(t, t.detach().clone(), t.requires_grad, t.grad if t.is_leaf else None) for t in tensors]
     training = [m.training for m in modules]
     attributes = [
-        (
-            m,
-            {
-                key: (value, copy(value) if isinstance(value, (dict, list, set)) else None)
-                for key, value in vars(m).items()
-            },
-        )
+        (m, {key: (value, _content(value)) for key, value in vars(m).items()})
         for m in modules
         if not isinstance(m, torch.jit.ScriptModule)
     ]
@@ -279,10 +285,10 @@ def preserved(fn: Any) -> Iterator[None]:
             for key, (value, content) in saved.items():
                 vars(module)[key] = value
                 if isinstance(value, list):
-                    value[:] = content  # pyright: ignore[reportCallIssue, reportArgumentType]
+                    value[:] = content
                 elif isinstance(value, (dict, set)):
                     value.clear()
-                    value.update(content)  # pyright: ignore[reportCallIssue, reportArgumentType]
+                    cast("Any", value).update(content)
         for module, flag in zip(modules, training, strict=True):
             module.training = flag
         for tensor, value, requires_grad, gradient in values:

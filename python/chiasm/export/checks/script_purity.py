@@ -1,3 +1,5 @@
+# TorchScript's graphs are in a private module of torch, and passes over them without types.
+# pyright: reportPrivateUsage=false, reportUnknownMemberType=false
 """The checks of purity.py on TorchScript, which has the branches that depend on data and that a single run
 does not take.
 
@@ -132,7 +134,7 @@ def _flows(
     """The values whose memory a node determines, and the origins of that memory."""
     kind, inputs, outputs = node.kind(), list(node.inputs()), list(node.outputs())
     of = [origins[v.debugName()] for v in inputs]
-    whole = set().union(*of)
+    whole = set[str]().union(*of)
     if kind == "prim::GetAttr":
         yield outputs[0], {_STATE}
     elif kind == "prim::If":
@@ -166,7 +168,7 @@ def _flows(
                     if "*" in str(sets)
                     or (a.alias_info and sets & (a.alias_info.before_set | a.alias_info.after_set))
                 ]
-                yield value, set().union(*shared)
+                yield value, set[str]().union(*shared)
         if (
             schema.arguments
             and schema.arguments[0].alias_info

@@ -19,6 +19,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from .. import samples
 from ..bundle import Golden, Writer
@@ -70,7 +71,8 @@ def try_artifacts(job: ExportJob, writer: Writer) -> list[Golden]:
 
 def _cases(method: Method) -> Iterator[Case]:
     """The golden vectors; then the sizes in doubt; then the others, whose errors would not give a reason."""
-    spec, slow, tried = method.job.spec, False, []
+    spec, slow = method.job.spec, False
+    tried: list[dict[str, int]] = []
     golden, *others = [(samples.fit(spec, sizes), "") for sizes in (samples.GOLDEN, *SIZES)]
     for sizes, text in [golden, *((doubt.sizes, doubt.text) for doubt in method.doubts), *others]:
         if sizes in tried or (slow and not text):
@@ -152,7 +154,7 @@ class _Process:
             start_new_session=True,  # the export handles an interrupt, and ends the process
         )
 
-    def rows(self, bundle: Path, backend: str) -> list[dict]:
+    def rows(self, bundle: Path, backend: str) -> list[dict[str, Any]]:
         """The rows of a bundle's self-test on a backend."""
         assert self._process.stdin is not None and self._process.stdout is not None
         request = json.dumps({"bundle": str(bundle.resolve()), "backend": backend})

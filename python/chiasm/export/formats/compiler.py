@@ -46,7 +46,7 @@ class Build:
         self.after, self.dropped, self.at_once = after, dropped, at_once
         self._scratch = tempfile.TemporaryDirectory()
         self.folder = Path(self._scratch.name)
-        self._running: list[tuple[list[str], subprocess.Popen]] = []
+        self._running: list[tuple[list[str], subprocess.Popen[bytes]]] = []
         self._made: dict[str, str] = {}  # Inductor's object files, and ours
         self._link: list[str] = []
 
@@ -130,7 +130,7 @@ class Build:
         self._scratch.cleanup()
 
 
-def _check(command: Sequence[str], done: subprocess.CompletedProcess) -> None:
+def _check(command: Sequence[str], done: subprocess.CompletedProcess[bytes]) -> None:
     from torch._inductor.exc import CppCompileError
 
     if done.returncode:

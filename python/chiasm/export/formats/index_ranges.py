@@ -1,5 +1,3 @@
-# sympy and Inductor declare results that may be None, which these are not.
-# pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportOptionalMemberAccess=false, reportOptionalOperand=false
 """Finds which indices of a compiled loop are in range for any data: bounds on the nodes of Inductor's loop
 bodies, as expressions of sizes.
 
@@ -16,6 +14,8 @@ from typing import Any
 
 import sympy
 import torch
+
+from ..internals import bounds_of
 
 #: Integers up to here are exact in a floating type: a greater bound may be rounded up to the limit itself.
 _EXACT = {torch.float64: 1 << 53, torch.float32: 1 << 24, torch.float16: 1 << 11, torch.bfloat16: 1 << 8}
@@ -48,10 +48,9 @@ class IndexRanges:
     def proves(self, node: Any, size: Any, wrapped: bool) -> bool:
         """Whether the index that a node of a loop body computes is certainly in [0, size), or in [-size,
         size) if it is `wrapped`."""
-        from torch._inductor.virtualized import V
-
         if not isinstance(node, torch.fx.Node):
             return False
+        V = _inductor()
         # In a kernel, sizes have the names of its arguments.
         named = {inner: outer for outer, inner in V.kernel.args.sizevars.items()}
         loops = {
@@ -67,8 +66,7 @@ class IndexRanges:
 
     def _stored(self, name: str) -> _Range:
         """The range of the values that an earlier loop stored in a buffer."""
-        from torch._inductor.virtualized import V
-
+        V = _inductor()
         key = (id(V.graph), name)
         if key not in self._buffers:
             buffer = V.graph.scheduler.name_to_buf.get(name)
@@ -86,10 +84,18 @@ class IndexRanges:
         return self._buffers[key]
 
 
+def _inductor() -> Any:
+    """Inductor's state: the kernel, the graph and the loop body that it compiles."""
+    from torch._inductor.virtualized import V
+
+    return V
+
+
 def depends_on_data(node: Any) -> bool:
     """Whether a node of a loop body is computed from a tensor's values, not from sizes and positions
     alone."""
-    seen, todo = set(), [node]
+    seen: set[torch.fx.Node] = set()
+    todo = [node]
     while todo:
         node = todo.pop()
         if not isinstance(node, torch.fx.Node) or node in seen:
@@ -106,9 +112,7 @@ def depends_on_data(node: Any) -> bool:
 def _not_negative(expression: sympy.Expr) -> bool:
     """Whether an expression is >= 0 for all sizes. PyTorch assumes that a size with limits from 1 is 2 or
     more, so 1 is checked separately."""
-    from torch._inductor.virtualized import V
-
-    sizevars = V.graph.sizevars
+    sizevars = _inductor().graph.sizevars
     cases = [sympy.expand(expression)]
     for symbol in cases[0].free_symbols:
         limits = sizevars.shape_env.var_to_range.get(symbol)
@@ -122,10 +126,7 @@ def _not_negative(expression: sympy.Expr) -> bool:
 
 def _greatest(expression: sympy.Expr) -> Any:
     """The greatest value that an expression of sizes can take, by the sizes' limits."""
-    from torch._inductor.virtualized import V
-    from torch.utils._sympy.value_ranges import bound_sympy
-
-    return bound_sympy(expression, V.graph.sizevars.shape_env.var_to_range).upper
+    return bounds_of(expression, _inductor().graph.sizevars.shape_env.var_to_range).upper
 
 
 def _simplest(bounds: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
@@ -213,9 +214,7 @@ class _Ranges:
         return reduce(self._less_of, lows), sum(highs, ())
 
     def _load(self, node: Any) -> _Range:
-        from torch._inductor.virtualized import V
-
-        dtype = V.graph.get_dtype(node.args[1])
+        dtype = _inductor().graph.get_dtype(node.args[1])
         stored = self._stored(node.args[1])
         if stored.dtype == dtype and (stored.number or stored.lows or stored.highs):
             return stored
@@ -430,7 +429,9 @@ class _Ranges:
             if not factor.is_Integer or rest.has(absolute):
                 return None
             bound = (
-                self._greatest_absolute(absolute.args[0]) if (factor > 0) == greatest else sympy.Integer(0)
+                self._greatest_absolute(absolute.args[0])
+                if bool(factor > 0) == greatest
+                else sympy.Integer(0)
             )
             if bound is None:
                 return None
@@ -458,6 +459,4 @@ class _Ranges:
 
     @staticmethod
     def _size_symbols() -> set[sympy.Symbol]:
-        from torch._inductor.virtualized import V
-
-        return set(V.graph.sizevars.shape_env.var_to_range)
+        return set(_inductor().graph.sizevars.shape_env.var_to_range)

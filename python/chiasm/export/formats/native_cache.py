@@ -19,6 +19,7 @@ from torch.export import ExportedProgram
 
 from ..errors import ExportError
 from ..files import MOST_OF_FILE, read_regular, write_whole
+from ..internals import Operator, is_operator, limits_of_program
 from ..manifest import sha256
 from ..spec import Spec
 from . import isas
@@ -109,7 +110,7 @@ def key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradient
         re.sub(r"(?m)^\s*# File: .*\n", "", program.graph_module.print_readable(print_output=False)),
         # sizes and dtypes of the inputs, which the listing does not have
         str([(n.name, str(n.meta.get("val"))) for n in program.graph.nodes if n.op == "placeholder"]),
-        str(sorted((str(k), str(v)) for k, v in program.range_constraints.items())),
+        str(sorted((str(k), str(v)) for k, v in limits_of_program(program).items())),
         str({k: _content(v) for k, v in sorted(program.constants.items()) if isinstance(v, torch.Tensor)}),
         str({k: _content(v) for k, v in sorted(program.state_dict.items())}),
         isa,
@@ -169,13 +170,11 @@ def _hash(files: Iterable[Path]) -> str:
     return digest.hexdigest()
 
 
-def operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
+def operators(program: ExportedProgram) -> list[Operator]:
     """The operators of the program that are chiasm's kernels."""
     # Including the bodies of loops
     modules = [m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]
-    targets = {
-        n.target for m in modules for n in m.graph.nodes if isinstance(n.target, torch._ops.OpOverload)
-    }
+    targets = {n.target for m in modules for n in m.graph.nodes if is_operator(n.target)}
     return sorted((t for t in targets if t.namespace == "chiasm"), key=str)
 
 

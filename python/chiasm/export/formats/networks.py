@@ -10,7 +10,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import torch
 from torch import Tensor
@@ -19,10 +19,14 @@ from torch.export import ExportedProgram
 from torch.export.graph_signature import InputKind, InputSpec, TensorArgument
 from torch.fx import Node, map_arg
 
+from ..internals import FLOOR_DIVISION, is_operator, schema_of
+
 aten = torch.ops.aten
 #: Outputs in a panel of packed weights (kPanel in runtime/artifact/kernels/products.h).
 PANEL = 16
 _INFINITY = float("inf")
+#: An operator, and its arguments after the tensor.
+_Step: TypeAlias = tuple[Any, ...]
 
 
 def use_kernels(program: ExportedProgram) -> None:
@@ -294,7 +298,7 @@ class _Network:
         """Move the pixels of each block to their places (pixel shuffle)."""
         rows = [row[0] if len(row) == 1 else self._call(aten.cat.default, row, 4) for row in results]
         blocks = rows[0] if len(rows) == 1 else self._call(aten.cat.default, rows, 2)
-        steps: list[tuple] = [
+        steps: list[_Step] = [
             (aten.flatten.using_ints, 3, 4),
             (aten.flatten.using_ints, 1, 2),
             *((aten.slice.Tensor, 1 + axis, 0, -count) for axis, count in enumerate(surplus) if count),
@@ -304,22 +308,22 @@ class _Network:
     def _result_size(self, layer: _Layer, image: Node, axis: int) -> Any:
         """The result's number of rows (axis 0) or columns."""
         size = self._computed(operator.add, self._size(image, 1 + axis), layer.growth[axis])
-        return self._computed(operator.add, self._computed(operator.floordiv, size, layer.stride[axis]), 1)
+        return self._computed(operator.add, self._computed(FLOOR_DIVISION, size, layer.stride[axis]), 1)
 
     def _size(self, image: Node, axis: int) -> Any:
         """The size of an image's axis: a number, or a node if it depends on the inputs."""
         size = image.meta["val"].shape[axis]
         return size if isinstance(size, int) else self._call(aten.sym_size.int, image, axis)
 
-    def _computed(self, compute: Callable, size: Any, number: int) -> Any:
+    def _computed(self, compute: Callable[..., Any], size: Any, number: int) -> Any:
         return self._call(compute, size, number) if isinstance(size, Node) else compute(size, number)
 
-    def _views(self, node: Node, steps: Sequence[tuple]) -> Node:
+    def _views(self, node: Node, steps: Sequence[_Step]) -> Node:
         for target, *arguments in steps:
             node = self._call(target, node, *arguments)
         return node
 
-    def _call(self, target: Callable, *arguments: Any) -> Node:
+    def _call(self, target: Callable[..., Any], *arguments: Any) -> Node:
         node = self.graph.call_function(target, arguments)
         node.meta["val"] = target(*map_arg(arguments, lambda argument: argument.meta["val"]))
         return node
@@ -357,8 +361,9 @@ class _Network:
 
 def _arguments(node: Node) -> dict[str, Any]:
     """The arguments of a call by name, with the schema's defaults."""
-    schema = node.target._schema.arguments  # type: ignore[union-attr]
-    given = dict(zip([a.name for a in schema], node.args, strict=False)) | node.kwargs
+    assert is_operator(node.target)
+    schema = schema_of(node.target).arguments
+    given: dict[str, Any] = dict(zip([a.name for a in schema], node.args, strict=False)) | node.kwargs
     return {a.name: given.get(a.name, a.default_value) for a in schema}
 
 
@@ -426,7 +431,7 @@ _ROWS_LAST = (
     [(aten.squeeze.dim, 1), (aten.permute.default, [0, 2, 1])],
 )
 #: By number of dimensions: views that bring the input to (B, H, W, C), and the result back.
-_VIEWS: dict[Any, dict[int, tuple[list[tuple], list[tuple]]]] = {
+_VIEWS: dict[Any, dict[int, tuple[list[_Step], list[_Step]]]] = {
     aten.conv2d.default: {4: _CHANNELS_LAST},
     aten.conv2d.padding: {4: _CHANNELS_LAST},
     aten.conv1d.default: {3: _ROWS_LAST},

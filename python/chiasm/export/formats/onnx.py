@@ -1,3 +1,5 @@
+# torch.onnx and onnx declare parameters without the types of their parts.
+# pyright: reportUnknownMemberType=false
 """The ONNX exporter: standard operators of opset 18, which runs anywhere."""
 
 from __future__ import annotations
@@ -161,7 +163,7 @@ def _is_tiny(value: onnx_ir.Value | None) -> bool:
     constant = value.const_value if value is not None else None
     if constant is None or constant.size != 1 or constant.dtype != onnx_ir.DataType.DOUBLE:
         return False
-    number = float(constant.numpy().reshape(()))
+    number = float(constant.numpy().item())
     return number != 0 and np.float32(number) == 0
 
 

@@ -1,6 +1,3 @@
-# onnxscript's values have the operators of numbers, which its types do not say.
-# pyright: reportOperatorIssue=false, reportArgumentType=false, reportReturnType=false
-# pyright: reportCallIssue=false, reportAttributeAccessIssue=false
 """Quotients and remainders of integers in ONNX.
 
 torch.onnx divides integers in float32, where 16777217 is 16777216, and truncates quotients of negative sizes.
@@ -10,16 +7,15 @@ divided by -1.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable
 from typing import Any
 
 import onnx_ir
 import torch
-from onnxscript import opset18 as op
-from onnxscript.function_libs.torch_lib.ops import core
 from torch.fx import Graph, Node
-from torch.utils._sympy.value_ranges import bound_sympy
+
+from ..internals import FLOOR_DIVISION, bounds_of, expression_of, limits_of_symbols
+from .onnx_operators import op, torch_onnx
 
 aten = torch.ops.aten
 
@@ -27,13 +23,13 @@ aten = torch.ops.aten
 def quotient(self: Any, other: Any, rounding_mode: str | None = None) -> Any:
     """aten::div with a rounding mode."""
     if not self.dtype.is_integer() or rounding_mode is None:
-        return core.aten_div_mode(self, other, rounding_mode)
+        return torch_onnx.aten_div_mode(self, other, rounding_mode)
     return _floor(self, other) if rounding_mode == "floor" else _truncated(self, other)[0]
 
 
 def floor_quotient(self: Any, other: Any) -> Any:
     """aten::floor_divide."""
-    return _floor(self, other) if self.dtype.is_integer() else core.aten_floor_divide(self, other)
+    return _floor(self, other) if self.dtype.is_integer() else torch_onnx.aten_floor_divide(self, other)
 
 
 def size_quotient(self: Any, other: Any) -> Any:
@@ -50,13 +46,13 @@ def limits_of(size: int | torch.SymInt) -> tuple[float, float]:
     """The smallest and the greatest value of a size."""
     if not isinstance(size, torch.SymInt):
         return size, size
-    bounds = bound_sympy(size.node.expr, size.node.shape_env.var_to_range)
+    bounds = bounds_of(expression_of(size), limits_of_symbols(size))
     return float(bounds.lower), float(bounds.upper)
 
 
 def mark_natural_quotients(graph: Graph) -> None:
     """Mark the quotients of sizes without negative numbers, by the sizes' limits, for the translation."""
-    for node in graph.find_nodes(op="call_function", target=operator.floordiv):
+    for node in graph.find_nodes(op="call_function", target=FLOOR_DIVISION):
         dividend = node.args[0].meta["val"] if isinstance(node.args[0], Node) else node.args[0]
         if limits_of(dividend)[0] >= 0:
             node.target = natural_quotient
@@ -65,7 +61,7 @@ def mark_natural_quotients(graph: Graph) -> None:
 def remainder(self: Any, other: Any) -> Any:
     """aten::remainder, which has the divisor's sign."""
     if not self.dtype.is_integer():
-        return core.aten_remainder(self, other)
+        return torch_onnx.aten_remainder(self, other)
     divisor, valid = _divisor(self, other)
     rest = op.Mod(self, divisor)
     return rest if valid is None else op.Add(rest, valid)
@@ -109,11 +105,11 @@ def _number(like: Any, value: int) -> Any:
 
 
 #: For torch.onnx.export: how operators are translated.
-TRANSLATIONS: dict[Callable, Callable] = {
+TRANSLATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     aten.div.Tensor_mode: quotient,
     aten.div.Scalar_mode: quotient,
     aten.floor_divide.default: floor_quotient,
     aten.remainder.Tensor: remainder,
-    operator.floordiv: size_quotient,
+    FLOOR_DIVISION: size_quotient,
     natural_quotient: natural_quotient,
 }

@@ -1,6 +1,3 @@
-# torch declares a node's argument as a union of all possible types.
-# pyright: reportArgumentType=false, reportCallIssue=false, reportAttributeAccessIssue=false
-# pyright: reportGeneralTypeIssues=false, reportOptionalMemberAccess=false, reportOptionalIterable=false
 """Indices in ONNX, in which every operator counts negative indices from the end.
 
 `gather`, `scatter`, `index_select`, `embedding` and similar operators reject a negative index, so it is
@@ -12,13 +9,14 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, cast
 
 import torch
 from torch.export import ExportedProgram
 from torch.fx import Graph, GraphModule, Node
 
+from ..internals import is_operator, schema_of
 from .onnx_division import limits_of
 
 aten = torch.ops.aten
@@ -85,7 +83,7 @@ class _Intervals:
     """The intervals of the values of a graph's nodes."""
 
     def __init__(self, program: ExportedProgram, graph: Graph) -> None:
-        self._constants = {
+        self._constants: dict[str, Any] = {
             spec.arg.name: program.constants[spec.target]
             for spec in program.graph_signature.input_specs
             if spec.target in program.constants
@@ -93,8 +91,8 @@ class _Intervals:
         self._known: dict[Node, Interval] = {}
         # A later write may change the value of another node of which this one is a part.
         self._written = any(
-            isinstance(n.target, torch._ops.OpOverload)
-            and n.target._schema.is_mutable
+            is_operator(n.target)
+            and schema_of(n.target).is_mutable
             and not n.args[0].meta["val"].dtype.is_floating_point
             for n in graph.nodes
         )
@@ -111,7 +109,7 @@ class _Intervals:
         return self._known[value]
 
     def _found(self, node: Node) -> Interval:
-        made = node.meta.get("val")
+        made: Any = node.meta.get("val")
         if isinstance(made, torch.SymInt):
             return self.of(made)
         if not isinstance(made, torch.Tensor):
@@ -119,7 +117,7 @@ class _Intervals:
         limits = _limits(made.dtype)
         if self._written:
             return limits
-        constant = self._constants.get(node.name) if node.op == "placeholder" else None
+        constant: Any = self._constants.get(node.name) if node.op == "placeholder" else None
         if constant is not None and constant.numel():
             return constant.min().item(), constant.max().item()
         low, high = _RULES.get(node.target, _unknown)(self, node)
@@ -167,7 +165,7 @@ def _positions(of: _Intervals, node: Node) -> Interval:
 
 
 def _joined(of: _Intervals, node: Node) -> Interval:
-    parts = [of.of(part) for part in node.args[0]]
+    parts = [of.of(part) for part in cast("Sequence[Any]", node.args[0])]
     return min(low for low, _ in parts), max(high for _, high in parts)
 
 
@@ -204,6 +202,8 @@ def _remainder(of: _Intervals, node: Node) -> Interval:
 
 def _taken(of: _Intervals, node: Node) -> Interval:
     """The indices of extreme values, or of values before sorting."""
+    made: Any
+    which: Any
     made, which = node.args
     return _place(of, node) if which == 1 and made.target in _WITH_PLACES else _unknown(of, node)
 

@@ -6,6 +6,8 @@ sometimes lacks a term (its issues 18048 and 23396); its ScatterElements adds on
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import onnx_ir
 from onnx_ir import convenience
@@ -37,7 +39,7 @@ class _Steps:
         self.name, self.nodes = name, list[onnx_ir.Node]()
 
     def __call__(
-        self, op: str, *inputs: onnx_ir.Value, **attributes: int | str | onnx_ir.Tensor
+        self, op: str, *inputs: onnx_ir.Value, **attributes: int | str | onnx_ir.Tensor[Any]
     ) -> onnx_ir.Value:
         node = onnx_ir.node(op, inputs, attributes=attributes)
         node.outputs[0].name = f"{self.name}_{len(self.nodes)}"

@@ -1,6 +1,3 @@
-# onnxscript's values have the operators of numbers, which its types do not say.
-# pyright: reportArgumentType=false, reportReturnType=false, reportCallIssue=false
-# pyright: reportAttributeAccessIssue=false
 """Shifts of whole numbers in ONNX, as in PyTorch: torch.onnx makes int8 of bytes, a BitShift of 16 bits that
 no engine has, and shifts by as many bits as a number has, or more, which ONNX does not define."""
 
@@ -12,12 +9,13 @@ from typing import Any
 import onnx_ir
 import torch
 from onnx_ir import DataType
-from onnxscript import opset18 as op
+
+from .onnx_operators import op
 
 aten = torch.ops.aten
 
 
-def _translation(direction: str) -> Callable:
+def _translation(direction: str) -> Callable[..., Any]:
     """aten::bitwise_right_shift or aten::bitwise_left_shift, by a tensor or by a number."""
 
     def shift(self: Any, other: Any) -> Any:
@@ -59,7 +57,7 @@ _right = _translation("RIGHT")
 _left = _translation("LEFT")
 
 #: For torch.onnx.export: how operators are translated.
-SHIFTS: dict[Callable, Callable] = {
+SHIFTS: dict[Callable[..., Any], Callable[..., Any]] = {
     aten.__rshift__.Scalar: _right,
     aten.__rshift__.Tensor: _right,
     aten.bitwise_right_shift.Tensor: _right,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from typing import Any
+from typing import Any, cast
 
 import torch
 from torch import Tensor
@@ -19,6 +19,7 @@ from torch.fx import Node
 from torch.fx.experimental.symbolic_shapes import free_unbacked_symbols
 
 from ..errors import ExportError
+from ..internals import is_operator, run_decompositions, schema_of
 from ..tracing.expansion import expand_all
 
 aten = torch.ops.aten
@@ -33,9 +34,9 @@ def select_by_tensors(program: ExportedProgram, name: str) -> ExportedProgram:
     """
     if not any(n.target in _ITEMS for n in program.graph.nodes):
         return program
-    operators = [n.target for n in program.graph.nodes if isinstance(n.target, torch._ops.OpOverload)]
-    if any(operator._schema.is_mutable for operator in operators):
-        program = program.run_decompositions({})  # a selection that is written to is a view until then
+    operators = [n.target for n in program.graph.nodes if is_operator(n.target)]
+    if any(schema_of(operator).is_mutable for operator in operators):
+        program = run_decompositions(program, {})  # a selection that is written to is a view until then
     graph = program.graph
     for node in list(graph.nodes):
         if node.target is aten.select.int and _is_from_data(node.args[2]):
@@ -71,7 +72,7 @@ def refuse_negative(program: ExportedProgram) -> ExportedProgram:
     """The program in which operators that reject negative indices have a form that also rejects them in
     native code; it may be the given program, changed."""
     if any(n.target in _IN_PLACE for n in program.graph.nodes):
-        program = program.run_decompositions({})
+        program = run_decompositions(program, {})
     expand_all(program, _REFUSING)
     return program
 
@@ -123,5 +124,8 @@ def _as_tensor(index: Node) -> Node:
     return made
 
 
-def _flat(arguments: Any) -> list[Any]:
-    return [a for part in arguments for a in (part if isinstance(part, (list, tuple)) else [part])]
+def _flat(arguments: Sequence[Any]) -> list[Any]:
+    flat: list[Any] = []
+    for part in arguments:
+        flat += cast("Sequence[Any]", part) if isinstance(part, (list, tuple)) else [part]
+    return flat

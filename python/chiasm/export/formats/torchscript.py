@@ -1,3 +1,5 @@
+# torch.jit's functions have hardly any types.
+# pyright: reportUnknownMemberType=false
 """The TorchScript exporter: by script, never by trace, so that every branch of the op is in the file."""
 
 from __future__ import annotations

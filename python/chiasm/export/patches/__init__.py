@@ -19,9 +19,9 @@ from __future__ import annotations
 import hashlib
 import importlib
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import ExitStack, contextmanager
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 from unittest.mock import patch
 
 #: The packages that the replacements were written for.
@@ -194,7 +194,7 @@ PATCHES: Mapping[str, Patch] = {
 
 
 @contextmanager
-def replaced(replacements: Mapping[str, Any]) -> Iterator[None]:
+def replaced(replacements: Mapping[str, Any]) -> Generator[None]:
     """Replace the attributes (`module:attribute`, as declared in `PATCHES`) inside the block."""
     with ExitStack() as stack:
         for name, replacement in replacements.items():
@@ -210,11 +210,11 @@ def replaced(replacements: Mapping[str, Any]) -> Iterator[None]:
 def source_digest(name: str) -> str:
     """The first digits of SHA-256 of the installed source that a replacement replaces."""
     owner, attribute = _owner(name)
-    found = inspect.getattr_static(owner, attribute, None)
+    found: Any = inspect.getattr_static(owner, attribute, None)
     if isinstance(found, property):
         found = found.fget
     elif isinstance(found, (staticmethod, classmethod)):
-        found = found.__func__
+        found = cast("Any", found).__func__
     # For a builtin, a value or another package's function, the calling module counts
     source: Any = inspect.unwrap(found) if callable(found) else found
     if not inspect.isclass(source) and not inspect.isfunction(source):

@@ -1,4 +1,7 @@
-# PyTorch declares narrower parameter types than it uses.
+# What is patched is private, and most of it without types; and PyTorch declares narrower parameter types than
+# it uses.
+# pyright: reportPrivateUsage=false, reportPrivateImportUsage=false, reportUnknownMemberType=false
+# pyright: reportMissingTypeStubs=false
 # pyright: reportArgumentType=false, reportAttributeAccessIssue=false
 """AOTInductor for a GPU that this machine does not have. Triton's compiler needs no GPU, and the answers to
 PyTorch's queries follow from the compute capability. So CUDA code can be compiled on the machine that
@@ -9,7 +12,7 @@ Without a GPU nothing is timed: if a loop has several forms, Inductor's first on
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from functools import cache, reduce
 from pathlib import Path
@@ -66,8 +69,8 @@ class _OnDevice(torch.Tensor):
     data_here: torch.Tensor
 
     @staticmethod
-    def __new__(cls, data: torch.Tensor) -> _OnDevice:
-        made = torch.Tensor._make_wrapper_subclass(cls, data.shape, dtype=data.dtype, device=_DEVICE)
+    def __new__(cls: type[_OnDevice], data: torch.Tensor) -> _OnDevice:
+        made: Any = torch.Tensor._make_wrapper_subclass(cls, data.shape, dtype=data.dtype, device=_DEVICE)
         made.data_here = data.contiguous().clone()
         return made
 
@@ -110,7 +113,7 @@ class _LargeSizes:
 
 
 @contextmanager
-def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
+def gpu_compiler(sm: int, toolkit: Path) -> Generator[None]:
     """Let AOTInductor compile for GPUs of compute capability `sm`, with CUDA's headers from
     `toolkit`/include."""
     from torch._inductor import sizevars
@@ -154,6 +157,15 @@ def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
     def known(*_: Any) -> SimpleNamespace:
         return properties
 
+    def capability(*_: Any) -> tuple[int, int]:
+        return divmod(sm, 10)
+
+    def random_state(*_: Any) -> torch.Tensor:
+        return torch.get_rng_state()
+
+    def joint_patterns_of_cpu(*_: Any) -> Any:
+        return joint_patterns(torch.device("cpu"))
+
     cuda = "torch._dynamo.device_interface:CudaInterface"
     wrapper = "torch._inductor.codegen.wrapper:PythonWrapperCodegen"
     blocks = "torch._inductor.codegen.block_analysis:BlockPatternMatcher"
@@ -163,9 +175,9 @@ def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
             "torch.cuda:device_count": lambda: 1,
             "torch.cuda:current_device": zero,
             "torch.cuda:get_device_properties": known,
-            "torch.cuda:get_device_capability": lambda *_: divmod(sm, 10),
+            "torch.cuda:get_device_capability": capability,
             "torch.cuda:synchronize": nothing,
-            "torch.cuda:get_rng_state": lambda *_: torch.get_rng_state(),
+            "torch.cuda:get_rng_state": random_state,
             "torch.cuda:set_rng_state": nothing,
             "torch.cuda:_exchange_device": zero,
             "torch.cuda:_maybe_exchange_device": zero,
@@ -181,7 +193,7 @@ def gpu_compiler(sm: int, toolkit: Path) -> Iterator[None]:
             "torch._subclasses.fake_tensor:init_gpu_context": nothing,
             "torch._subclasses.fake_tensor:FakeTensorMode.avoid_device_init": property(lambda _: True),
             "torch._inductor.ir:ConstantBuffer.constant_to_device": _constant_on_device,
-            "torch._inductor.fx_passes.joint_graph:lazy_init": lambda *_: joint_patterns(torch.device("cpu")),
+            "torch._inductor.fx_passes.joint_graph:lazy_init": joint_patterns_of_cpu,
             "torch._inductor.runtime.triton_helpers:set_driver_to_gpu": nothing,
             "triton.compiler.compiler:CompiledKernel._init_handles": nothing,
             "triton.compiler.compiler:CompiledKernel.run": property(nothing),
@@ -218,8 +230,9 @@ def _forget_answers() -> None:
     from torch._inductor.runtime.hints import DeviceProperties
     from torch.utils import _triton
 
-    found = [value for module in (utils, cuda_env, _triton) for value in vars(module).values()]
-    for function in (*found, DeviceProperties.create.__func__):
+    found: list[Any] = [value for module in (utils, cuda_env, _triton) for value in vars(module).values()]
+    found.append(DeviceProperties.create.__func__)
+    for function in found:
         if hasattr(function, "cache_clear"):
             function.cache_clear()
 
@@ -325,7 +338,7 @@ def on_gpu(program: ExportedProgram) -> None:
 
 
 def _moved(tensor: torch.Tensor) -> torch.Tensor:
-    with tensor.fake_mode:  # type: ignore[attr-defined]
+    with tensor.fake_mode:
         return torch.empty_strided(tensor.shape, tensor.stride(), dtype=tensor.dtype, device=_DEVICE)
 
 

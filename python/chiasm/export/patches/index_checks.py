@@ -1,3 +1,5 @@
+# What is patched is without types.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 """Makes AOTInductor's code check indices and divisors that come from data.
 
 AOTInductor either trusts an index (a wrong one reads and writes anywhere) or throws inside a parallel region,
@@ -9,7 +11,7 @@ range costs nothing.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -32,7 +34,7 @@ _DIVISION_POINTER = re.compile(r"^\s*inductor_cpu_integer_div_error_flag = .*\n"
 
 
 @contextmanager
-def checked_native_code(header: Path | None = None) -> Iterator[None]:
+def checked_native_code(header: Path | None = None) -> Generator[None]:
     """Inside this context, AOTInductor writes loops that check values from data. With a `header` (checked.h),
     the code is for libtorch: it contains that text, and its checks throw."""
     from torch._inductor.codegen import cpp
@@ -56,6 +58,8 @@ def checked_native_code(header: Path | None = None) -> Iterator[None]:
             )
         return _DIVISIONS.sub(r"chiasm::\1(", code).replace(_PREFIX, _PREFIX + include)
 
+    def nothing(_: Any) -> None: ...
+
     def truncdiv(a: Any, b: Any) -> str:  # Inductor finds the scalar form of a vector's by this name
         return f"chiasm::truncated_quotient({a}, {b})"
 
@@ -70,7 +74,7 @@ def checked_native_code(header: Path | None = None) -> Iterator[None]:
             "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(truncdiv),
         }
         # The needed part of it is compiled with the package (runtime/artifact/aoti/entry.cpp).
-        | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": lambda self: None})
+        | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": nothing})
     ):
         yield
 

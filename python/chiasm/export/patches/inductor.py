@@ -1,8 +1,11 @@
+# What is patched is private, and most of it without types.
+# pyright: reportPrivateUsage=false, reportPrivateImportUsage=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 """AOTInductor, faster and with compilers of our own choice. The results are the same."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from functools import reduce, wraps
 from typing import Any
@@ -54,7 +57,7 @@ _LANES = 8
 
 
 @contextmanager
-def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]:
+def fast_inductor(compile_command: Callable[[str, str], None]) -> Generator[None]:
     """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, reduces only the bytes it
     has loaded, concatenates tensors of bytes itself, and compiles by `compile_command(command, folder)`."""
     from torch._inductor import ir, lowering
@@ -116,7 +119,7 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
 
 
 @contextmanager
-def fast_gradients() -> Iterator[None]:
+def fast_gradients() -> Generator[None]:
     """AOTInductor which evaluates a loop's body once, and stacks planes as planes. Not for forward methods:
     their vectorisation depends on how often Inductor counts an operation, and frames should stay
     interleaved."""
@@ -147,7 +150,7 @@ def fast_gradients() -> Iterator[None]:
 
 
 @contextmanager
-def known_vectors(machine: str) -> Iterator[None]:
+def known_vectors(machine: str) -> Generator[None]:
     """Inductor with the vectors of a family of CPUs: AVX2, if this CPU has it, or NEON."""
     from torch._inductor import cpu_vec_isa
 
@@ -163,7 +166,7 @@ def known_vectors(machine: str) -> Iterator[None]:
 
 
 @contextmanager
-def short_minima(without_nan: bool) -> Iterator[None]:
+def short_minima(without_nan: bool) -> Generator[None]:
     """Minima and maxima by one instruction if the CPU has it (chiasm/minima_avx2.h). PyTorch's propagate NaN
     and take three instructions; rank filters and dilations consist only of minima and maxima. Where values
     may be NaN, one instruction is enough if the second value is a known number, as in a clamp."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from functools import cache
 from typing import Any
@@ -15,16 +15,20 @@ from .tracing import fast_tracing
 
 
 @contextmanager
-def fast_onnx() -> Iterator[None]:
+def fast_onnx() -> Generator[None]:
     """torch.onnx without reading its 1500 operator definitions at each export, and without running the whole
     graph again to decompose a few operators and to find the type promotions. It changes the given program."""
     registry = _registry()
+
+    def the_registry(**_: Any) -> Any:
+        return registry
+
     with (
         fast_tracing(),
         replaced(
             {
                 "torch.onnx._internal.exporter._registration:ONNXRegistry.from_torchlib": staticmethod(
-                    lambda **_: registry
+                    the_registry
                 ),
                 "torch.onnx._internal.exporter._fx_passes:decompose_with_registry": decomposed,
                 "torch.onnx._internal.fx.passes.type_promotion:_TypePromotionInterpreter.run_node": _promoted,

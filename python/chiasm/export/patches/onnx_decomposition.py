@@ -1,5 +1,5 @@
-# torch declares a node's argument as a union of all possible types.
-# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportOperatorIssue=false, reportOptionalMemberAccess=false, reportReturnType=false, reportAssignmentType=false
+# torch's tables of decompositions, and the kinds of operators, are private.
+# pyright: reportPrivateUsage=false
 """Decomposes operators without an ONNX form, in place.
 
 `ExportedProgram.run_decompositions` traces the whole graph again, which takes longer than all the rest of the
@@ -9,7 +9,7 @@ conversion; only a few nodes need decomposition. The resulting graph is the same
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import torch
 from torch._export.utils import _is_cia_op, _is_preservable_cia_op
@@ -17,6 +17,7 @@ from torch.export import ExportedProgram
 from torch.fx import Graph, GraphModule, Node
 
 from ..formats.onnx_division import mark_natural_quotients
+from ..internals import Operator, expression_of, is_operator, run_decompositions, schema_of
 from ..tracing.expansion import expand, replace, replace_results
 
 
@@ -28,7 +29,7 @@ def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
         for m in list(program.graph_module.modules())
         if isinstance(m, GraphModule)
     ]
-    program = program if all(functional) else program.run_decompositions(table)
+    program = program if all(functional) else run_decompositions(program, table)
     for module in program.graph_module.modules():
         if isinstance(module, GraphModule):
             mark_natural_quotients(module.graph)
@@ -36,16 +37,17 @@ def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
 
 
 @cache
-def _table(registry: Any) -> dict:
+def _table(registry: Any) -> dict[Any, Any]:
     """Decompositions of the operators that have no ONNX form."""
     from torch.onnx._internal.exporter import _decomp
 
-    return _decomp.create_onnx_friendly_decomposition_table(
-        set(_decomp.get_onnx_implemented_overloads(registry))
+    tables = cast("Any", _decomp)
+    return tables.create_onnx_friendly_decomposition_table(
+        set(tables.get_onnx_implemented_overloads(registry))
     )
 
 
-def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> bool:
+def _decompose_graph(graph: Graph, table: dict[Any, Any], program: ExportedProgram) -> bool:
     """Decompose the nodes of a graph: the program's, or that of a loop's body. False if a node that writes to
     its argument is left."""
     functional = True
@@ -53,15 +55,15 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
     sizes: dict[Any, Node] = {}
     for node in list(graph.nodes):
         value = node.meta.get("val")
-        first = sizes.setdefault(value.node.expr, node) if isinstance(value, torch.SymInt) else node
+        first = sizes.setdefault(expression_of(value), node) if isinstance(value, torch.SymInt) else node
         if first is not node and node.op == "call_function":
             replace(node, first, program)
         elif node.target is torch.ops.aten._assert_tensor_metadata.default:
             graph.erase_node(node)
         elif node.target is torch.ops.aten.detach_.default:  # of a constant, which has nothing to detach from
             replace(node, node.args[0], program)
-        elif isinstance(node.target, torch._ops.OpOverload):
-            if node.target._schema.is_mutable and not _make_functional(node):
+        elif is_operator(node.target):
+            if schema_of(node.target).is_mutable and not _make_functional(node):
                 functional = False
             elif (
                 node.target in table
@@ -69,7 +71,7 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
                 or _is_composite_view(node.target)
             ):
                 if isinstance(value, torch.SymInt):
-                    del sizes[value.node.expr]  # the node is removed
+                    del sizes[expression_of(value)]  # the node is removed
                 made = expand(node, table, sizes)
                 if isinstance(made, Node):
                     replace(node, made, program)
@@ -79,7 +81,7 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
 
 
 @cache
-def _is_composite_view(operator: torch._ops.OpOverload) -> bool:
+def _is_composite_view(operator: Operator) -> bool:
     """Whether the operator is composite and may return its argument: `run_decompositions` decomposes all of
     those, even if they have an ONNX form. That of `reshape` would read a size of 0 as the argument's size."""
     return _is_cia_op(operator) and not _is_preservable_cia_op(operator)
@@ -92,13 +94,14 @@ def _make_functional(node: Node) -> bool:
     Gradients have many: `(a > 0).logical_and_(b)`.
     """
     written, operator = node.args[0], node.target
+    assert is_operator(operator)
     fresh = (
         isinstance(written, Node)
-        and isinstance(written.target, torch._ops.OpOverload)
-        and not any(r.alias_info for r in written.target._schema.returns)
+        and is_operator(written.target)
+        and not any(r.alias_info for r in schema_of(written.target).returns)
     )
-    packet = getattr(torch.ops.aten, operator._schema.name.removeprefix("aten::").removesuffix("_"), None)
-    if not fresh or len(written.users) > 1 or not hasattr(packet, operator._overloadname):
+    packet = getattr(torch.ops.aten, schema_of(operator).name.removeprefix("aten::").removesuffix("_"), None)
+    if not fresh or len(cast("Node", written).users) > 1 or not hasattr(packet, operator._overloadname):
         return False
     node.target = getattr(packet, operator._overloadname)
     return True

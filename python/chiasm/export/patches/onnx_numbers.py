@@ -1,5 +1,3 @@
-# onnxscript declares parameters by their ONNX types, which differ from the Python types.
-# pyright: reportArgumentType=false
 """Numbers in float64 graphs: torch.onnx writes every Python number as float32 and casts it, so that 1 / 3
 becomes 0.33333334 and 1e-300 becomes 0. The operators below make tensors of numbers in the wanted dtype."""
 
@@ -9,7 +7,8 @@ from typing import Any
 
 import torch
 from onnxscript import ir
-from onnxscript import opset18 as op
+
+from ..formats.onnx_operators import op
 
 
 def _number(value: Any, dtype: int) -> Any:

@@ -1,10 +1,12 @@
+# What is patched is private, and most of it without types.
+# pyright: reportPrivateUsage=false, reportPrivateImportUsage=false, reportUnknownMemberType=false
 """torch.export, faster, and with what its errors need."""
 
 from __future__ import annotations
 
 import logging
 import traceback
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -19,7 +21,7 @@ Guard = tuple[sympy.Basic, str]
 
 
 @contextmanager
-def fast_tracing() -> Iterator[None]:
+def fast_tracing() -> Generator[None]:
     """Fake tensors without their cache: with symbolic sizes a hit costs more than computing the result's
     metadata again. And without checking each operand for channels_last, which takes more symbolic arithmetic
     than everything else; the fallback for other layouts gives the same results.
@@ -40,7 +42,7 @@ def fast_tracing() -> Iterator[None]:
 
 
 @contextmanager
-def noted_guards(guards: list[Guard]) -> Iterator[None]:
+def noted_guards(guards: list[Guard]) -> Generator[None]:
     """Record the trace's assumptions about sizes, and the user's line that causes each."""
     from torch.fx.experimental.symbolic_shapes import ShapeEnv
 
@@ -56,14 +58,17 @@ def noted_guards(guards: list[Guard]) -> Iterator[None]:
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
+def quiet() -> Generator[None]:
     """Without torch's additional reports of errors that it raises: in its log, and as a partial graph on
     standard output."""
+
+    def nothing(*_: Any, **__: Any) -> None: ...
+
     logger = logging.getLogger("torch")
     level = logger.level
     logger.setLevel(logging.CRITICAL)
     try:
-        with replaced({"torch.export._trace:print": lambda *_, **__: None}):
+        with replaced({"torch.export._trace:print": nothing}):
             yield
     finally:
         logger.setLevel(level)

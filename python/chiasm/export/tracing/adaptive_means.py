@@ -6,7 +6,8 @@ torch.onnx and Inductor compute the windows once, at the sizes of the example.
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
+from typing import Any, cast
 
 import torch
 from torch import Tensor
@@ -57,7 +58,8 @@ def _sums(x: Tensor, dim: int, begin: Tensor, end: Tensor, parts: int) -> Tensor
     extent = x.shape[dim]
     pixel = begin[:, None] + torch.arange((extent - 1) // parts + 2, device=x.device)
     inside = pixel < end[:, None]
-    taps = x.index_select(dim, pixel.clamp(0, extent - 1).reshape(-1)).unflatten(dim, pixel.shape)
+    taps = x.index_select(dim, pixel.clamp(0, extent - 1).reshape(-1))
+    taps = cast("Tensor", taps.unflatten(dim, pixel.shape))
     inside = inside.reshape([*pixel.shape, *[1] * (x.dim() - 1 - dim)])
     return torch.where(inside, taps, torch.zeros_like(taps)).sum(dim + 1)
 
@@ -74,6 +76,6 @@ def _sum_dtype(x: Tensor) -> torch.dtype:
 MEANS: dict[Any, Any] = {
     aten._adaptive_avg_pool2d.default: means,
     aten._adaptive_avg_pool3d.default: means,
-    aten._adaptive_avg_pool2d_backward.default: lambda gradient, input: _means_backward(gradient, input, 2),
-    aten._adaptive_avg_pool3d_backward.default: lambda gradient, input: _means_backward(gradient, input, 3),
+    aten._adaptive_avg_pool2d_backward.default: partial(_means_backward, spatial=2),
+    aten._adaptive_avg_pool3d_backward.default: partial(_means_backward, spatial=3),
 }

@@ -1,5 +1,5 @@
 # torch declares a node's argument as a union of all possible types.
-# pyright: reportArgumentType=false, reportAssignmentType=false, reportAttributeAccessIssue=false
+# pyright: reportAssignmentType=false
 """Choices that are the same for every input, such as a probability of 1."""
 
 from __future__ import annotations

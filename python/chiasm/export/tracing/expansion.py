@@ -1,5 +1,5 @@
 # torch declares a node's argument as a union of all possible types.
-# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportOperatorIssue=false, reportOptionalMemberAccess=false, reportReturnType=false, reportAssignmentType=false
+# pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
 """Expands operators of a graph into others, in place."""
 
 from __future__ import annotations
@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from typing import Any
+from typing import Any, cast
 
 import torch
 from torch._dispatch.python import enable_python_dispatcher
@@ -15,6 +15,8 @@ from torch._guards import detect_fake_mode
 from torch.export import ExportedProgram
 from torch.fx import GraphModule, Node
 from torch.fx.experimental.proxy_tensor import make_fx
+
+from ..internals import expression_of
 
 
 def expand_all(program: ExportedProgram, forms: Mapping[Any, Callable[..., torch.Tensor]]) -> None:
@@ -29,7 +31,10 @@ def expand_all(program: ExportedProgram, forms: Mapping[Any, Callable[..., torch
 
 
 def expand(
-    node: Node, table: dict, sizes: dict[Any, Node], form: Callable[..., Any] | None = None
+    node: Node,
+    table: dict[Any, Any],
+    sizes: dict[Any, Node],
+    form: Callable[..., Any] | None = None,
 ) -> Node | Sequence[Node | None]:
     """Insert the nodes of an operator's decomposition before it: that of the table, or a `form` of the
     operator. Returns the node of the result, or the nodes of the results."""
@@ -37,7 +42,7 @@ def expand(
     values = [n.meta["val"] for n in arguments]
     # make_fx looks up no decomposition for this operator
     elements = _elements if node.target is torch.ops.aten.sym_numel.default else None
-    operator = form or elements or node.target
+    operator = cast("Callable[..., Any]", form or elements or node.target)
 
     def call(*given: Any) -> Any:
         args, kwargs = torch.fx.map_arg(
@@ -53,7 +58,7 @@ def expand(
             if inner.op != "call_function":
                 continue
             value = inner.meta.get("val")  # an assertion has none
-            size = value.node.expr if isinstance(value, torch.SymInt) else None
+            size = expression_of(value) if isinstance(value, torch.SymInt) else None
             if size in sizes:
                 copies[inner] = sizes[size]
                 continue
@@ -81,7 +86,7 @@ def replace_results(node: Node, made: Sequence[Node | None], program: ExportedPr
     """The same for an operator with several results, each of which is a getitem node."""
     for taken in list(node.users):
         if taken.users:
-            replace(taken, made[taken.args[1]], program)
+            replace(taken, cast("Node", made[taken.args[1]]), program)
         else:  # an unused result may be missing
             node.graph.erase_node(taken)
     node.graph.erase_node(node)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import torch
 from torch import Tensor
@@ -25,7 +25,8 @@ def _max_unpool(input: Tensor, indices: Tensor, output_size: list[int], *_: Any)
     """PyTorch's graphs trust these indices."""
     spatial = len(output_size)
     zeros = input.new_zeros([*input.shape[:-spatial], math.prod(output_size)])
-    return zeros.scatter(-1, indices.flatten(-spatial), input.flatten(-spatial)).unflatten(-1, output_size)
+    result = zeros.scatter(-1, indices.flatten(-spatial), input.flatten(-spatial))
+    return cast("Tensor", result.unflatten(-1, output_size))
 
 
 FORMS: dict[Any, Callable[..., Tensor]] = {

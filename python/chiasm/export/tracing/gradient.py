@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import torch
 from torch import nn
-from torch._decomp import get_decompositions
 from torch.export import ExportedProgram
 from torch.fx.experimental.proxy_tensor import make_fx
 
@@ -15,13 +14,14 @@ from chiasm.primitives.core.target import exporting
 
 from ..checks.branches import Doubt
 from ..errors import explain
+from ..internals import decompositions_of
 from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
 from .adaptive_means import MEANS
 from .gradient_parts import joined
 from .graph import Inputs, trace
 from .grid_sample import GridSampling
-from .module import bind
+from .module import bind, results_of
 
 
 def vjp_signature(spec: Spec, outputs: list[TensorSpec]) -> tuple[list[TensorSpec], list[TensorSpec]] | None:
@@ -62,15 +62,14 @@ class _Vjp(nn.Module):
             floating_outputs,
         )
 
-    def forward(self, *args: torch.Tensor):
+    def forward(self, *args: torch.Tensor) -> tuple[torch.Tensor, ...]:
         inputs = dict(zip(self.input_names, args, strict=False))
         cotangents = args[len(self.input_names) :]
 
-        def of_differentiable(*values: torch.Tensor):
+        def of_differentiable(*values: torch.Tensor) -> tuple[torch.Tensor, ...]:
             merged = inputs | dict(zip(self.gradients, values, strict=True))
-            result = self.op(*(merged[n] for n in self.input_names))
-            result = result if isinstance(result, (tuple, list)) else (result,)
-            return tuple(result[i] for i in self.floating_outputs)
+            results = results_of(self.op(*(merged[n] for n in self.input_names)))
+            return tuple(results[i] for i in self.floating_outputs)
 
         pullback = torch.func.vjp(of_differentiable, *(inputs[n] for n in self.gradients))[1]
         # Copy a gradient that is itself a cotangent: a graph's outputs must not be its inputs.
@@ -103,7 +102,7 @@ def trace_vjp(
             graph = make_fx(
                 module,
                 tracing_mode="symbolic",
-                decomposition_table=MEANS | get_decompositions([torch.ops.aten.rsub]),  # pyright: ignore
+                decomposition_table=MEANS | decompositions_of([torch.ops.aten.rsub]),
                 _allow_non_fake_inputs=True,
             )(*args)
     except Exception as error:

@@ -1,5 +1,5 @@
 # torch declares a node's argument as a union of all possible types.
-# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportOperatorIssue=false, reportOptionalMemberAccess=false, reportReturnType=false, reportAssignmentType=false
+# pyright: reportArgumentType=false, reportAssignmentType=false
 """Gradients of parts of tensors, in forms that engines run well.
 
 The gradient with respect to x through `x[..., 0]` is the incoming gradient padded with zeros, and the total
@@ -12,11 +12,13 @@ from __future__ import annotations
 import operator
 from collections import defaultdict
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import torch
 from torch import Tensor
 from torch.fx import GraphModule, Node
+
+from ..internals import hint_of
 
 _ADD, _SELECT, _SLICE = (
     torch.ops.aten.add.Tensor,
@@ -25,6 +27,8 @@ _ADD, _SELECT, _SLICE = (
 )
 #: Along longer axes, as in images, padding is as fast.
 _LONGEST = 64
+
+Size: TypeAlias = "int | torch.SymInt"
 
 
 class _Part(NamedTuple):
@@ -107,7 +111,7 @@ def _join_terms(total: Node) -> None:
     total.replace_all_uses_with(result)
 
 
-def _call(function: Callable[..., Tensor], arguments: tuple, total: Node) -> Node:
+def _call(function: Callable[..., Tensor], arguments: tuple[Any, ...], total: Node) -> Node:
     """A node with the sum's shape: the sum may itself be the incoming gradient of a part."""
     node = total.graph.call_function(function, arguments)
     node.meta["val"] = total.meta["val"]
@@ -123,7 +127,7 @@ def _part(term: Node, total: Node) -> tuple[int, _Part] | None:
     ):
         return None
     shape = [_hint(size) for size in term.meta["val"].shape]
-    gradient, _, dim, start = term.args[:4]
+    gradient, _, dim, start = cast("tuple[Any, Any, int, Any]", term.args[:4])
     dim = dim % len(shape)
     size = shape[dim]
     if (
@@ -138,17 +142,21 @@ def _part(term: Node, total: Node) -> tuple[int, _Part] | None:
 
 
 def _hint(size: int | torch.SymInt) -> int:
-    return size if isinstance(size, int) else size.node.hint
+    return size if isinstance(size, int) else hint_of(size)
 
 
-def _join(dim: int, pieces: list[tuple]) -> Tensor:
+def _join(dim: int, pieces: list[tuple[Any, ...]]) -> Tensor:
     """Parts along an axis one after the other, with zeros between them: (start, end, whether selected,
     arguments of the backward). If the axis's size turns out not to be constant, they are padded and added."""
     size = pieces[0][4][dim]
     if not isinstance(size, int):
         padded = [
-            (_select_backward(*a) if selected else _slice_backward(*a, None, 1))
-            for _, _, selected, *a in pieces
+            (
+                _select_backward(gradient, sizes, axis, start)
+                if selected
+                else _slice_backward(gradient, sizes, axis, start, None, 1)
+            )
+            for _, _, selected, gradient, sizes, axis, start in pieces
         ]
         return sum(padded[1:], padded[0])
     parts: list[Tensor] = []
@@ -168,7 +176,9 @@ def _zeros(like: Tensor, dim: int, extent: int) -> Tensor:
     return like.new_zeros([*like.shape[:dim], extent, *like.shape[dim + 1 :]])
 
 
-def _slice_backward(gradient, input_sizes, dim, start, end, step):
+def _slice_backward(
+    gradient: Tensor, input_sizes: list[int], dim: int, start: Size, end: Size | None, step: int
+) -> Tensor:
     """Zeros around the gradient. This becomes one Pad in ONNX; PyTorch's own form becomes a ScatterND."""
     dim = dim % len(input_sizes)
     size = input_sizes[dim]
@@ -178,6 +188,6 @@ def _slice_backward(gradient, input_sizes, dim, start, end, step):
     return torch.ops.aten.constant_pad_nd.default(gradient, pads, 0.0)
 
 
-def _select_backward(gradient, input_sizes, dim, index):
+def _select_backward(gradient: Tensor, input_sizes: list[int], dim: int, index: Size) -> Tensor:
     dim = dim % len(input_sizes)
     return _slice_backward(gradient.unsqueeze(dim), input_sizes, dim, index, None, 1)

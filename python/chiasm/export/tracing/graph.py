@@ -1,5 +1,5 @@
-# sympy declares the parts of an expression as Basic, torch.export a Dim's hint as no Dim.
-# pyright: reportArgumentType=false, reportReturnType=false
+# torch.export declares a Dim's hint as no Dim, and has its context for what it compiles in a private module.
+# pyright: reportArgumentType=false, reportReturnType=false, reportPrivateUsage=false
 """From a module to torch.export's graph, with dimensions named by the spec."""
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from chiasm.primitives.core.target import exporting
 from ..checks.branches import Doubt, doubts_of
 from ..checks.purity import check_program
 from ..errors import SIZES, ExportError, explain
+from ..internals import expression_of
 from ..patches.tracing import Guard, fast_tracing, noted_guards, quiet
 from ..spec import Spec, TensorSpec
 from .choices import remove_certain_choices
@@ -84,8 +85,9 @@ def symbols_of(program: ExportedProgram, tensors: Sequence[TensorSpec]) -> dict[
     found: dict[sympy.Symbol, str] = {}
     for tensor, placeholder in zip(tensors, placeholders, strict=True):
         for size, symbol in zip(placeholder.meta["val"].shape, tensor.shape, strict=True):
-            if isinstance(size, torch.SymInt) and isinstance(size.node.expr, sympy.Symbol):
-                found[size.node.expr] = str(symbol)
+            expression = expression_of(size) if isinstance(size, torch.SymInt) else None
+            if isinstance(expression, sympy.Symbol):
+                found[expression] = str(symbol)
     return found
 
 
@@ -97,7 +99,7 @@ def output_specs(program: ExportedProgram, spec: Spec, variant: str | None) -> l
         raise ExportError(
             f"{spec.name}: the spec names {len(spec.outputs)} outputs, the op returns {len(made)}"
         )
-    result = []
+    result: list[TensorSpec] = []
     for tensor, node in zip(spec.outputs, made, strict=True):
         value = node.meta["val"]
         dtype = str(value.dtype).removeprefix("torch.")
@@ -109,7 +111,7 @@ def output_specs(program: ExportedProgram, spec: Spec, variant: str | None) -> l
 def _dim(size: int | torch.SymInt, names: dict[sympy.Symbol, str], op: str, node: Node) -> int | str:
     if not isinstance(size, torch.SymInt):
         return int(size)
-    expression = size.node.expr
+    expression = expression_of(size)
     unknown = expression.free_symbols - set(names)
     if unknown:
         raise ExportError(

@@ -4,6 +4,7 @@ gradient of it, and native code only libtorch's."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import torch
@@ -29,7 +30,7 @@ def sampled(input: Tensor, grid: Tensor, interpolation: int, padding: int, align
     finite = torch.stack([torch.isfinite(position) for position in at]).all(0)
     moved = beyond != "zeros" and mode != "bicubic"
     if moved:
-        kept = torch.isfinite if beyond == "reflection" else lambda position: ~torch.isnan(position)
+        kept = torch.isfinite if beyond == "reflection" else _is_number
         instead = [0] * 2 if len(sizes) == 2 else [size - 1 for size in sizes]
         at = [torch.where(kept(x), x, torch.full_like(x, end)) for x, end in zip(at, instead, strict=True)]
     if len(sizes) == 3:
@@ -40,14 +41,18 @@ def sampled(input: Tensor, grid: Tensor, interpolation: int, padding: int, align
     return out if moved or mode == "nearest" else torch.where(finite[:, None], out, math.nan)
 
 
+def _is_number(x: Tensor) -> Tensor:
+    return ~torch.isnan(x)
+
+
 class GridSampling(TorchFunctionMode):
     """Inside it `grid_sample` is `sampled`, of which gradients are derived."""
 
     def __torch_function__(
         self, func: Any, types: Any, args: tuple[Any, ...] = (), kwargs: dict[str, Any] | None = None
     ) -> Any:
-        instead = {torch.grid_sampler: sampled, F.grid_sample: _by_names}.get(func, func)
-        return instead(*args, **kwargs or {})
+        forms: dict[Any, Callable[..., Tensor]] = {torch.grid_sampler: sampled, F.grid_sample: _by_names}
+        return (forms.get(func) or func)(*args, **kwargs or {})
 
 
 def _by_names(

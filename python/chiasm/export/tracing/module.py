@@ -7,7 +7,7 @@ import keyword
 import linecache
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import torch
 from torch import nn
@@ -19,7 +19,7 @@ from ..errors import ExportError
 from ..spec import Spec, TensorSpec
 
 
-def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ()) -> nn.Module:
+def bind_spec(fn: Callable[..., Any] | nn.Module, spec: Spec, copied: Sequence[bool] = ()) -> nn.Module:
     """An nn.Module whose `forward` takes the spec's inputs, and calls `fn` with them and the configuration.
 
     An op on planes gets batches of frames as a view (B, C, H, W), and its images are returned as frames. For
@@ -28,7 +28,7 @@ def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ())
     """
     passed = {t.name: f"{t.name}={t.name}" for t in spec.inputs}
     results = ["{}.clone()" if c else "{}" for c in copied] or ["{}"] * len(spec.outputs)
-    checks = []
+    checks: list[str] = []
     if spec.interleaved:
         for tensor in spec.inputs:
             if tensor.layout == "NHWC":
@@ -44,6 +44,11 @@ def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ())
     return bind(fn, passed, spec.config, spec.name, results, checks)
 
 
+def results_of(returned: Any) -> tuple[Any, ...]:
+    """What an op returns, as a tuple: its one result, or its results."""
+    return tuple(cast("Sequence[Any]", returned)) if isinstance(returned, (tuple, list)) else (returned,)
+
+
 def _sizes(tensor: TensorSpec) -> str:
     """The op's arguments that get the sizes of a tensor's shape, as text."""
     numbers = [f"{tensor.name}.shape[{i - len(tensor.shape)}]" for i in range(len(tensor.shape))]
@@ -53,7 +58,7 @@ def _sizes(tensor: TensorSpec) -> str:
 
 
 def bind(
-    fn: Callable | nn.Module,
+    fn: Callable[..., Any] | nn.Module,
     arguments: Mapping[str, str],
     config: dict[str, Any],
     name: str,
