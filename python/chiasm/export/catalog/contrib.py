@@ -1,11 +1,13 @@
 """Ops that fit no other family."""
 
+import math
+
 import numpy as np
 import torch
 
 from ..peer import Peer, opencv
 from ..spec import Spec, TensorSpec, Tolerance, image
-from . import STENCIL, add
+from . import STENCIL, add, rejected
 
 # --- histogram ----------------------------------------------------------------------------------------------
 
@@ -155,6 +157,7 @@ add(
         gradients=(),
         sample=_sparse,
         reference="the definition in NumPy float64; SciPy distance_transform_edt to within its approximation",
+        errors=rejected("h", "a positive number", math.nan),
     )
 )
 

@@ -1,6 +1,8 @@
 """Features: corner and blob responses of pixels."""
 
-from ..spec import Frames, Spec, TensorSpec, image
+import math
+
+from ..spec import ErrorInput, Frames, Spec, TensorSpec, image
 from . import STENCIL, add
 
 add(
@@ -78,6 +80,9 @@ add(
         [TensorSpec("output", layout="NCHW", description="blob response")],
         symbols=_BORDER,
         reference="SciPy gaussian_filter in float64",
+        errors=(
+            ErrorInput("sigma2", math.nan, "sigma1, sigma2: expected positive numbers, got 1.0 and nan"),
+        ),
     )
 )
 add(

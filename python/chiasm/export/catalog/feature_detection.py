@@ -1,9 +1,11 @@
 """Features: key points in scale space."""
 
+import math
+
 import torch
 
 from ..spec import Spec, TensorSpec, Tolerance, image
-from . import add
+from . import add, rejected
 
 
 def blobs(generator, batch, views, dtype):
@@ -60,6 +62,7 @@ for _response, _threshold, _reference in (
             sample=_sample_blobs,
             reference=_reference,
             picture="detected keypoints",
+            errors=rejected("init_sigma", "more than 0.5", math.nan),
         ),
         fn="feature.detect_keypoints",
     )

@@ -5,7 +5,7 @@ from PIL import Image
 
 from ..peer import Peer, opencv, warped
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
-from . import ZERO_WEIGHTS, add
+from . import ZERO_WEIGHTS, add, rejected_sizes
 
 # --- resize -------------------------------------------------------------------------------------------------
 
@@ -88,6 +88,7 @@ for _name, _config in {
             frames=_FRAMES[_name],
             special_values="" if _name == "nearest" else ZERO_WEIGHTS,
             picture="warps",
+            errors=rejected_sizes("size"),
         ),
         fn="geometry.transform.resize",
     )
@@ -142,6 +143,7 @@ for _mode in ("bilinear", "nearest"):
                     else None
                 ),
                 picture="warps",
+                errors=rejected_sizes("dsize"),
             ),
             fn="geometry.transform.warp_perspective",
         )

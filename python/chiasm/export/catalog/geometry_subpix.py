@@ -1,7 +1,9 @@
 """Geometry: local maxima to a fraction of a pixel, and heat maps."""
 
+import math
+
 from ..spec import Spec, TensorSpec, Tolerance, image, like
-from . import STENCIL, add
+from . import STENCIL, add, rejected
 
 _VOLUME = TensorSpec(
     "input", ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
@@ -89,6 +91,7 @@ _add(
     [_DISTRIBUTION],
     "torch.nn.functional.softmax",
     config={"temperature": 0.5},
+    errors=rejected("temperature", "one positive number", math.nan),
 )
 _add("spatial_softmax2d.tensor", [_HEATMAP, _TEMPERATURE], [_DISTRIBUTION], "torch.nn.functional.softmax")
 _add(

@@ -1,10 +1,12 @@
 """Geometric transforms of images: matrices, warps, crops, pyramids."""
 
+import math
+
 import torch
 
 from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
-from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
-from . import STENCIL, ZERO_WEIGHTS, add
+from ..spec import ErrorInput, Frames, Spec, TensorSpec, Tolerance, image, like
+from . import STENCIL, ZERO_WEIGHTS, add, rejected, rejected_sizes
 
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
@@ -194,7 +196,11 @@ _WARPED = {
             like("dsize"),
         ],
         ("bilinear_zeros", "nearest_border", "bicubic_reflection"),
-        {"fn": "warp_affine", "reference": "OpenCV warpAffine; SciPy map_coordinates"},
+        {
+            "fn": "warp_affine",
+            "reference": "OpenCV warpAffine; SciPy map_coordinates",
+            "errors": rejected_sizes("dsize"),
+        },
     ),
     "warp_perspective": (
         [
@@ -207,6 +213,7 @@ _WARPED = {
             "fn": "warp_perspective",
             "reference": "OpenCV warpPerspective",
             "makers": {"M": "homography"},
+            "errors": rejected_sizes("dsize"),
         },
     ),
     "remap": (
@@ -263,6 +270,7 @@ _add(
     symbols=_SIZES,
     frames=Frames(ranges={"fill_value": (0.0, 255.0)}),
     **_WARP,
+    errors=rejected_sizes("dsize"),
 )
 _add(
     "remap.normalized",
@@ -291,6 +299,7 @@ _add(
     makers={"src_homo_dst": "normalized"},
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("dsize"),
 )
 _add(
     "rotate",
@@ -360,6 +369,7 @@ for _mapping in ("linear", "log"):
         symbols=_SIZES,
         frames=Frames(),
         **_WARP,
+        errors=rejected_sizes("dsize"),
     )
 _add(
     "elastic_transform2d",
@@ -400,6 +410,7 @@ _add(
     fn="rescale",
     config={"factor": (1.5, 0.7), "interpolation": "bicubic"},
     symbols=STENCIL,
+    errors=(ErrorInput("factor", math.nan, "factor: expected positive numbers, got (nan, nan)"),),
 )
 _add(
     "rescale.antialias",
@@ -438,6 +449,7 @@ _add(
     "OpenCV GaussianBlur and torch.nn.functional.interpolate",
     fn="pyrdown",
     config={"border_type": "replicate", "align_corners": True, "factor": 1.5},
+    errors=rejected("factor", "a positive number", math.nan),
     symbols=STENCIL,
     special_values=ZERO_WEIGHTS,
 )
@@ -485,6 +497,7 @@ _add(
     fn="center_crop",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("size"),
 )
 _add(
     "crop_and_resize",
@@ -493,6 +506,7 @@ _add(
     fn="crop_and_resize",
     config={"size": (10, 12)},
     **_WARP,
+    errors=rejected_sizes("size"),
 )
 _add(
     "crop_by_transform_mat",
@@ -505,6 +519,7 @@ _add(
     fn="crop_by_transform_mat",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("out_size"),
 )
 _add(
     "crop_by_boxes",

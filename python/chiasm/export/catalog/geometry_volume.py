@@ -3,7 +3,7 @@
 import torch
 
 from ..spec import Spec, TensorSpec, Tolerance, image, like
-from . import add
+from . import add, rejected_sizes
 
 _SIZES = {"D": (2, 4096), "OD": (1, 4096), "OH": (1, 32768), "OW": (1, 32768)}
 _SHAPE = ("OD", "OH", "OW")
@@ -163,6 +163,7 @@ for _mode, _padding in (("bilinear", "reflection"), ("nearest", "border")):
         config={"flags": _mode, "padding_mode": _padding},
         symbols=_SIZES,
         **_WARP,
+        errors=rejected_sizes("dsize", 3),
     )
 _add(
     "warp_perspective3d",
@@ -176,6 +177,7 @@ _add(
     makers={"M": "homography"},
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("dsize", 3),
 )
 _add(
     "homography_warp3d",
@@ -188,6 +190,7 @@ _add(
     "homography_warp3d",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("dsize", 3),
 )
 _add(
     "affine3d",
@@ -229,6 +232,7 @@ _add(
     config={"size": (5, 12, 10)},
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("size", 3),
 )
 _add(
     "crop_and_resize3d",
@@ -238,6 +242,7 @@ _add(
     config={"size": (5, 12, 10)},
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("size", 3),
 )
 _add(
     "crop_by_transform_mat3d",
@@ -250,6 +255,7 @@ _add(
     "crop_by_transform_mat3d",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("out_size", 3),
 )
 _add(
     "crop_by_boxes3d",
@@ -263,6 +269,7 @@ _add(
     "crop_by_boxes3d",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("size", 3),
 )
 
 # --- thin-plate splines -------------------------------------------------------------------------------------

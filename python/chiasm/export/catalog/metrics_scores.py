@@ -1,9 +1,11 @@
 """Metrics: errors of results against the truth."""
 
+import math
+
 import torch
 
 from ..spec import Spec, TensorSpec
-from . import add
+from . import add, rejected
 
 _DOUBLE = torch.float64
 
@@ -86,6 +88,7 @@ add(
         {"num_classes": 6},
         reference="scikit-learn jaccard_score, torchmetrics",
         picture="values of classes",
+        errors=rejected("eps", "a positive number", math.nan),
     )
 )
 

@@ -1,12 +1,16 @@
 """Pipelines: several ops in one bundle, from camera frame to result."""
 
+import math
+
 import numpy as np
 import torch
 
 from ..peer import opencv
 from ..spec import Spec, TensorSpec, Tolerance, frame
-from . import STENCIL, add
+from . import STENCIL, add, rejected, rejected_sizes
 from .feature_detection import blobs
+
+_STD = rejected("std", "numbers above 0", (math.nan, 1.0, 1.0))
 
 add(
     Spec(
@@ -22,6 +26,7 @@ add(
         ],
         symbols=STENCIL,
         reference="OpenCV resize and blobFromImage",
+        errors=_STD,
     )
 )
 
@@ -73,6 +78,7 @@ add(
         [_INPUT, _TO_FRAME],
         peer=opencv(_opencv_letterbox, "samples", atol=1.001 / 255),
         reference="OpenCV resize, copyMakeBorder, blobFromImage",
+        errors=(*rejected_sizes("size"), *_STD),
     )
 )
 
@@ -119,7 +125,15 @@ for _name, _parts, _peer in (
             reference="OpenCV cvtColor, resize, copyMakeBorder, blobFromImage",
         )
     )
-add(Spec("pipelines.center_crop", [_FRAMES], [_INPUT, _TO_FRAME], reference="OpenCV resize and slices"))
+add(
+    Spec(
+        "pipelines.center_crop",
+        [_FRAMES],
+        [_INPUT, _TO_FRAME],
+        reference="OpenCV resize and slices",
+        errors=rejected_sizes("size"),
+    )
+)
 
 
 def _sample_boxes(generator, sizes, dtype):
@@ -141,6 +155,7 @@ add(
         gradients=(),
         sample=_sample_boxes,
         reference="OpenCV resize of slices",
+        errors=rejected_sizes("size"),
     )
 )
 
