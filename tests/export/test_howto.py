@@ -125,7 +125,7 @@ def test_an_op_is_added(tmp_path: Path) -> None:
         "-k",
         "vignette",
         tmp_path / "tests/ops/test_vignette.py",
-        tmp_path / "tests/ops/test_wrong_numbers.py",
+        tmp_path / "tests/ops/test_error_inputs.py",
         env=environment,
         cwd=tmp_path,
     )

@@ -34,6 +34,11 @@ def rejected_sizes(argument: str, count: int = 2) -> tuple[ErrorInput, ...]:
     return (many, *rejected(argument, "whole numbers", (3.0, 3, 3)[:count], error=TypeError))
 
 
+def rejected_words(*arguments: str) -> tuple[ErrorInput, ...]:
+    """A word that is none of the choices, for arguments that have some."""
+    return tuple(ErrorInput(a, "other", f"{a}: expected one of") for a in arguments)
+
+
 #: Public functions without a spec, and why; docs/coverage.md repeats it.
 NOT_DEPLOYED = {
     **{

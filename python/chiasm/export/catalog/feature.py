@@ -3,7 +3,7 @@
 import math
 
 from ..spec import ErrorInput, Frames, Spec, TensorSpec, image
-from . import STENCIL, add
+from . import STENCIL, add, rejected
 
 add(
     Spec(
@@ -13,6 +13,7 @@ add(
         config={"k": 0.04, "grads_mode": "sobel"},
         symbols=STENCIL,
         reference="the definition in NumPy float64; OpenCV cornerHarris up to scale",
+        errors=(ErrorInput("grads_mode", "other", "mode: expected one of"),),
     )
 )
 
@@ -30,6 +31,10 @@ add(
         gradients=(),
         reference="NumPy argsort of the response's local maxima",
         picture="keypoints",
+        errors=(
+            *rejected("max_keypoints", "a positive number", 0),
+            *rejected("threshold", "a number >= 0", -1.0),
+        ),
     )
 )
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..peer import Peer, opencv
 from ..spec import ErrorInput, Frames, Spec, TensorSpec, Tolerance, image
-from . import STENCIL, add, rejected, rejected_sizes
+from . import STENCIL, add, rejected, rejected_sizes, rejected_words
 
 _NOT_POSITIVE = (0.0, -1.0, math.nan)
 _SIGMA = rejected("sigma", "a positive number", *_NOT_POSITIVE)
@@ -83,7 +83,11 @@ add(
         ),
         reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
         frames=Frames(peer=_GAUSSIAN),
-        errors=_SIGMAS,
+        errors=(
+            *_SIGMAS,
+            *rejected("kernel_size", "odd positive sizes", (4, 4)),
+            *rejected_words("border_type"),
+        ),
     )
 )
 
@@ -446,6 +450,7 @@ add(
         reference="OpenCV Sobel(BORDER_REPLICATE)",
         frames=Frames(config={"normalized": False}, peer=opencv(_derivatives(1, "CV_16S"), "planes")),
         picture="derivatives",
+        errors=(*rejected_words("mode"), *rejected("order", "1 or 2", 3)),
     )
 )
 
@@ -620,7 +625,7 @@ add(
         frames=Frames(
             ("uint8", "uint16"), peer=opencv(lambda cv2, x: cv2.medianBlur(x, 3), "planes", edge=1)
         ),
-        errors=rejected_sizes("kernel_size"),
+        errors=(*rejected_sizes("kernel_size"), *rejected("kernel_size", "odd positive sizes", (3, 2))),
     )
 )
 
@@ -643,7 +648,7 @@ add(
             config={"sigma_color": 25.0},
             reference="the definition in NumPy float64, and OpenCV bilateralFilter",
         ),
-        errors=_BILATERAL,
+        errors=(*_BILATERAL, *rejected_words("color_distance_type")),
     )
 )
 

@@ -31,7 +31,15 @@ def _add(name, inputs, outputs, reference, **rest):
 _MASK = TensorSpec("mask", description="where the maxima are")
 _SUPPRESSED = TensorSpec("output", description="input at the maxima, 0 elsewhere")
 _SCIPY = "SciPy maximum_filter"
-_add("nms2d.values", [image()], [_SUPPRESSED], _SCIPY, config={"kernel_size": (5, 5)}, symbols=STENCIL)
+_add(
+    "nms2d.values",
+    [image()],
+    [_SUPPRESSED],
+    _SCIPY,
+    config={"kernel_size": (5, 5)},
+    symbols=STENCIL,
+    errors=rejected("kernel_size", "positive sizes of more than one pixel", (1, 1), (0, 3)),
+)
 _add(
     "nms2d.mask",
     [image()],
@@ -41,7 +49,15 @@ _add(
     symbols=STENCIL,
     gradients=(),
 )
-_add("nms3d.values", [_VOLUME], [_SUPPRESSED], _SCIPY, config={"kernel_size": (3, 5, 4)}, symbols=_CUBE)
+_add(
+    "nms3d.values",
+    [_VOLUME],
+    [_SUPPRESSED],
+    _SCIPY,
+    config={"kernel_size": (3, 5, 4)},
+    symbols=_CUBE,
+    errors=rejected("kernel_size", "positive sizes of more than one voxel", (1, 1, 1)),
+)
 _add(
     "nms3d.mask",
     [_VOLUME],
@@ -66,14 +82,24 @@ _QUADRATIC = {
     "gradient_tolerances": {"float32": Tolerance(1e-2, 1e-3)},
 }
 _CHOSEN = TensorSpec("precomputed_nms_mask", ("B", "C", "D", "H", "W"), "bool", description="what to refine")
-_add("conv_quad_interp3d.maxima", [_VOLUME], **_QUADRATIC)
+_add(
+    "conv_quad_interp3d.maxima",
+    [_VOLUME],
+    **_QUADRATIC,
+    errors=(*rejected("n_iters", "a positive number", 0), *rejected("dilation_radius", "a number >= 0", -1)),
+)
 _add(
     "conv_quad_interp3d.masked",
     [_VOLUME, _CHOSEN],
     config={"dilation_radius": 2, "allow_scale_steps": False},
     **_QUADRATIC,
 )
-_add("iterative_quad_interp3d.maxima", [_VOLUME], **_QUADRATIC)
+_add(
+    "iterative_quad_interp3d.maxima",
+    [_VOLUME],
+    **_QUADRATIC,
+    errors=rejected("max_candidates", "a number >= 0", -1),
+)
 _add(
     "iterative_quad_interp3d.strongest", [_VOLUME], config={"max_candidates": 20, "n_iters": 3}, **_QUADRATIC
 )
@@ -91,7 +117,7 @@ _add(
     [_DISTRIBUTION],
     "torch.nn.functional.softmax",
     config={"temperature": 0.5},
-    errors=rejected("temperature", "one positive number", math.nan),
+    errors=rejected("temperature", "one positive number", 0.0, math.nan),
 )
 _add("spatial_softmax2d.tensor", [_HEATMAP, _TEMPERATURE], [_DISTRIBUTION], "torch.nn.functional.softmax")
 _add(
@@ -118,6 +144,7 @@ _add(
     "SciPy norm",
     config={"size": (24, 31)},
     picture="heat maps",
+    errors=rejected("size", "positive sizes", (4, 0)),
 )
 add(
     Spec(
@@ -143,6 +170,11 @@ _add(
     config={"normalized_coordinates": False, "output_value": True},
     symbols=STENCIL,
     **_PIXELS,
+    errors=(
+        *rejected("kernel_size", "positive sizes", [0, 3]),
+        *rejected("stride", "positive numbers", [1, 0]),
+        *rejected("padding", "numbers from 0 to half of kernel_size", [1, 2]),
+    ),
 )
 _add(
     "conv_soft_argmax2d.normalized",

@@ -6,7 +6,7 @@ import torch
 
 from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
 from ..spec import ErrorInput, Frames, Spec, TensorSpec, Tolerance, image, like
-from . import STENCIL, ZERO_WEIGHTS, add, rejected, rejected_sizes
+from . import STENCIL, ZERO_WEIGHTS, add, rejected, rejected_sizes, rejected_words
 
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
@@ -369,7 +369,7 @@ for _mapping in ("linear", "log"):
         symbols=_SIZES,
         frames=Frames(),
         **_WARP,
-        errors=rejected_sizes("dsize"),
+        errors=(*rejected_sizes("dsize"), *rejected_words("mapping")),
     )
 _add(
     "elastic_transform2d",
@@ -410,7 +410,11 @@ _add(
     fn="rescale",
     config={"factor": (1.5, 0.7), "interpolation": "bicubic"},
     symbols=STENCIL,
-    errors=(ErrorInput("factor", math.nan, "factor: expected positive numbers, got (nan, nan)"),),
+    errors=(
+        ErrorInput("factor", math.nan, "factor: expected positive numbers, got (nan, nan)"),
+        ErrorInput("factor", -1.0, "factor: expected positive numbers, got (-1.0, -1.0)"),
+        ErrorInput("factor", 0.01, "factor: expected to leave a pixel of"),
+    ),
 )
 _add(
     "rescale.antialias",
@@ -429,6 +433,7 @@ _add(
     config={"divisible_factor": 8},
     symbols=STENCIL,
     special_values=ZERO_WEIGHTS,
+    errors=rejected("divisible_factor", "a positive number", 0),
 )
 _add(
     "pyrdown.by_2",
@@ -449,7 +454,7 @@ _add(
     "OpenCV GaussianBlur and torch.nn.functional.interpolate",
     fn="pyrdown",
     config={"border_type": "replicate", "align_corners": True, "factor": 1.5},
-    errors=rejected("factor", "a positive number", math.nan),
+    errors=(*rejected("factor", "a positive number", 0.0, math.nan), *rejected_words("border_type")),
     symbols=STENCIL,
     special_values=ZERO_WEIGHTS,
 )
@@ -475,6 +480,7 @@ _add(
     symbols=_HALVES,
     special_values=ZERO_WEIGHTS,
     outputs=_LEVELS,
+    errors=rejected("max_level", "a positive number", 0),
 )
 _add(
     "build_laplacian_pyramid",
@@ -570,6 +576,7 @@ for _name, _config in {
             sample=_sample_whole_boxes,
             reference="NumPy slices and torch.nn.functional.interpolate",
             picture="warps",
+            errors=rejected_words("shape_compensation"),
         ),
         fn="geometry.transform.crop_by_indices",
     )

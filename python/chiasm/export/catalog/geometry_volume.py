@@ -3,7 +3,7 @@
 import torch
 
 from ..spec import Spec, TensorSpec, Tolerance, image, like
-from . import add, rejected_sizes
+from . import add, rejected_sizes, rejected_words
 
 _SIZES = {"D": (2, 4096), "OD": (1, 4096), "OH": (1, 32768), "OW": (1, 32768)}
 _SHAPE = ("OD", "OH", "OW")
@@ -163,7 +163,7 @@ for _mode, _padding in (("bilinear", "reflection"), ("nearest", "border")):
         config={"flags": _mode, "padding_mode": _padding},
         symbols=_SIZES,
         **_WARP,
-        errors=rejected_sizes("dsize", 3),
+        errors=(*rejected_sizes("dsize", 3), *rejected_words("flags")),
     )
 _add(
     "warp_perspective3d",
@@ -177,7 +177,7 @@ _add(
     makers={"M": "homography"},
     symbols=_SIZES,
     **_WARP,
-    errors=rejected_sizes("dsize", 3),
+    errors=(*rejected_sizes("dsize", 3), *rejected_words("border_mode")),
 )
 _add(
     "homography_warp3d",
@@ -232,7 +232,7 @@ _add(
     config={"size": (5, 12, 10)},
     symbols=_SIZES,
     **_WARP,
-    errors=rejected_sizes("size", 3),
+    errors=(*rejected_sizes("size", 3), *rejected_words("interpolation")),
 )
 _add(
     "crop_and_resize3d",

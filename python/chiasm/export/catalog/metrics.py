@@ -28,6 +28,7 @@ add(
         tolerances={"float32": Tolerance(2e-4, 1e-4)},
         reference="scikit-image structural_similarity (gaussian weights)",
         picture="comparison",
+        errors=rejected("window_size", "a positive odd size", 4),
     )
 )
 

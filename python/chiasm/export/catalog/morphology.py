@@ -5,7 +5,7 @@ import torch
 
 from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, image
-from . import STENCIL, add
+from . import STENCIL, add, rejected, rejected_words
 
 
 def _morphology(operation: str) -> Peer:
@@ -47,6 +47,10 @@ add(
         ),
         reference="OpenCV dilate, SciPy grey_dilation",
         frames=Frames(("uint8", "uint16"), peer=_morphology("MORPH_DILATE")),
+        errors=(
+            *rejected("origin", "a position inside the (3, 3) kernel", [0, 3]),
+            *rejected_words("border_type"),
+        ),
     )
 )
 

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from ..peer import opencv
-from ..spec import Spec, TensorSpec, Tolerance, frame
+from ..spec import ErrorInput, Spec, TensorSpec, Tolerance, frame
 from . import STENCIL, add, rejected, rejected_sizes
 from .feature_detection import blobs
 
@@ -78,7 +78,13 @@ add(
         [_INPUT, _TO_FRAME],
         peer=opencv(_opencv_letterbox, "samples", atol=1.001 / 255),
         reference="OpenCV resize, copyMakeBorder, blobFromImage",
-        errors=(*rejected_sizes("size"), *_STD),
+        errors=(
+            *rejected_sizes("size"),
+            *_STD,
+            ErrorInput("size", (5,), "size: expected 2 numbers, got 1"),
+            ErrorInput("mean", (0.0,), "mean: expected 3 numbers, got 1"),
+            *rejected("value", "a whole number from 0 to 255", 1.5),
+        ),
     )
 )
 
@@ -131,7 +137,10 @@ add(
         [_FRAMES],
         [_INPUT, _TO_FRAME],
         reference="OpenCV resize and slices",
-        errors=rejected_sizes("size"),
+        errors=(
+            *rejected_sizes("size"),
+            ErrorInput("size", 640, "size: expected 2 numbers, got int", TypeError),
+        ),
     )
 )
 
@@ -155,7 +164,10 @@ add(
         gradients=(),
         sample=_sample_boxes,
         reference="OpenCV resize of slices",
-        errors=rejected_sizes("size"),
+        errors=(
+            *rejected_sizes("size"),
+            ErrorInput("std", 0.5, "std: expected 3 numbers, got float", TypeError),
+        ),
     )
 )
 
