@@ -1,5 +1,6 @@
-# Debian packages: `cpack -G DEB` in a build tree makes libchiasm0 and libchiasm-dev. The torch backend is not among them, for it belongs to a
-# PyTorch that Debian does not have, and the command `chiasm` is in the Python package.
+# Debian packages: `cpack -G DEB` in a build tree makes libchiasm0 and libchiasm-dev. The torch backend is not
+# among them, for it belongs to a PyTorch that Debian does not have, and the command `chiasm` is in the Python
+# package.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME chiasm)
 set(CPACK_PACKAGE_VENDOR chiasm)
@@ -12,16 +13,20 @@ set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-set(about "Computer-vision ops are exported to bundles, which are folders with compiled\ncode or ONNX graphs.")
+set(about
+  "Computer-vision ops are exported to bundles, which are folders with compiled\ncode or ONNX graphs.")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libchiasm0)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${PROJECT_BINARY_DIR}/debian/shlibs;${PROJECT_BINARY_DIR}/debian/triggers")
-set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "runs bundles of computer-vision ops\n${about}\nThis package has the library that runs them, and its backends.")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA
+  "${PROJECT_BINARY_DIR}/debian/shlibs;${PROJECT_BINARY_DIR}/debian/triggers")
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION
+  "runs bundles of computer-vision ops\n${about}\nThis package has the library that runs them, and its backends.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libchiasm-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libchiasm0 (= ${PROJECT_VERSION})")
-set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "runs bundles of computer-vision ops: headers\n${about}\nThis package has what C and C++ programs are built with.")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
+  "runs bundles of computer-vision ops: headers\n${about}\nThis package has what C and C++ programs are built with.")
 
 # What Debian asks of a package: whose it is, and what has changed, in its own form.
 set(folder "${PROJECT_BINARY_DIR}/debian")

@@ -1,7 +1,8 @@
 # Find libtorch inside an installed torch wheel, CPU or CUDA build, without the CUDA toolkit.
 #
-# torch's own package config fails for a CUDA wheel where no toolkit is installed. Nothing but the toolkit's headers is
-# needed from it, and those come with the wheel. The package is located, never imported: an import takes seconds.
+# torch's own package config fails for a CUDA wheel where no toolkit is installed. Nothing but the toolkit's
+# headers is needed from it, and those come with the wheel. The package is located, never imported: an import
+# takes seconds.
 #
 #   CHIASM_PYTHON_EXECUTABLE  the Python to ask
 #   TorchWheel_DIR            the folder site-packages/torch; set it to skip the question
@@ -36,7 +37,8 @@ if(TorchWheel_DIR)
     file(STRINGS "${TorchWheel_DIR}/version.py" line REGEX "^__version__ *=")
     string(REGEX REPLACE "[^'\"]*['\"]([^'\"]+)['\"].*" "\\1" TorchWheel_VERSION "${line}")
   endif()
-  # The CUDA headers that the wheel's dependencies install: nvidia/cu13/include, or nvidia/cuda_runtime/include before that.
+  # The CUDA headers that the wheel's dependencies install: nvidia/cu13/include, or
+  # nvidia/cuda_runtime/include before that.
   file(GLOB cuda_headers "${TorchWheel_DIR}/../nvidia/cu[0-9]*/include/cuda_runtime_api.h"
     "${TorchWheel_DIR}/../nvidia/cuda_runtime/include/cuda_runtime_api.h")
   if(cuda_headers)
@@ -48,7 +50,8 @@ endif()
 
 include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(TorchWheel
-  REQUIRED_VARS TorchWheel_torch_LIBRARY TorchWheel_torch_cpu_LIBRARY TorchWheel_c10_LIBRARY TorchWheel_INCLUDE_DIR
+  REQUIRED_VARS TorchWheel_torch_LIBRARY TorchWheel_torch_cpu_LIBRARY TorchWheel_c10_LIBRARY
+    TorchWheel_INCLUDE_DIR
   VERSION_VAR TorchWheel_VERSION
   REASON_FAILURE_MESSAGE "pip install torch into CHIASM_PYTHON_EXECUTABLE, or set TorchWheel_DIR")
 

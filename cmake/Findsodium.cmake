@@ -1,5 +1,6 @@
-# Find libsodium, which supplies Ed25519 and BLAKE2b: sodium::sodium. The static library is taken, so that a product needs none of it.
-# Debian compiles it for programs (-fPIE), which does for a library too as long as that keeps the names to itself: --exclude-libs.
+# Find libsodium, which supplies Ed25519 and BLAKE2b: sodium::sodium. The static library is taken, so that a
+# product needs none of it. Debian compiles it for programs (-fPIE), which does for a library too as long as
+# that keeps the names to itself: --exclude-libs.
 find_path(sodium_INCLUDE_DIR sodium.h)
 find_library(sodium_STATIC_LIBRARY libsodium.a)
 include(FindPackageHandleStandardArgs)

@@ -1,12 +1,13 @@
-# Find the C API of Triton Inference Server: triton::headers. A backend is linked with no library: it finds the server's functions
-# in the process that opens it.
+# Find the C API of Triton Inference Server: triton::headers. A backend is linked with no library: it finds
+# the server's functions in the process that opens it.
 #
 #   triton_INCLUDE_DIR    the folder with triton/core/tritonbackend.h (default: where tools/triton.sh puts it)
 
 find_path(triton_INCLUDE_DIR triton/core/tritonbackend.h
   HINTS "${PROJECT_SOURCE_DIR}/.deps/triton-headers/include" /opt/tritonserver/include)
 if(triton_INCLUDE_DIR)
-  file(STRINGS "${triton_INCLUDE_DIR}/triton/core/tritonbackend.h" lines REGEX "^#define TRITONBACKEND_API_VERSION_M[AJINOR]+ [0-9]+")
+  file(STRINGS "${triton_INCLUDE_DIR}/triton/core/tritonbackend.h" lines
+    REGEX "^#define TRITONBACKEND_API_VERSION_M[AJINOR]+ [0-9]+")
   string(REGEX REPLACE "[^0-9;]" "" numbers "${lines}")
   list(JOIN numbers "." triton_VERSION)
 endif()

@@ -1,5 +1,5 @@
-# For aarch64, by Debian's cross-compiler; programs run under qemu (packages g++-aarch64-linux-gnu, qemu-user). The one library that the runtime
-# is linked with comes from tools/aarch64.sh.
+# For aarch64, by Debian's cross-compiler; programs run under qemu (packages g++-aarch64-linux-gnu,
+# qemu-user). The one library that the runtime is linked with comes from tools/aarch64.sh.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)

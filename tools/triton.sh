@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Fetch the software with which the Triton backend is built and tested.
-# usage: tools/triton.sh headers    Triton's C API in .deps/triton-headers, from the crate triton-sys (BSD-3), by cargo; called by setup
-#        tools/triton.sh server     a tritonserver, its client, perf_analyzer in .deps/triton; called by `make test-serving`
+# usage: tools/triton.sh headers    Triton's C API in .deps/triton-headers, from the crate triton-sys (BSD-3),
+#                                   by cargo; called by setup
+#        tools/triton.sh server     a tritonserver, its client, perf_analyzer in .deps/triton; called by
+#                                   `make test-serving`
 # Safe to run again, quick when nothing has changed. Without cargo the backend is not built, and a message
 # says so.
 set -euo pipefail

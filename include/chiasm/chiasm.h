@@ -322,9 +322,9 @@ typedef struct chiasm_api {
   chiasm_status* (*get_trust)(int32_t* policy, const char* const** keys, size_t* key_count);
 
   /* since 4: several runs in one call */
-  /** Run on several sets of inputs, which may differ in their sizes, into the caller's tensors. `inputs` holds
-   *  `runs` times `input_count` tensors, one run after the other, and `outputs` likewise. Images of different
-   *  sizes become one batch if the output of each run is a part of one tensor.
+  /** Run on several sets of inputs, which may differ in their sizes, into the caller's tensors. `inputs`
+   *  holds `runs` times `input_count` tensors, one run after the other, and `outputs` likewise. Images of
+   *  different sizes become one batch if the output of each run is a part of one tensor.
    *
    *  As many runs execute at once as the process's number of threads allows: methods that were loaded with
    *  num_threads 1 gain most. On CUDA all runs are enqueued on the stream. All are checked as by

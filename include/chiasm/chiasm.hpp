@@ -413,7 +413,7 @@ struct LoadOptions {
     dtype = static_cast<int32_t>(value);
     return *this;
   }
-  LoadOptions& with_native_code(bool value) {
+  LoadOptions& with_allow_native_code(bool value) {
     allow_native_code = value;
     return *this;
   }

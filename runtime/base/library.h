@@ -14,8 +14,8 @@
 
 namespace chiasm::base {
 
-/** Whether the process has no address space left for a library of this file's size. The linker gives no reason
- *  for a failed mapping. */
+/** Whether the process has no address space left for a library of this file's size. The linker gives no
+ *  reason for a failed mapping. */
 inline bool lacks_room_for(const char* path) {
   struct stat file {};
   if (::stat(path, &file) != 0) return false;

@@ -140,8 +140,8 @@ std::string text_of(const GlibcVersion& version) {
 
 }  // namespace
 
-std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t dtype,
-                   const Machine& machine) {
+std::string incompatibility(const Artifact& artifact, const LoadRequest& request, int32_t dtype,
+                            const Machine& machine) {
   if (dtype != kGeneric &&
       std::find(artifact.dtypes.begin(), artifact.dtypes.end(), dtype) == artifact.dtypes.end()) {
     return std::string("is not for ") + dtype_name(dtype);
@@ -177,7 +177,7 @@ std::vector<const Artifact*> fitting(const MethodSpec& method, const std::string
   std::vector<const Artifact*> found;
   for (const Artifact& artifact : method.artifacts) {
     if (artifact.backend != backend) continue;
-    const std::string why = misfit(artifact, request, dtype, machine);
+    const std::string why = incompatibility(artifact, request, dtype, machine);
     if (why.empty()) {
       found.push_back(&artifact);
     } else {

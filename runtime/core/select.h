@@ -55,8 +55,8 @@ int32_t choose_dtype(const MethodSpec& method, const std::vector<int32_t>& dtype
 
 /** Why this machine cannot run the artifact with T = dtype, e.g. "needs a CPU with x86-64-v4"; "" if it
  *  can. */
-std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t dtype,
-                   const Machine& machine);
+std::string incompatibility(const Artifact& artifact, const LoadRequest& request, int32_t dtype,
+                            const Machine& machine);
 
 /** The best artifact for a backend on this machine: the one for the highest CPU level. If none fits, returns
  *  NULL, and `why_not` says why each does not. */

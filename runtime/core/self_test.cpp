@@ -103,7 +103,7 @@ void replay(const Method& method, const MethodSpec& spec, const GoldenCase& one,
 /** Why the artifact is not tried, or "". */
 std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32_t dtype,
                      const Machine& machine, Registry& registry) {
-  const std::string why = misfit(artifact, request, dtype, machine);
+  const std::string why = incompatibility(artifact, request, dtype, machine);
   if (!why.empty()) return "the artifact " + why;
   const Backend* const backend = registry.find(artifact.backend);
   if (backend == nullptr) return registry.not_found(artifact.backend);

@@ -34,7 +34,7 @@ OrtErrorCode code_of(int32_t code) {
 /** Compiled reductions allocate a partial result for each of this many threads. */
 int32_t most_threads() {
   static const auto count =
-      static_cast<int32_t>(std::clamp(std::thread::hardware_concurrency(), 1u, unsigned{Lease::kMost}));
+      static_cast<int32_t>(std::clamp(std::thread::hardware_concurrency(), 1u, unsigned{Team::kMost}));
   return count;
 }
 
@@ -151,12 +151,12 @@ void Kernel::run(OrtKernelContext* context) {
   if (work.host.num_threads == 1) {
     work.run();
   } else {
-    Lease lease(api, context, experience_);
-    work.host.context = &lease;
-    work.host.fork = [](void* l, Lease::Body body, void* argument) {
-      static_cast<Lease*>(l)->fork(body, argument);
+    Team team(api, context, experience_);
+    work.host.context = &team;
+    work.host.fork = [](void* t, Team::Body body, void* argument) {
+      static_cast<Team*>(t)->fork(body, argument);
     };
-    check(lease.run([](void* w) { static_cast<Work*>(w)->run(); }, &work));
+    check(team.run([](void* w) { static_cast<Work*>(w)->run(); }, &work));
   }
   if (work.error) std::rethrow_exception(work.error);
 }

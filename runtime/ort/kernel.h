@@ -5,8 +5,8 @@
 
 #include "backends/native/compiled_op.h"
 #include "core/signature.h"
-#include "ort/lease.h"
 #include "ort/node.h"
+#include "ort/team.h"
 
 namespace chiasm::ort {
 
@@ -24,7 +24,7 @@ class Kernel final {
   const Node& node_;
   const core::Signature signature_;
   const native::CompiledOp op_;
-  Lease::Experience experience_{0};
+  Team::Experience experience_{0};
 };
 
 /** Throws what a function of ONNX Runtime reported; status_from_current_exception hands it back as it is. */

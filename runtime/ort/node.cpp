@@ -88,10 +88,11 @@ std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api,
       const std::vector<int32_t> dtypes =
           method.generic ? fused.dtypes : std::vector<int32_t>{core::kGeneric};
       for (const int32_t dtype : dtypes) {
-        std::string misfits;
-        const core::Artifact* native = core::best_fit(method, "native", request, dtype, machine, misfits);
+        std::string incompatibilities;
+        const core::Artifact* native =
+            core::best_fit(method, "native", request, dtype, machine, incompatibilities);
         if (native == nullptr) {
-          why_not = misfits;
+          why_not = incompatibilities;
         } else if (!is_there(bundle->file_path(native->file))) {
           why_not = native->file + " is missing";
         } else {

@@ -19,8 +19,9 @@ class Crew final {
   Crew& operator=(const Crew&) = delete;
   ~Crew();
 
-  /** Calls work(0) to work(count - 1), which throw nothing, on the calling thread and on idle ones of the crew;
-   *  returns when all are done. From any thread. Throws std::bad_alloc before the first call, or not at all. */
+  /** Calls work(0) to work(count - 1), which throw nothing, on the calling thread and on idle ones of the
+   *  crew; returns when all are done. From any thread. Throws std::bad_alloc before the first call, or not at
+   *  all. */
   void run(size_t count, const std::function<void(size_t)>& work);
 
  private:

@@ -25,7 +25,8 @@ MetricFamily make_metric_family();
 
 class Model final {
  public:
-  /** Opens the bundle, loads the method, and completes or checks the configuration. Throws Failure or Error. */
+  /** Opens the bundle, loads the method, and completes or checks the configuration. Throws Failure or
+   *  Error. */
   Model(TRITONBACKEND_Model* model, TRITONSERVER_MetricFamily* family);
 
   const Method& method() const { return method_; }

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The wheel for aarch64, used under qemu: by Debian's Python, with NumPy and ONNX Runtime for aarch64, and by a C++ program that a
-# cross-compiler makes with the wheel's CMake package. Bundles are those of tests/parity/aarch64.py.
+# The wheel for aarch64, used under qemu: by Debian's Python, with NumPy and ONNX Runtime for aarch64, and by
+# a C++ program that a cross-compiler makes with the wheel's CMake package. Bundles are those of
+# tests/parity/aarch64.py.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 root=$PWD work=$PWD/build/aarch64/wheel target=$PWD/.deps/aarch64

@@ -39,7 +39,8 @@ step("${WORK_DIR}/cpp/consumer" ${bundle})
 
 # An installed backend without its engine reports this and what to do; with the engine's path, it works.
 function(engines expected)
-  execute_process(COMMAND "${CMAKE_COMMAND}" -E env --unset=LD_LIBRARY_PATH --unset=CHIASM_ONNXRUNTIME_LIBRARY ${ARGN} "${WORK_DIR}/cpp/consumer"
+  execute_process(COMMAND "${CMAKE_COMMAND}" -E env --unset=LD_LIBRARY_PATH --unset=CHIASM_ONNXRUNTIME_LIBRARY
+    ${ARGN} "${WORK_DIR}/cpp/consumer"
     OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)
   if(NOT output MATCHES "${expected}")
     message(FATAL_ERROR "expected '${expected}' in:\n${output}")
@@ -58,12 +59,15 @@ endif()
 # C11, pkg-config
 find_program(PKG_CONFIG NAMES pkg-config pkgconf REQUIRED)
 set(ENV{PKG_CONFIG_PATH} "${prefix}/${LIBDIR}/pkgconfig")
-execute_process(COMMAND "${PKG_CONFIG}" --cflags --libs chiasm OUTPUT_VARIABLE pc OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
-execute_process(COMMAND "${PKG_CONFIG}" --modversion chiasm OUTPUT_VARIABLE version COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${PKG_CONFIG}" --cflags --libs chiasm OUTPUT_VARIABLE pc
+  OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${PKG_CONFIG}" --modversion chiasm OUTPUT_VARIABLE version
+  COMMAND_ERROR_IS_FATAL ANY)
 message("pkg-config: ${pc} ${version}")
 separate_arguments(pc)
 separate_arguments(flags)
-step("${C_COMPILER}" -std=c11 -Wall -Wextra -pedantic -Werror ${flags} "${SOURCE_DIR}/c/consumer.c" -o "${WORK_DIR}/consumer_c"
+step("${C_COMPILER}" -std=c11 -Wall -Wextra -pedantic -Werror ${flags} "${SOURCE_DIR}/c/consumer.c"
+  -o "${WORK_DIR}/consumer_c"
   ${pc} "-Wl,-rpath,${prefix}/${LIBDIR}")
 step("${WORK_DIR}/consumer_c" ${bundle})
 

@@ -3,7 +3,7 @@
 # of bundles are installed there by pip and used from Python and C++, and so are the Debian packages if the
 # system has their glibc; the time from an empty system to both results is printed. Needs root, a network, and
 # debootstrap (apt-get install debootstrap).
-# usage: tests/consumer/fresh_root.sh SUITE [MIRROR]     trixie, or jammy with the address of a mirror of Ubuntu
+# usage: tests/consumer/fresh_root.sh SUITE [MIRROR]   trixie, or jammy with the address of a mirror of Ubuntu
 set -euo pipefail
 suite=${1:?"usage: tests/consumer/fresh_root.sh SUITE [MIRROR]"} mirror=${2:-}
 cd "$(dirname "$0")/../.."

@@ -110,8 +110,11 @@ def test_an_op_is_added(tmp_path: Path) -> None:
     family.write_text(f"{before}{names}\n__getattr__, {lookup}")
     with (tmp_path / "python/chiasm/export/catalog/enhance.py").open("a") as catalog:
         catalog.write(spec)
-    (tmp_path / "test_vignette.py").write_text(test)
-    environment = os.environ | {"PYTHONPATH": str(tmp_path / "python"), "PYTHONSAFEPATH": "1"}
+    shutil.copytree(ROOT / "tests/ops", tmp_path / "tests/ops", ignore=shutil.ignore_patterns("__pycache__"))
+    for file in ("tests/__init__.py", "tests/changes.py"):
+        shutil.copy(ROOT / file, tmp_path / file)
+    (tmp_path / "tests/ops/test_vignette.py").write_text(test)
+    environment = os.environ | {"PYTHONPATH": f"{tmp_path / 'python'}:{tmp_path}", "PYTHONSAFEPATH": "1"}
     run(
         sys.executable,
         "-m",
@@ -119,7 +122,10 @@ def test_an_op_is_added(tmp_path: Path) -> None:
         "-q",
         "-p",
         "no:cacheprovider",
-        tmp_path / "test_vignette.py",
+        "-k",
+        "vignette",
+        tmp_path / "tests/ops/test_vignette.py",
+        tmp_path / "tests/ops/test_error_inputs.py",
         env=environment,
         cwd=tmp_path,
     )

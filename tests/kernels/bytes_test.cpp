@@ -206,18 +206,20 @@ TEST_F(Bytes, BilateralBytesMatchTheDefinition) {
           const int entries = depth * (squares ? 65025 : 255) + 1, area = size.height * size.width;
           const cv::Mat x = frame(2 * channels * size.height, size.width, 1),
                         guide = frame(2 * depth * size.height, size.width, 1);
-          std::vector<double> nearness(2 * ky * kx), alike(size_t(2 * entries));
+          std::vector<double> space_weights(2 * ky * kx), range_weights(size_t(2 * entries));
           for (int k = 0; k < 2 * ky * kx; ++k) {
             const int y = k / kx % ky - ky / 2, column = k % kx - kx / 2;
-            nearness[size_t(k)] = std::round(65536 * std::exp(-0.2 * (y * y + column * column)));
+            space_weights[size_t(k)] = std::round(65536 * std::exp(-0.2 * (y * y + column * column)));
           }
           for (int k = 0; k < 2 * entries; ++k) {
             const double apart = k % entries;
-            alike[size_t(k)] = std::round(65536 * std::exp(-1e-4 * (squares ? apart : apart * apart)));
+            range_weights[size_t(k)] =
+                std::round(65536 * std::exp(-1e-4 * (squares ? apart : apart * apart)));
           }
           std::vector<uint8_t> out(x.total());
           bilateral_bytes(x.data, {2, channels, size.height, size.width}, guide.data, 2, depth,
-                          nearness.data(), 2, ky, kx, alike.data(), 2, entries, border, squares, out.data());
+                          space_weights.data(), 2, ky, kx, range_weights.data(), 2, entries, border, squares,
+                          out.data());
           const auto at = [&](const cv::Mat& image, int plane, int r, int c) {
             const int v = cv::borderInterpolate(r, size.height, cv_border(border)),
                       u = cv::borderInterpolate(c, size.width, cv_border(border));
@@ -235,7 +237,7 @@ TEST_F(Bytes, BilateralBytesMatchTheDefinition) {
                         std::abs(at(guide, n * depth + d, v, u) - at(guide, n * depth + d, r, c));
                     distance += squares ? apart * apart : apart;
                   }
-                  const double weight = nearness[size_t(k)] * alike[size_t(distance)];
+                  const double weight = space_weights[size_t(k)] * range_weights[size_t(distance)];
                   total += weight;
                   for (int i = 0; i < channels; ++i) sums[i] += weight * at(x, n * channels + i, v, u);
                 }
@@ -381,12 +383,12 @@ KERNEL_CALL_BENCHMARK(correlate_bytes_5x5, [] {
   };
 });
 KERNEL_CALL_BENCHMARK(bilateral_bytes_5x5, [] {
-  std::vector<double> nearness(25), alike(766);
-  for (size_t k = 0; k < 766; ++k) alike[k] = std::round(65536 * std::exp(-1e-3 * double(k * k)));
-  for (size_t k = 0; k < 25; ++k) nearness[k] = k == 12 ? 65536 : 30000;
-  return [frame = Frame(), nearness, alike]() mutable {
-    bilateral_bytes(frame.x.data(), {1, 3, 1080, 1920}, frame.x.data(), 1, 3, nearness.data(), 1, 5, 5,
-                    alike.data(), 1, 766, Border::kReflect, false, frame.out.data());
+  std::vector<double> space_weights(25), range_weights(766);
+  for (size_t k = 0; k < 766; ++k) range_weights[k] = std::round(65536 * std::exp(-1e-3 * double(k * k)));
+  for (size_t k = 0; k < 25; ++k) space_weights[k] = k == 12 ? 65536 : 30000;
+  return [frame = Frame(), space_weights, range_weights]() mutable {
+    bilateral_bytes(frame.x.data(), {1, 3, 1080, 1920}, frame.x.data(), 1, 3, space_weights.data(), 1, 5, 5,
+                    range_weights.data(), 1, 766, Border::kReflect, false, frame.out.data());
   };
 });
 template <int kStep>

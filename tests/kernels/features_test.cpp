@@ -191,13 +191,13 @@ TYPED_TEST(FeatureKernels, OrientationHistogramsMatchTheirDefinition) {
     auto patches = this->random(count * size * size, 0, 1);
     std::fill_n(patches.begin(), size * size, T(0.5));  // a flat one
     const auto window = this->random(size * size, 0, 1);
-    std::vector<T> nearness(static_cast<size_t>(places * size));
+    std::vector<T> space_weights(static_cast<size_t>(places * size));
     for (int64_t p = 0; p < places; ++p)
       for (int64_t i = 0; i < size; ++i)
-        nearness[size_t(p * size + i)] =
+        space_weights[size_t(p * size + i)] =
             std::max(T(0), 1 - std::abs((T(i) + T(0.5)) * T(places) / T(size) - T(p) - T(0.5)));
     std::vector<T> out(static_cast<size_t>(count * bins * places * places));
-    orientation_histograms(patches.data(), count, size, window.data(), nearness.data(), places, bins,
+    orientation_histograms(patches.data(), count, size, window.data(), space_weights.data(), places, bins,
                            out.data());
     for (int64_t n = 0; n < count; ++n) {
       std::vector<double> expected(static_cast<size_t>(bins * places * places));
@@ -214,8 +214,8 @@ TYPED_TEST(FeatureKernels, OrientationHistogramsMatchTheirDefinition) {
             const double away = std::fmod(std::abs(place - double(k / (places * places))), double(bins)),
                          share = std::max(0.0, 1 - std::min(away, double(bins) - away));
             expected[size_t(k)] += length * double(window[size_t(y * size + x)]) * share *
-                                   double(nearness[size_t(k / places % places * size + y)]) *
-                                   double(nearness[size_t(k % places * size + x)]);
+                                   double(space_weights[size_t(k / places % places * size + y)]) *
+                                   double(space_weights[size_t(k % places * size + x)]);
           }
         }
       for (size_t k = 0; k < expected.size(); ++k)

@@ -219,15 +219,17 @@ TYPED_TEST(Kernels, BilateralMatchesItsDefinition) {
     for (const Border border : kBorders)
       for (const bool squares : {true, false}) {
         const auto x = this->random(pixels(p) * channels), guide = this->random(pixels(p) * depth),
-                   nearness = this->random(ky * kx * p.count, 0.5, 1);
-        auto symmetric = nearness;  // like every window of distances
+                   space_weights = this->random(ky * kx * p.count, 0.5, 1);
+        auto symmetric = space_weights;  // like every window of distances
         for (int64_t n = 0; n < p.count; ++n)
           for (int64_t k = 0; k < ky * kx; ++k)
-            symmetric[size_t(n * ky * kx + k)] = nearness[size_t(n * ky * kx + std::min(k, ky * kx - 1 - k))];
-        const auto falloff = this->random(p.count, -20, -1);
+            symmetric[size_t(n * ky * kx + k)] =
+                space_weights[size_t(n * ky * kx + std::min(k, ky * kx - 1 - k))];
+        const auto range_coefficient = this->random(p.count, -20, -1);
         std::vector<T> out(x.size());
         bilateral(x.data(), {p.count, channels, p.height, p.width}, guide.data(), p.count, depth,
-                  symmetric.data(), p.count, ky, kx, falloff.data(), p.count, border, squares, out.data());
+                  symmetric.data(), p.count, ky, kx, range_coefficient.data(), p.count, border, squares,
+                  out.data());
         const auto at = [&](const std::vector<T>& values, int64_t i, int64_t r, int64_t c) {
           const int v = cv::borderInterpolate(int(r), int(p.height), kOpenCvBorders[int(border)]),
                     u = cv::borderInterpolate(int(c), int(p.width), kOpenCvBorders[int(border)]);
@@ -245,9 +247,9 @@ TYPED_TEST(Kernels, BilateralMatchesItsDefinition) {
                       std::abs(at(guide, n * depth + d, v, u) - at(guide, n * depth + d, r, c));
                   distance += squares ? difference * difference : difference;
                 }
-                const double weight =
-                    std::exp(double(falloff[size_t(n)]) * (squares ? distance : distance * distance)) *
-                    double(symmetric[size_t(n * ky * kx + k)]);
+                const double weight = std::exp(double(range_coefficient[size_t(n)]) *
+                                               (squares ? distance : distance * distance)) *
+                                      double(symmetric[size_t(n * ky * kx + k)]);
                 total += weight;
                 for (int64_t i = 0; i < channels; ++i) sums[i] += weight * at(x, n * channels + i, v, u);
               }

@@ -79,9 +79,9 @@ TYPED_TEST(UndefinedKernels, ABrokenPatchHasABrokenHistogram) {
     auto patches = this->random(2 * 9 * 9);
     patches[40] = broken;
     const std::vector<T> window(81, T(1));
-    std::vector<T> nearness(2 * 9, T(0)), out(2 * 8 * 4);
-    for (size_t i = 0; i < 9; ++i) nearness[i / 5 * 9 + i] = 1;
-    orientation_histograms(patches.data(), 2, 9, window.data(), nearness.data(), 2, 8, out.data());
+    std::vector<T> space_weights(2 * 9, T(0)), out(2 * 8 * 4);
+    for (size_t i = 0; i < 9; ++i) space_weights[i / 5 * 9 + i] = 1;
+    orientation_histograms(patches.data(), 2, 9, window.data(), space_weights.data(), 2, 8, out.data());
     for (size_t i = 0; i < 32; ++i) EXPECT_TRUE(std::isnan(out[i]));
     for (size_t i = 32; i < 64; ++i) EXPECT_TRUE(std::isfinite(out[i]));
   }
@@ -112,11 +112,11 @@ TYPED_TEST(UndefinedKernels, AGuideThatIsNotANumberLeavesNoMean) {
   for (size_t broken = 0; broken < 21; ++broken) {
     auto guide = x;
     guide[2 * 21 + broken] = this->kNan;
-    const std::vector<T> nearness(9, T(0.5));
-    const T falloff = -1;
+    const std::vector<T> space_weights(9, T(0.5));
+    const T range_coefficient = -1;
     std::vector<T> out(x.size());
-    bilateral(x.data(), {1, 1, 5, 21}, guide.data(), 1, 1, nearness.data(), 1, 3, 3, &falloff, 1,
-              Border::kReplicate, false, out.data());
+    bilateral(x.data(), {1, 1, 5, 21}, guide.data(), 1, 1, space_weights.data(), 1, 3, 3, &range_coefficient,
+              1, Border::kReplicate, false, out.data());
     for (int64_t r = 0; r < 5; ++r)
       for (int64_t c = 0; c < 21; ++c)
         ASSERT_EQ(std::isnan(out[size_t(r * 21 + c)]),

@@ -5,7 +5,7 @@ from typing import Callable
 import pytest
 import torch
 
-from chiasm import color, enhance, feature, filters, image, losses, metrics, morphology, ops, pipelines
+from chiasm import color, enhance, feature, filters, image, metrics, morphology, ops, pipelines
 from chiasm.geometry import conversions, epipolar, homography, subpix, transform
 from chiasm.primitives.core.target import exporting
 from chiasm.primitives.filters.correlation import centred
@@ -48,31 +48,13 @@ WRONG = [
         r"input: expected shape \(B, C, H, W\), got 3 dim",
     ),
     (
-        lambda: filters.gaussian_blur2d(X, 4, (1.0, 1.0)),
-        ValueError,
-        r"kernel_size: expected odd .* got \(4, 4\)",
-    ),
-    (
         lambda: filters.gaussian_blur2d(X, 3, torch.ones(3)),
         ValueError,
         r"sigma: expected shape \(B, 2\), got \[3\]",
     ),
-    (
-        lambda: filters.gaussian_blur2d(X, 3, (1.0, 1.0), "mirror"),
-        ValueError,
-        "border_type: expected one of .*'mirror'",
-    ),
     (lambda: filters.get_gaussian_kernel1d(4, 1.0), ValueError, "kernel_size: expected .* got 4"),
     (lambda: filters.sobel(BYTES.int()), TypeError, "input: expected a floating-point or uint8"),
-    (lambda: filters.spatial_gradient(X, "prewitt"), ValueError, "mode: expected one of .*'prewitt'"),
-    (lambda: filters.spatial_gradient(X, order=3), ValueError, "order: expected 1 or 2, got 3"),
-    (lambda: filters.median_blur(X, (3, 2)), ValueError, r"kernel_size: expected odd .* got \(3, 2\)"),
     (lambda: filters.bilateral_blur(X, 3, 0.1, torch.ones(1, 3)), ValueError, "sigma_space: expected shape"),
-    (
-        lambda: filters.bilateral_blur(X, 3, 0.1, (1.0, 1.0), "reflect", "l3"),
-        ValueError,
-        "color_distance_type: expected",
-    ),
     (
         lambda: morphology.dilation(X, torch.ones(3)),
         ValueError,
@@ -83,15 +65,6 @@ WRONG = [
         ValueError,
         "structuring_element: expected",
     ),
-    (lambda: morphology.dilation(X, torch.ones(3, 3), origin=[0, 3]), ValueError, r"origin: .* got \[0, 3\]"),
-    (
-        lambda: morphology.dilation(X, torch.ones(3, 3), border_type="none"),
-        ValueError,
-        "border_type: expected",
-    ),
-    (lambda: transform.resize(X, (4, 0)), ValueError, r"size: expected positive sizes, got \(4, 0\)"),
-    (lambda: transform.resize(X, 4, "cubic"), ValueError, "interpolation: expected one of"),
-    (lambda: transform.resize(X, 4, side="left"), ValueError, "side: expected one of"),
     (lambda: transform.resize(X, 4, "nearest", antialias=True), ValueError, "antialias: expected False"),
     (
         lambda: transform.warp_perspective(X, EYE[0], (4, 4)),
@@ -99,12 +72,6 @@ WRONG = [
         r"M: expected shape \(B, 3, 3\), got \[3, 3\]",
     ),
     (lambda: transform.warp_perspective(X, EYE.int(), (4, 4)), TypeError, "M: expected a floating-point"),
-    (lambda: transform.warp_perspective(X, EYE, (4, 4), "cubic"), ValueError, "mode: expected one of"),
-    (
-        lambda: transform.warp_perspective(X, EYE, (4, 4), "bilinear", "wrap"),
-        ValueError,
-        "padding_mode: expected one of",
-    ),
     (
         lambda: transform.warp_perspective(X, EYE, (4, 4), "bilinear", "fill", True, torch.ones(1, 3)),
         ValueError,
@@ -130,7 +97,6 @@ WRONG = [
         r"src_homo_dst: expected shape \(B, 3, 3\)",
     ),
     (lambda: transform.warp_grid(X, EYE), ValueError, r"grid: expected shape \(\*, 2\)"),
-    (lambda: transform.warp_polar(X, (4, 4), mapping="polar"), ValueError, "mapping: expected one of"),
     (lambda: transform.elastic_transform2d(X, X), ValueError, r"noise: expected shape \(B, 2, H, W\)"),
     (lambda: transform.get_rotation_matrix2d(EYE, EYE, EYE), ValueError, "center: expected shape"),
     (
@@ -141,20 +107,6 @@ WRONG = [
     (lambda: transform.invert_affine_transform(EYE), ValueError, "matrix: expected shape"),
     (lambda: transform.projection_from_Rt(EYE, EYE), ValueError, r"tvec: expected shape \(\*, 3, 1\)"),
     (lambda: transform.hflip(X[0, 0, 0]), ValueError, r"input: expected shape \(\*, H, W\)"),
-    (
-        lambda: transform.rescale(X, -1.0),
-        ValueError,
-        r"factor: expected positive numbers, got \(-1.0, -1.0\)",
-    ),
-    (lambda: transform.rescale(X, 0.01), ValueError, "factor: expected to leave a pixel of"),
-    (
-        lambda: transform.resize_to_be_divisible(X, 0),
-        ValueError,
-        "divisible_factor: expected a positive number, got 0",
-    ),
-    (lambda: transform.pyrdown(X, "mirror"), ValueError, "border_type: expected one of"),
-    (lambda: transform.pyrdown(X, factor=0.0), ValueError, "factor: expected a positive number"),
-    (lambda: transform.build_pyramid(X, 0), ValueError, "max_level: expected a positive number, got 0"),
     (lambda: transform.crop_and_resize(X, EYE, (4, 4)), ValueError, r"boxes: expected shape \(B, 4, 2\)"),
     (lambda: transform.crop_by_boxes(X, EYE, EYE), ValueError, r"src_box: expected shape \(B, 4, 2\)"),
     (lambda: transform.crop_by_indices(X, EYE), ValueError, r"src_box: expected shape \(B, 4, 2\)"),
@@ -164,32 +116,12 @@ WRONG = [
         "antialias: expected False",
     ),
     (
-        lambda: transform.crop_by_indices(X, X[:, 0, :4, :2], (4, 4), shape_compensation="cut"),
-        ValueError,
-        "shape_compensation: expected",
-    ),
-    (
         lambda: transform.warp_affine3d(X, EYE, (2, 2, 2)),
         ValueError,
         r"src: expected shape \(B, C, D, H, W\)",
     ),
     (lambda: transform.warp_affine3d(X[None], EYE, (2, 2, 2)), ValueError, r"M: expected shape \(B, 3, 4\)"),
-    (
-        lambda: transform.warp_affine3d(X[None], X[:, 0, :3, :4], (2, 2, 2), "bicubic"),
-        ValueError,
-        "flags: expected one of",
-    ),
-    (
-        lambda: transform.warp_perspective3d(X[None], X[:, 0, :4, :4], (2, 2, 2), border_mode="fill"),
-        ValueError,
-        "border_mode: expected",
-    ),
     (lambda: transform.warp_grid3d(X, EYE), ValueError, r"grid: expected shape \(\*, 3\)"),
-    (
-        lambda: transform.center_crop3d(X[None], (2, 2, 2), "area"),
-        ValueError,
-        "interpolation: expected one of",
-    ),
     (lambda: transform.get_perspective_transform3d(EYE, EYE), ValueError, r"src: expected shape \(B, 8, 3\)"),
     (lambda: transform.get_tps_transform(EYE, EYE), ValueError, r"points_src: expected shape \(B, N, 2\)"),
     (
@@ -219,11 +151,6 @@ WRONG = [
         "weights: expected shape",
     ),
     (
-        lambda: homography.find_homography_dlt(X[0, :, :, :2], X[0, :, :, :2], None, "qr"),
-        ValueError,
-        "solver: expected one of",
-    ),
-    (
         lambda: conversions.axis_angle_to_quaternion(torch.zeros(4)),
         ValueError,
         r"axis_angle: expected shape \(\*, 3\)",
@@ -243,24 +170,8 @@ WRONG = [
         TypeError,
         "quaternion: expected a floating-point",
     ),
-    (
-        lambda: subpix.nms2d(X, 1),
-        ValueError,
-        r"kernel_size: expected positive sizes of more than one pixel, got \(1, 1\)",
-    ),
-    (lambda: subpix.nms2d(X, (0, 3)), ValueError, r"kernel_size: expected positive sizes .* got \(0, 3\)"),
     (lambda: subpix.nms3d(X, 3), ValueError, r"input: expected shape \(B, C, D, H, W\)"),
-    (
-        lambda: subpix.nms3d(X[None], (1, 1, 1)),
-        ValueError,
-        "kernel_size: expected positive sizes of more than one voxel",
-    ),
     (lambda: subpix.spatial_softmax2d(BYTES), TypeError, "input: expected a floating-point"),
-    (
-        lambda: subpix.spatial_softmax2d(X, 0.0),
-        ValueError,
-        "temperature: expected one positive number, got 0.0",
-    ),
     (
         lambda: subpix.spatial_soft_argmax2d(X, torch.ones(3)),
         ValueError,
@@ -273,38 +184,12 @@ WRONG = [
         r"mean: expected shape \(\*, 2\)",
     ),
     (
-        lambda: subpix.render_gaussian2d(EYE[..., :2], EYE[..., :2], (4, 0)),
-        ValueError,
-        r"size: expected positive sizes, got \(4, 0\)",
-    ),
-    (
-        lambda: subpix.conv_soft_argmax2d(X, (0, 3)),
-        ValueError,
-        r"kernel_size: expected positive sizes, got \[0, 3\]",
-    ),
-    (
-        lambda: subpix.conv_soft_argmax2d(X, stride=(1, 0)),
-        ValueError,
-        r"stride: expected positive numbers, got \[1, 0\]",
-    ),
-    (
-        lambda: subpix.conv_soft_argmax2d(X, padding=(1, 2)),
-        ValueError,
-        r"padding: expected numbers from 0 to half of kernel_size, got \[1, 2\]",
-    ),
-    (
         lambda: subpix.conv_soft_argmax2d(X, (3, 11), padding=(1, 1)),
         ValueError,
         r"kernel_size: expected no more than the padded input's \[1, 10, 10\]",
     ),
     (lambda: subpix.conv_soft_argmax3d(X), ValueError, r"input: expected shape \(B, C, D, H, W\)"),
     (lambda: subpix.conv_quad_interp3d(X), ValueError, r"input: expected shape \(B, C, D, H, W\)"),
-    (lambda: subpix.conv_quad_interp3d(X[None], 0), ValueError, "n_iters: expected a positive number, got 0"),
-    (
-        lambda: subpix.conv_quad_interp3d(X[None], dilation_radius=-1),
-        ValueError,
-        "dilation_radius: expected a number >= 0, got -1",
-    ),
     (
         lambda: subpix.conv_quad_interp3d(X[None], precomputed_nms_mask=X[None]),
         TypeError,
@@ -315,20 +200,8 @@ WRONG = [
         ValueError,
         "precomputed_nms_mask: expected input's shape",
     ),
-    (
-        lambda: subpix.iterative_quad_interp3d(X[None], max_candidates=-1),
-        ValueError,
-        "max_candidates: expected a number >= 0, got -1",
-    ),
-    (lambda: feature.harris_response(X, grads_mode="x"), ValueError, "mode: expected one of"),
     (lambda: feature.harris_response(X, sigmas=torch.ones(1, 1)), ValueError, "sigmas: expected shape"),
     (lambda: feature.harris_keypoints(X, 4), ValueError, r"input: expected shape \(B, 1, H, W\)"),
-    (
-        lambda: feature.harris_keypoints(X[:, :1], 0),
-        ValueError,
-        "max_keypoints: expected a positive number, got 0",
-    ),
-    (lambda: feature.harris_keypoints(X[:, :1], 4, threshold=-1.0), ValueError, "threshold: expected"),
     (
         lambda: enhance.sharpness(X, torch.ones(1, 1, 8, 1)),
         ValueError,
@@ -378,10 +251,7 @@ WRONG = [
         ValueError,
         r"x1: expected no more dimensions than E_mat \[3, 3\], got \[1, 3, 2\]",
     ),
-    (lambda: metrics.ssim(X, X, 4), ValueError, "window_size: expected a positive odd size, got 4"),
     (lambda: metrics.ssim(X, X[0], 5), ValueError, "img2: expected shape"),
-    (lambda: losses.ssim_loss(X, X, 5, reduction="max"), ValueError, "reduction: expected one of"),
-    (lambda: losses.ssim_loss(X, X, 5, padding="full"), ValueError, "padding: expected one of"),
     (
         lambda: pipelines.preprocess(FRAME.float()),
         TypeError,
@@ -471,29 +341,11 @@ def test_the_check_of_a_border_leaves_symbols_alone(border: str, lowest: int) ->
 @pytest.mark.parametrize(
     ("error", "message", "call"),
     [
-        (ValueError, r"size: expected 2 numbers, got 1", lambda: pipelines.letterbox(FRAME[None], (5,))),
-        (TypeError, r"size: expected 2 numbers, got int", lambda: pipelines.center_crop(FRAME[None], 640)),
-        (
-            ValueError,
-            r"mean: expected 3 numbers, got 1",
-            lambda: pipelines.letterbox(FRAME[None], mean=(0.0,)),
-        ),
-        (
-            TypeError,
-            r"std: expected 3 numbers, got float",
-            lambda: pipelines.crop_boxes(FRAME, BOXES, std=0.5),
-        ),
-        (
-            ValueError,
-            r"value: expected a whole number from 0 to 255, got 1.5",
-            lambda: pipelines.letterbox(FRAME[None], value=1.5),
-        ),
         (
             ValueError,
             r"frame: expected at least one pixel, got \[1, 0, 8, 3\]",
             lambda: pipelines.letterbox(FRAME[None, :0]),
         ),
-        (ValueError, r"size: expected 2 numbers, got 1", lambda: transform.resize(X, (5,))),
         (
             ValueError,
             r"kernel: expected at least one pixel, got \[0, 3\]",

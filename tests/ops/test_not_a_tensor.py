@@ -16,11 +16,12 @@ FUNCTIONS = {entry.path: entry for entry in catalog().values() if not entry.spec
 
 def call_of(entry: Entry) -> dict[str, Any]:
     """The arguments of a call in eager Python."""
-    made = samples.make(entry.spec, samples.fit(entry.spec, SMALL), "float32")
+    made = samples.make(entry.spec, samples.fit(entry.spec, SMALL), entry.spec.variants()[0])
     given: dict[str, Any] = dict(entry.spec.config)
     for t in entry.spec.inputs:
         if not t.sizes:
-            given[t.name] = made[t.name]
+            in_frames = entry.spec.interleaved and t.layout == "NHWC"
+            given[t.name] = made[t.name].permute(0, 3, 1, 2) if in_frames else made[t.name]
         elif len(t.sizes) == 1:
             given[t.sizes[0]] = tuple(made[t.name].shape)
         else:

@@ -204,6 +204,11 @@ HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 #: Example arguments of every primitive, by dtype.
 EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "angles.angle_of": lambda t: [(numbers(t, 40) - 0.5, numbers(t, 41)[:40] - 0.5)],
+    "blending.blended_with_plane": lambda t: [
+        (x[:, :1], x, factor)
+        for x in images(t)
+        for factor in (numbers(t, x.size(0), 1, 1, 1), numbers(t, x.size(1), 1, 1), numbers(t, 1))
+    ],
     "borders.outlines": lambda t: [
         (numbers(t, 2, 12, 17) > 0.5, 5, 30),
         (numbers(t, 1, 5, 4) > 0.3, 2, 1),
@@ -780,9 +785,11 @@ ASKING = {
     "is_in_onnx_export",
     "is_scripting",
     "is_tracing",
+    "join_channels",
     "join_columns",
     "lowering",
     "padded_parts",
+    "split_channels",
     "volume_parts",
 }
 ROOT = Path(chiasm.__file__).parent

@@ -623,13 +623,14 @@ TEST_F(Loading, Options) {
   EXPECT_THAT(refused(CHIASM_UNAVAILABLE, LoadOptions().with_backend("torch")),
               HasSubstr("libfake_engine.so"));
   EXPECT_THAT(
-      refused(CHIASM_FAILED_PRECONDITION, LoadOptions().with_backend("native").with_native_code(false)),
+      refused(CHIASM_FAILED_PRECONDITION, LoadOptions().with_backend("native").with_allow_native_code(false)),
       HasSubstr("allow_native_code"));
   EXPECT_THAT(refused(CHIASM_NOT_FOUND, LoadOptions().with_dtype(DType::Int8)),
               HasSubstr("has no artifact for int8; it has float32, float64"));
   EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [&] { Bundle::open(path_).method("backward"); }),
               HasSubstr("it has forward, vjp"));
-  EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_native_code(false)).backend(), "onnx");
+  EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_allow_native_code(false)).backend(),
+            "onnx");
   EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_warm_up()).backend(), "native");
   chiasm_load_options options = CHIASM_LOAD_OPTIONS_INIT;
   chiasm_method* method = nullptr;

@@ -299,7 +299,8 @@ TEST_P(OnBackend, TheArtifactSaysWhichFormRuns) {
 TEST(Bundles, AutoTakesNativeFirst) {
   if (built_backends().front() != "native") GTEST_SKIP() << "built without the native backend";
   EXPECT_EQ(open("filters.sobel").method("forward").backend(), "native");
-  EXPECT_EQ(open("filters.sobel").method("forward", LoadOptions().with_native_code(false)).backend(), "onnx");
+  EXPECT_EQ(open("filters.sobel").method("forward", LoadOptions().with_allow_native_code(false)).backend(),
+            "onnx");
 }
 
 TEST(Bundles, EveryOneProvesItself) {

@@ -251,7 +251,7 @@ TEST_F(Choice, CodeForANewerCLibraryIsLeftOut) {
   Artifact artifact;
   artifact.glibc = {2, 36};
   const auto why = [&](int major, int minor) {
-    return core::misfit(artifact, {}, core::kGeneric, {Isa::none, 0, {major, minor}});
+    return core::incompatibility(artifact, {}, core::kGeneric, {Isa::none, 0, {major, minor}});
   };
   EXPECT_EQ(why(2, 36), "");
   EXPECT_EQ(why(3, 0), "");
@@ -304,13 +304,13 @@ TEST_F(Choice, GpuCodeRunsOnItsMajorVersion) {
   Artifact artifact;
   artifact.device = core::DevicePlacement::cuda;
   LoadRequest request;
-  EXPECT_EQ(core::misfit(artifact, request, core::kGeneric, {}), "is for CUDA");
+  EXPECT_EQ(core::incompatibility(artifact, request, core::kGeneric, {}), "is for CUDA");
   request.device_type = CHIASM_CUDA;
   artifact.sm = 86;
-  EXPECT_EQ(core::misfit(artifact, request, core::kGeneric, {Isa::none, 86, {}}), "");
-  EXPECT_EQ(core::misfit(artifact, request, core::kGeneric, {Isa::none, 89, {}}), "");
-  EXPECT_NE(core::misfit(artifact, request, core::kGeneric, {Isa::none, 80, {}}), "");
-  EXPECT_NE(core::misfit(artifact, request, core::kGeneric, {Isa::none, 90, {}}), "");
+  EXPECT_EQ(core::incompatibility(artifact, request, core::kGeneric, {Isa::none, 86, {}}), "");
+  EXPECT_EQ(core::incompatibility(artifact, request, core::kGeneric, {Isa::none, 89, {}}), "");
+  EXPECT_NE(core::incompatibility(artifact, request, core::kGeneric, {Isa::none, 80, {}}), "");
+  EXPECT_NE(core::incompatibility(artifact, request, core::kGeneric, {Isa::none, 90, {}}), "");
 }
 
 TEST_F(Choice, DtypeDefaultsToFloat32OrWhatThereIs) {

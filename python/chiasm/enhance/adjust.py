@@ -8,7 +8,7 @@ from torch import Tensor
 from ..color.gray import rgb_to_grayscale
 from ..primitives.core.broadcasting import per_sample
 from ..primitives.core.checks import check_floating, check_number, check_rgb, check_values
-from ..primitives.filters.stencil import join_channels, split_channels
+from ..primitives.images.blending import blended, blended_with_plane
 from ..primitives.images.tables import levels, looked_up
 from ..primitives.numbers.power import power_each
 from ..primitives.numbers.rounding import known_or
@@ -127,7 +127,7 @@ def adjust_contrast_with_mean_subtraction(image: Tensor, factor: Union[float, Te
         mean = rgb_to_grayscale(image).mean([-3, -2, -1], keepdim=True)
     else:
         mean = image.mean([-3, -2, -1], keepdim=True)
-    return _between(mean, image, factor)
+    return blended(mean, image, per_sample(factor, image, "factor"))
 
 
 def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
@@ -154,8 +154,7 @@ def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, 
     check_rgb(image, "image")
     check_floating(image, "image")
     grey = rgb_to_grayscale(image)
-    # split: otherwise every channel would compute the grey, and the image itself, again
-    return join_channels([_between(grey, plane, factor) for plane in split_channels(image)])
+    return blended_with_plane(grey, image, per_sample(factor, image, "factor"))
 
 
 def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, Tensor] = 1.0) -> Tensor:
@@ -254,8 +253,3 @@ def _check_not_negative(value: Union[float, Tensor], name: str) -> None:
 
 def _clipped(image: Tensor, clip_output: bool) -> Tensor:
     return image.clamp(0.0, 1.0) if clip_output else image
-
-
-def _between(degenerate: Tensor, image: Tensor, factor: Union[float, Tensor]) -> Tensor:
-    """Pillow's blend: 0 gives the degenerate image, 1 the image, a factor above 1 extrapolates."""
-    return (degenerate + (image - degenerate) * per_sample(factor, image, "factor")).clamp(0.0, 1.0)

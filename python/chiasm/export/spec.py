@@ -62,6 +62,16 @@ DEFAULT_TOLERANCES = MappingProxyType(
 
 
 @dataclass(frozen=True)
+class ErrorInput:
+    """A value of an argument that an op rejects: it raises `error`, whose text begins with `message`."""
+
+    argument: str
+    value: Any
+    message: str
+    error: type[Exception] = ValueError
+
+
+@dataclass(frozen=True)
 class Frames:
     """How an op on image batches (B, C, H, W) is deployed for frames, (B, H, W, C), as cameras and files have
     them. The bundle is NAME.frames; the runtime also accepts a single frame, (H, W, C), as a batch of one.
@@ -69,7 +79,7 @@ class Frames:
     dtypes: the element types of the frames; the first is the default. config, tolerances, reference: as in
     Spec, if they differ from it: the settings of an op on bytes are in the units of bytes. ranges: those of
     the other inputs, likewise; None omits an input for which the op has a default. peer: as in Spec, for
-    frames of the first type.
+    frames of the first type. errors: what the op rejects beside those of Spec, if its images are bytes.
     """
 
     dtypes: tuple[str, ...] = ("uint8",)
@@ -78,6 +88,7 @@ class Frames:
     tolerances: dict[str, Tolerance] = field(default_factory=dict)
     reference: str = ""
     peer: Peer | None = None
+    errors: tuple[ErrorInput, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -118,6 +129,7 @@ class Spec:
     reference: str = ""
     peer: Peer | None = None
     also: tuple[dict[str, Any], ...] = ()
+    errors: tuple[ErrorInput, ...] = ()
     version: str = "1.0.0"
     vectorize: bool = True
     without_nan: bool = False
@@ -154,6 +166,7 @@ class Spec:
             reference=self.frames.reference or self.reference,
             peer=self.frames.peer,
             also=(),
+            errors=self.errors + self.frames.errors,
             frames=None,
             interleaved=True,
         )

@@ -16,8 +16,8 @@ def check_patches(patches: Tensor) -> None:
 def gaussian_window(size: int, sigma: float, like: Tensor) -> Tensor:
     """(size, size) weights exp(-r^2 / (2 sigma^2)), 1 in the middle of a patch."""
     offset = torch.arange(size, device=like.device).to(like.dtype) - 0.5 * (size - 1)
-    falloff = torch.exp(offset * offset * (-0.5 / (sigma * sigma)))
-    return falloff[:, None] * falloff
+    weights = torch.exp(offset * offset * (-0.5 / (sigma * sigma)))
+    return weights[:, None] * weights
 
 
 def unit(vectors: Tensor, squares: bool) -> Tensor:

@@ -132,11 +132,11 @@ def _weighted_mean(
     else:
         check_positive(sigma_color, "sigma_color")
         color = torch.full([1, 1, 1, 1], sigma_color, dtype=like.dtype, device=input.device)
-    falloff = -0.5 / (color * color)
+    range_coefficient = -0.5 / (color * color)
     squares = color_distance_type == "l2"
     if of_bytes:
-        return bilateral_bytes(input, guidance, kernel_y, kernel_x, falloff, squares, border_type)
+        return bilateral_bytes(input, guidance, kernel_y, kernel_x, range_coefficient, squares, border_type)
     guide = (
         input if guidance is input else guidance.to(input.dtype)
     )  # so that both have the same neighbourhoods
-    return bilateral_mean(input, guide, kernel_y, kernel_x, falloff, squares, border_type)
+    return bilateral_mean(input, guide, kernel_y, kernel_x, range_coefficient, squares, border_type)

@@ -9,8 +9,7 @@ from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import sobel
 from ..primitives.core.checks import check_not_empty, check_tensor
 from ..primitives.filters.padding import check_margins
-from ..primitives.filters.stencil import join_channels
-from ..primitives.images.frames import frame_to_grey, resize_frame
+from ..primitives.images.frames import frame_to_grey, normalized_levels, resize_frame
 
 
 def preprocess(
@@ -41,10 +40,7 @@ def preprocess(
     for s in std:
         if not s > 0.0:
             raise ValueError(f"std: expected numbers above 0, got {std}")
-    image = resize_frame(frame, 224, 224)
-    # One product and one sum for each plane, with numbers that native code keeps in its loop.
-    planes = [image[:, c : c + 1] * (1.0 / (255.0 * s)) - m / s for c, (m, s) in enumerate(zip(mean, std))]
-    return join_channels(planes)
+    return normalized_levels(resize_frame(frame, 224, 224), mean, std)
 
 
 def edges(frame: Tensor) -> Tensor:

@@ -82,7 +82,7 @@ using chiasm::artifact::address;
 
 extern "C" {
 
-// --- the driver -----------------------------------------------------------------------------------------------
+// --- the driver --------------------------------------------------------------------------------------------
 
 CUresult cuGetErrorString(CUresult error, const char** text) {
   return CHIASM_DRIVER(cuGetErrorString)(error, text);
@@ -114,7 +114,7 @@ CUresult cuLaunchKernel(CUfunction function, unsigned grid_x, unsigned grid_y, u
               extra);
 }
 
-// --- the runtime ----------------------------------------------------------------------------------------------
+// --- the runtime -------------------------------------------------------------------------------------------
 // Since CUDA 10.1 the driver and the runtime number their errors alike. The native backend makes the device
 // current.
 
@@ -154,7 +154,7 @@ cudaError_t cudaEventRecord(cudaEvent_t, cudaStream_t) { return cudaSuccess; }
 cudaError_t cudaEventQuery(cudaEvent_t) { return cudaSuccess; }
 cudaError_t cudaEventSynchronize(cudaEvent_t) { return cudaSuccess; }
 
-// --- libtorch -------------------------------------------------------------------------------------------------
+// --- libtorch ----------------------------------------------------------------------------------------------
 // Guards make a device and a stream current. The native backend has made the device current, and all
 // functions here take a stream.
 

@@ -1,5 +1,5 @@
-// The largest or smallest values of rows, in order. NaN sorts as the largest value, as in PyTorch; equal values
-// keep their order, so that every backend picks the same ones.
+// The largest or smallest values of rows, in order. NaN sorts as the largest value, as in PyTorch; equal
+// values keep their order, so that every backend picks the same ones.
 #pragma once
 
 #include <omp.h>
@@ -79,7 +79,8 @@ void topk_rows(const T* values, int64_t rows, int64_t n, int64_t k, bool largest
   // A small heap compares most values only once. Below a thousand values, counting digits takes most of the
   // time.
   const bool by_digits = k >= n / 16 && n >= 1024 && n <= int64_t{UINT32_MAX};
-  // Each part has scratch of its own. Allocated here, because nothing may be thrown inside the parallel region.
+  // Each part has scratch of its own. Allocated here, because nothing may be thrown inside the parallel
+  // region.
   const int64_t parts = std::min<int64_t>(omp_get_max_threads(), rows);
   const std::unique_ptr<Keyed<T>[]> items(by_digits ? new Keyed<T>[2 * n * parts] : nullptr);
   const std::unique_ptr<int64_t[]> orders(by_digits ? nullptr : new int64_t[n * parts]);

@@ -43,9 +43,9 @@ struct Offset {
 
 // weights[x] = space_weight times the weight of the distance of here[c][x] and there[c][x] over `depth`
 // channels; whole vectors, also at the end.
-template <class T, class Likeness>
+template <class T, class RangeWeights>
 void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n,
-                 const Likeness& likeness, T space_weight, bool squares, T* weights) {
+                 const RangeWeights& range_weights, T space_weight, bool squares, T* weights) {
   const Lanes<T> d;
   for (int64_t x = 0; x < n; x += kLanes<T>) {
     auto distance = hn::Zero(d);
@@ -53,7 +53,7 @@ void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int
       const auto difference = hn::Sub(hn::LoadU(d, there[c] + x), hn::LoadU(d, here[c] + x));
       distance = hn::Add(distance, squares ? hn::Mul(difference, difference) : hn::Abs(difference));
     }
-    hn::StoreU(hn::Mul(likeness.weight(d, distance, squares), hn::Set(d, space_weight)), d, weights + x);
+    hn::StoreU(hn::Mul(range_weights.weight(d, distance, squares), hn::Set(d, space_weight)), d, weights + x);
   }
 }
 
@@ -71,7 +71,7 @@ void add_weights(T first, const T* const* weights, int64_t count, int64_t x, T* 
 
 // means[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]; whole vectors, also
 // at the end.
-template <class Likeness, class T, int64_t vectors>
+template <class RangeWeights, class T, int64_t vectors>
 void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count,
                     const T* totals, int64_t x, T* means) {
   const Lanes<T> d;
@@ -79,9 +79,10 @@ void weighted_means(T first, const T* centre, const T* const* weights, const T* 
   hn::Vec<Lanes<T>> sum[vectors];
   for (int64_t v = 0; v < vectors; ++v) sum[v] = hn::Mul(at(centre, v), hn::Set(d, first));
   for (int64_t k = 0; k < count; ++k)
-    for (int64_t v = 0; v < vectors; ++v) sum[v] = Likeness::sum(sum[v], at(values[k], v), at(weights[k], v));
+    for (int64_t v = 0; v < vectors; ++v)
+      sum[v] = RangeWeights::sum(sum[v], at(values[k], v), at(weights[k], v));
   for (int64_t v = 0; v < vectors; ++v)
-    hn::StoreU(Likeness::mean(d, sum[v], at(totals, v)), d, means + x + v * kLanes<T>);
+    hn::StoreU(RangeWeights::mean(d, sum[v], at(totals, v)), d, means + x + v * kLanes<T>);
 }
 
 // Calls four(x) for each block of four vectors, whose sums do not depend on each other, and one(x) for each
@@ -96,7 +97,7 @@ inline void for_blocks(int64_t n, const Four& four, const One& one) {
 
 // exp(coefficient * distance^2), and quotients. `most` is the weight of a pixel's own colour.
 template <class T>
-struct Falloff {
+struct GaussianOfRange {
   T coefficient;
 
   T most() const { return 1; }
@@ -119,7 +120,7 @@ struct Falloff {
 };
 
 // The entries of a table at integer distances, and quotients rounded half up.
-struct Alike {
+struct TableOfRange {
   const double* entries;
   double last;  // limits distances, which are arbitrary beyond a row's end
 
@@ -165,12 +166,12 @@ void copy_pixels(const double* x, int64_t n, uint8_t* out) {
   });
 }
 
-// likeness_of(image) returns the function from distances to weights for an image.
-template <class T, class Pixel, class LikenessOf>
-void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t guides_given, int64_t depth,
-                    const T* space_weights, int64_t windows, int64_t ky, int64_t kx,
-                    const LikenessOf& likeness_of, Border border, bool squares, Pixel* out) {
-  using Likeness = decltype(likeness_of(0));
+// range_weights_of(image) returns the function from distances to weights for an image.
+template <class T, class Pixel, class RangeWeightsOf>
+void bilateral_means(const Pixel* x, Images images, const Pixel* guide, int64_t guides_given, int64_t depth,
+                     const T* space_weights, int64_t windows, int64_t ky, int64_t kx,
+                     const RangeWeightsOf& range_weights_of, Border border, bool squares, Pixel* out) {
+  using RangeWeights = decltype(range_weights_of(0));
   const int64_t channels = images.channels, height = images.height, width = images.width,
                 plane = height * width, rx = kx / 2, ry = ky / 2;
   const bool shared_guide = guides_given == 1;
@@ -189,7 +190,7 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
         const int64_t columns = tile.right - tile.left;
         const Span span(tile, width, rx, rx);
         const T* const window = space_weights + (windows == 1 ? 0 : tile.plane * ky * kx);
-        const Likeness likeness = likeness_of(tile.plane);
+        const RangeWeights range_weights = range_weights_of(tile.plane);
         const auto source_row = [&](int64_t c, int64_t y) {
           return scratch + (c * ky + (y + 2 * ky) % ky) * length + rx;
         };
@@ -229,7 +230,8 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
               here[c] = source_row(guides + c, y) + start;
               there[c] = source_row(guides + c, y + dy) + start + dx;
             }
-            weigh_pairs(here, there, depth, end - start, likeness, near, squares, weight_row(k, y) + start);
+            weigh_pairs(here, there, depth, end - start, range_weights, near, squares,
+                        weight_row(k, y) + start);
           }
         };
         for (int64_t y = tile.top - ry; y < tile.top + ry; ++y) fetch(y);
@@ -243,7 +245,7 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
             weights[2 * k] = weight_row(k, y);
             weights[2 * k + 1] = weight_row(k, y - dy) - dx;
           }
-          const T self = window[count] * likeness.most();
+          const T self = window[count] * range_weights.most();
           for_blocks<T>(
               columns, [=](int64_t k) { add_weights<T, 4>(self, weights, 2 * count, k, totals); },
               [=](int64_t k) { add_weights<T, 1>(self, weights, 2 * count, k, totals); });
@@ -257,10 +259,12 @@ void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t g
             for_blocks<T>(
                 columns,
                 [=](int64_t k) {
-                  weighted_means<Likeness, T, 4>(self, centre, weights, values, 2 * count, totals, k, means);
+                  weighted_means<RangeWeights, T, 4>(self, centre, weights, values, 2 * count, totals, k,
+                                                     means);
                 },
                 [=](int64_t k) {
-                  weighted_means<Likeness, T, 1>(self, centre, weights, values, 2 * count, totals, k, means);
+                  weighted_means<RangeWeights, T, 1>(self, centre, weights, values, 2 * count, totals, k,
+                                                     means);
                 });
             copy_pixels(means, columns, out + (tile.plane * channels + c) * plane + y * width + tile.left);
           }
@@ -274,22 +278,23 @@ template <class T>
 void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, int64_t depth,
                const T* space_weights, int64_t windows, int64_t ky, int64_t kx, const T* range_coefficient,
                int64_t coefficients, Border border, bool euclidean, T* out) {
-  const auto likeness_of = [=](int64_t image) {
-    return Falloff<T>{range_coefficient[coefficients == 1 ? 0 : image]};
+  const auto range_weights_of = [=](int64_t image) {
+    return GaussianOfRange<T>{range_coefficient[coefficients == 1 ? 0 : image]};
   };
-  means_of_likes<T>(x, images, guide, guides_given, depth, space_weights, windows, ky, kx, likeness_of,
-                    border, euclidean, out);
+  bilateral_means<T>(x, images, guide, guides_given, depth, space_weights, windows, ky, kx, range_weights_of,
+                     border, euclidean, out);
 }
 
 void bilateral_bytes(const uint8_t* x, Images images, const uint8_t* guide, int64_t guides_given,
-                     int64_t depth, const double* nearness, int64_t windows, int64_t ky, int64_t kx,
-                     const double* alike, int64_t tables, int64_t entries, Border border, bool squares,
-                     uint8_t* out) {
-  const auto likeness_of = [=](int64_t image) {
-    return Alike{alike + (tables == 1 ? 0 : image * entries), static_cast<double>(entries - 1)};
+                     int64_t depth, const double* space_weights, int64_t windows, int64_t ky, int64_t kx,
+                     const double* range_weights, int64_t tables, int64_t entries, Border border,
+                     bool squares, uint8_t* out) {
+  const auto range_weights_of = [=](int64_t image) {
+    return TableOfRange{range_weights + (tables == 1 ? 0 : image * entries),
+                        static_cast<double>(entries - 1)};
   };
-  means_of_likes<double>(x, images, guide, guides_given, depth, nearness, windows, ky, kx, likeness_of,
-                         border, squares, out);
+  bilateral_means<double>(x, images, guide, guides_given, depth, space_weights, windows, ky, kx,
+                          range_weights_of, border, squares, out);
 }
 
 CHIASM_INSTANTIATE(bilateral)

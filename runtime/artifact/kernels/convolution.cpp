@@ -1,6 +1,6 @@
-// Convolutions of images (B, H, W, C) by the indirect convolution algorithm (M. Dukhan, arXiv:1907.02129, 2019):
-// an array of pointers to the pixels under each window replaces the im2col matrix, and a pixel of zeros replaces
-// padding.
+// Convolutions of images (B, H, W, C) by the indirect convolution algorithm (M. Dukhan, arXiv:1907.02129,
+// 2019): an array of pointers to the pixels under each window replaces the im2col matrix, and a pixel of
+// zeros replaces padding.
 #include <omp.h>
 
 #include <algorithm>

@@ -290,9 +290,10 @@ class ColumnHistograms {
   void add(const uint8_t* row) const { count(row, 1); }
   void subtract(const uint8_t* row) const { count(row, -1); }
 
-  /** The values of a rank in the windows that begin at each of n pixels of a channel: S. Perreault, P. Hebert,
-   *  Median filtering in constant time, IEEE TIP 16(9), 2007. A window's histogram is its neighbour's, plus
-   *  one column and minus one. The fine bins of a sixteenth are updated only when they are needed. */
+  /** The values of a rank in the windows that begin at each of n pixels of a channel: S. Perreault, P.
+   *  Hebert, Median filtering in constant time, IEEE TIP 16(9), 2007. A window's histogram is its
+   *  neighbour's, plus one column and minus one. The fine bins of a sixteenth are updated only when they are
+   *  needed. */
   void select(int64_t channel, int64_t n, int64_t step, int64_t kx, int64_t rank, uint8_t* out) const {
     const uint16_t* const coarse = coarse_ + channel * kBins;
     const int64_t next = step * kBins;  // column

@@ -331,16 +331,16 @@ class Window {
 
   explicit Window(const Box& box) : box_(box) {}
 
-  // The pixels of a window of kh x kw and the heights that are added to them. A pixel with the height -absent
-  // is outside of the window. Integers have no other heights, and such a pixel is skipped. For floats it is
-  // skipped only if the origin is in the window: the origin always has a pixel of the image, which replaces
-  // the neutral element.
-  Window(const double* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, double absent)
+  // The pixels of a window of kh x kw and the heights that are added to them. A pixel with the height
+  // -max_val is outside of the window. Integers have no other heights, and such a pixel is skipped. For floats
+  // it is skipped only if the origin is in the window: the origin always has a pixel of the image, which
+  // replaces the neutral element.
+  Window(const double* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, double max_val)
       : box_{row, column, kh, kw} {
     const auto height = [=](int64_t k) { return static_cast<T>(heights[k]); };
     constexpr bool whole = std::is_integral_v<T>;
     const auto none = [=](int64_t k) {
-      return whole ? heights[k] == -absent : height(k) == -static_cast<T>(absent);
+      return whole ? heights[k] == -max_val : height(k) == -static_cast<T>(max_val);
     };
     const bool anchored = whole || !none(row * kw + column);
     for (int64_t i = 0; i < kh; ++i)
@@ -476,13 +476,14 @@ void minmax_filter(const P* x, int64_t n, int64_t h, int64_t l, int64_t step, in
 
 template <class P>
 void morphology(const P* x, int64_t n, int64_t h, int64_t l, int64_t step, const double* heights, int64_t kh,
-                int64_t kw, int64_t row, int64_t column, Border border, double value, double absent,
+                int64_t kw, int64_t row, int64_t column, Border border, double value, double max_val,
                 bool largest, P* out) {
   const Planes planes{n, h, l, step};
   if (largest)
-    filter(x, planes, Window<P, true>(heights, kh, kw, row, column, absent), border, as_pixel<P>(value), out);
+    filter(x, planes, Window<P, true>(heights, kh, kw, row, column, max_val), border, as_pixel<P>(value),
+           out);
   else
-    filter(x, planes, Window<P, false>(heights, kh, kw, row, column, absent), border, as_pixel<P>(value),
+    filter(x, planes, Window<P, false>(heights, kh, kw, row, column, max_val), border, as_pixel<P>(value),
            out);
 }
 
@@ -490,10 +491,10 @@ template <class P>
 void morphology_gradient(const P* x, int64_t n, int64_t h, int64_t l, int64_t step,
                          const double* dilation_heights, int64_t kh, int64_t kw,
                          const double* erosion_heights, int64_t row, int64_t column, Border border,
-                         double dilation_value, double erosion_value, double absent, P* out) {
+                         double dilation_value, double erosion_value, double max_val, P* out) {
   const Planes planes{n, h, l, step};
-  const Window<P, true> high(dilation_heights, kh, kw, row, column, absent);
-  const Window<P, false> low(erosion_heights, kh, kw, row, column, absent);
+  const Window<P, true> high(dilation_heights, kh, kw, row, column, max_val);
+  const Window<P, false> low(erosion_heights, kh, kw, row, column, max_val);
   const int64_t pointers = high.pointers() + low.pointers();
   std::vector<const P*> all_pointers(static_cast<size_t>(pointers * omp_get_max_threads()));
   const int64_t rows = high.scratch_rows() + low.scratch_rows() + 1;

@@ -36,7 +36,8 @@ class Mask {
   Mask(const uint8_t* mask, int64_t height, int64_t width, uint8_t* seen)
       : mask_(mask), height_(height), width_(width), seen_(seen) {}
 
-  // Calls add(border) for each, in the order of their first sides. Every border has a side at the top of a pixel.
+  // Calls add(border) for each, in the order of their first sides. Every border has a side at the top of a
+  // pixel.
   template <class Add>
   void for_borders(const Add& add) const {
     std::fill_n(seen_, height_ * width_, uint8_t{0});

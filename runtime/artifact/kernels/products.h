@@ -26,9 +26,9 @@ struct Block {
   static constexpr int64_t kPanels = std::max<int64_t>(kVectors * kLanes<T> / kPanel, 1);
 };
 
-/** start[n] plus the products of Block::kRows rows with the columns of kPanels adjacent panels, `apart` values
- *  from one to the next. A row consists of `pieces` pieces of `depth` values: piece i of row r begins at
- *  rows[i * Block::kRows + r] + offset. Calls store(row, column, vector) for each vector of sums. */
+/** start[n] plus the products of Block::kRows rows with the columns of kPanels adjacent panels, `apart`
+ *  values from one to the next. A row consists of `pieces` pieces of `depth` values: piece i of row r begins
+ *  at rows[i * Block::kRows + r] + offset. Calls store(row, column, vector) for each vector of sums. */
 template <int64_t kPanels, class T, class Store>
 HWY_INLINE void multiply(const T* const* rows, int64_t pieces, int64_t depth, int64_t offset, const T* panel,
                          int64_t apart, const T* start, const Store& store) {

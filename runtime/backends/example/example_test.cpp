@@ -82,7 +82,8 @@ TEST_F(ExampleBackend, RunsItsArtifactAndProvesItself) {
 
 TEST_F(ExampleBackend, ItsArtifactsAreDataAndItsOptionsItsOwn) {
   const Bundle bundle = Bundle::open(write("scale 2\noffset 1"));
-  EXPECT_THAT(run(bundle.method("forward", LoadOptions().with_native_code(false))), ElementsAre(1, 1.5f, 9));
+  EXPECT_THAT(run(bundle.method("forward", LoadOptions().with_allow_native_code(false))),
+              ElementsAre(1, 1.5f, 9));
   EXPECT_THAT(run(bundle.method("forward", LoadOptions().with_backend("example").with_option("clamp", "1"))),
               ElementsAre(1, 1, 1));
   EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,

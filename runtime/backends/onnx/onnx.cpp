@@ -179,21 +179,24 @@ class Session {
   }
 
   std::vector<GraphTensor> graph_inputs() const {
-    Ort::AllocatorWithDefaultOptions allocator;
-    std::vector<GraphTensor> tensors;
-    for (size_t i = 0; i < session_->GetInputCount(); ++i) {
-      tensors.push_back({session_->GetInputNameAllocated(i, allocator).get(),
-                         dtype_name_of(session_->GetInputTypeInfo(i))});
-    }
-    return tensors;
+    return graph_tensors(session_->GetInputCount(), &Ort::Session::GetInputNameAllocated,
+                         &Ort::Session::GetInputTypeInfo);
   }
 
   std::vector<GraphTensor> graph_outputs() const {
+    return graph_tensors(session_->GetOutputCount(), &Ort::Session::GetOutputNameAllocated,
+                         &Ort::Session::GetOutputTypeInfo);
+  }
+
+  // The session's functions say the name and the type of each.
+  std::vector<GraphTensor> graph_tensors(
+      size_t count, Ort::AllocatedStringPtr (Ort::Session::*name_of)(size_t, OrtAllocator*) const,
+      Ort::TypeInfo (Ort::Session::*type_of)(size_t) const) const {
     Ort::AllocatorWithDefaultOptions allocator;
     std::vector<GraphTensor> tensors;
-    for (size_t i = 0; i < session_->GetOutputCount(); ++i) {
-      tensors.push_back({session_->GetOutputNameAllocated(i, allocator).get(),
-                         dtype_name_of(session_->GetOutputTypeInfo(i))});
+    for (size_t i = 0; i < count; ++i) {
+      tensors.push_back(
+          {((*session_).*name_of)(i, allocator).get(), dtype_name_of(((*session_).*type_of)(i))});
     }
     return tensors;
   }

@@ -12,13 +12,31 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..spec import Spec
+from ..spec import ErrorInput, Spec
 
 #: Minimum sizes for ops that read neighbours: compiled code treats the borders separately from the middle,
 #: which must not be empty.
 STENCIL = {"H": (8, 32768), "W": (8, 32768)}
 #: A reason for `special_values`: 0 times infinity is NaN.
 ZERO_WEIGHTS = "some forms multiply by weights that are 0, which others leave out: NaN of what is not finite"
+
+
+def rejected(
+    argument: str, expected: str, *values: Any, error: type[Exception] = ValueError
+) -> tuple[ErrorInput, ...]:
+    """Values of an argument that an op rejects by "ARGUMENT: expected EXPECTED, got VALUE"."""
+    return tuple(ErrorInput(argument, v, f"{argument}: expected {expected}, got {v}", error) for v in values)
+
+
+def rejected_sizes(argument: str, count: int = 2) -> tuple[ErrorInput, ...]:
+    """What ops reject as `count` sizes: one size too many, and a size that is not whole."""
+    many = ErrorInput(argument, (3,) * (count + 1), f"{argument}: expected {count} numbers, got {count + 1}")
+    return (many, *rejected(argument, "whole numbers", (3.0, 3, 3)[:count], error=TypeError))
+
+
+def rejected_words(*arguments: str) -> tuple[ErrorInput, ...]:
+    """A word that is none of the choices, for arguments that have some."""
+    return tuple(ErrorInput(a, "other", f"{a}: expected one of") for a in arguments)
 
 
 #: Public functions without a spec, and why; docs/coverage.md repeats it.

@@ -1,5 +1,6 @@
 """Colour conversions."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -9,7 +10,7 @@ from torch import Generator, Tensor
 
 from ..peer import Peer, cvt_color, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
-from . import add
+from . import add, rejected
 
 _OPENCV = "OpenCV cvtColor({}) on float32 and uint8"
 #: Reasons for `special_values`.
@@ -22,7 +23,12 @@ _LOGARITHM = "powers in ONNX go by logarithms, and ONNX Runtime's logarithm of i
 
 #: Ops that move channels support bytes and 16 bits; alpha is opaque.
 _DEEP = Frames(("uint8", "uint16"))
-_OPAQUE = Frames(config={"alpha_val": 255.0}, ranges={"alpha_val": None}, reference="OpenCV mixChannels")
+_OPAQUE = Frames(
+    config={"alpha_val": 255.0},
+    ranges={"alpha_val": None},
+    reference="OpenCV mixChannels",
+    errors=rejected("alpha_val", "a number of dtype torch.uint8", math.nan),
+)
 
 
 def _rgb(name: str = "image"):

@@ -1,5 +1,6 @@
 """Ops that fit no other family."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ from torch import Generator, Tensor
 
 from ..peer import Peer, opencv
 from ..spec import Spec, TensorSpec, Tolerance, image
-from . import STENCIL, add
+from . import STENCIL, add, rejected
 
 # --- histogram ----------------------------------------------------------------------------------------------
 
@@ -158,6 +159,7 @@ add(
         gradients=(),
         sample=_sparse,
         reference="the definition in NumPy float64; SciPy distance_transform_edt to within its approximation",
+        errors=rejected("h", "a positive number", math.nan),
     )
 )
 

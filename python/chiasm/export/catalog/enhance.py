@@ -9,8 +9,8 @@ from PIL import Image
 from torch import Generator, Tensor
 
 from ..peer import Call, Peer, opencv
-from ..spec import Frames, Spec, TensorSpec, Tolerance, image
-from . import STENCIL, add
+from ..spec import ErrorInput, Frames, Spec, TensorSpec, Tolerance, image
+from . import STENCIL, add, rejected
 
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
 #: The gradient of a number that all pixels share is a sum over them, whose order each backend chooses.
@@ -192,6 +192,10 @@ for _name in ("integral_image", "integral_tensor"):
 _CLIPPED_SUM = opencv(lambda cv2, x, factor: cv2.min(cv2.max(cv2.add(x, factor), 0.0), 1.0), "planes")
 _CLIPPED_PRODUCT = opencv(lambda cv2, x, factor: cv2.min(cv2.multiply(x, factor), 1.0), "planes")
 
+_CONTRAST = (
+    *rejected("factor", "a number that is not negative", -0.5, math.nan),
+    ErrorInput("factor", [0.5], "factor: expected a number or a tensor, got list", TypeError),
+)
 for _name, _low, _high, _unit, _peer, _frames_peer in (
     ("adjust_brightness", -0.3, 0.3, 255, _CLIPPED_SUM, _curve(lambda x, factor: x + factor)),
     ("adjust_brightness_accumulative", 0.5, 1.5, 1, _CLIPPED_PRODUCT, _curve(lambda x, factor: x * factor)),
@@ -207,6 +211,7 @@ for _name, _low, _high, _unit, _peer, _frames_peer in (
             reference="Pillow ImageEnhance.Brightness; the formula in NumPy float64",
             peer=_peer,
             frames=Frames(ranges={"factor": (_low * _unit, _high * _unit)}, peer=_frames_peer),
+            errors=_CONTRAST if _name == "adjust_contrast" else (),
         )
     )
 
@@ -261,6 +266,10 @@ add(
         ),
         reference="scikit-image adjust_gamma",
         frames=Frames(peer=_curve(lambda x, gamma, gain: 255 * gain * (x / 255) ** gamma, atol=1)),
+        errors=(
+            *rejected("gamma", "a number that is not negative", -1.0, math.nan),
+            *rejected("gain", "a number that is not negative", -1.0, math.nan),
+        ),
     )
 )
 
@@ -411,6 +420,9 @@ add(
         gradients=(),
         reference="Pillow ImageOps.autocontrast",
         frames=Frames(),
+        errors=rejected(
+            "cutoff", "percentages that are not negative and sum to less than 100", (math.nan, 1.0)
+        ),
     )
 )
 
@@ -465,6 +477,7 @@ add(
         reference="OpenCV calcHist",
         frames=Frames(config={"n_bins": 256, "max": 256.0}),
         picture="histogram",
+        errors=rejected("max", "a number above min = 0.0", math.nan),
     )
 )
 
@@ -570,6 +583,7 @@ for _kernel in ("triangular", "gaussian", "uniform", "epanechnikov"):
             gradients=() if _kernel == "uniform" else None,
             reference="the definition in NumPy float64",
             picture="histogram",
+            errors=rejected("bandwidth", "a positive number", math.nan),
         ),
         fn="enhance.image_histogram2d",
     )

@@ -1,7 +1,9 @@
 """Features: corner and blob responses of pixels."""
 
-from ..spec import Frames, Spec, TensorSpec, image
-from . import STENCIL, add
+import math
+
+from ..spec import ErrorInput, Frames, Spec, TensorSpec, image
+from . import STENCIL, add, rejected
 
 add(
     Spec(
@@ -11,6 +13,7 @@ add(
         config={"k": 0.04, "grads_mode": "sobel"},
         symbols=STENCIL,
         reference="the definition in NumPy float64; OpenCV cornerHarris up to scale",
+        errors=(ErrorInput("grads_mode", "other", "mode: expected one of"),),
     )
 )
 
@@ -28,6 +31,10 @@ add(
         gradients=(),
         reference="NumPy argsort of the response's local maxima",
         picture="keypoints",
+        errors=(
+            *rejected("max_keypoints", "a positive number", 0),
+            *rejected("threshold", "a number >= 0", -1.0),
+        ),
     )
 )
 
@@ -78,6 +85,9 @@ add(
         [TensorSpec("output", layout="NCHW", description="blob response")],
         symbols=_BORDER,
         reference="SciPy gaussian_filter in float64",
+        errors=(
+            ErrorInput("sigma2", math.nan, "sigma1, sigma2: expected positive numbers, got 1.0 and nan"),
+        ),
     )
 )
 add(

@@ -1,5 +1,6 @@
 """Features: key points in scale space."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -7,7 +8,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec, Tolerance, image
-from . import add
+from . import add, rejected
 
 
 def blobs(
@@ -66,6 +67,7 @@ for _response, _threshold, _reference in (
             sample=_sample_blobs,
             reference=_reference,
             picture="detected keypoints",
+            errors=rejected("init_sigma", "more than 0.5", math.nan),
         ),
         fn="feature.detect_keypoints",
     )

@@ -8,8 +8,18 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Call, Peer, opencv
-from ..spec import Frames, Spec, TensorSpec, Tolerance, image
-from . import STENCIL, add
+from ..spec import ErrorInput, Frames, Spec, TensorSpec, Tolerance, image
+from . import STENCIL, add, rejected, rejected_sizes, rejected_words
+
+_NOT_POSITIVE = (0.0, -1.0, math.nan)
+_SIGMA = rejected("sigma", "a positive number", *_NOT_POSITIVE)
+_SIGMAS = rejected("sigma", "positive numbers", (0.0, 1.0), (1.0, -2.0), (math.nan, 1.0))
+_SIGMAS_3D = rejected("sigma", "positive numbers", (1.0, math.nan, 1.0))
+_BILATERAL = (
+    *rejected("sigma_color", "a positive number", *_NOT_POSITIVE),
+    ErrorInput("sigma_color", "1", "sigma_color: expected a number or a tensor, got str", TypeError),
+    *rejected("sigma_space", "positive numbers", (math.nan, 1.0)),
+)
 
 _GAUSSIAN = opencv(
     lambda cv2, x, sigma: cv2.GaussianBlur(
@@ -76,6 +86,11 @@ add(
         ),
         reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
         frames=Frames(peer=_GAUSSIAN),
+        errors=(
+            *_SIGMAS,
+            *rejected("kernel_size", "odd positive sizes", (4, 4)),
+            *rejected_words("border_type"),
+        ),
     )
 )
 
@@ -96,6 +111,7 @@ add(
         frames=Frames(
             peer=opencv(lambda cv2, x: cv2.GaussianBlur(x, (5, 5), 1.1, borderType=cv2.BORDER_REFLECT_101))
         ),
+        errors=_SIGMAS,
     ),
     fn="filters.gaussian_blur2d",
 )
@@ -136,6 +152,7 @@ add(
         config={"window_size": 5},
         reference="SciPy stats.norm.pdf",
         picture="kernels",
+        errors=_SIGMA,
     )
 )
 
@@ -166,6 +183,7 @@ for _name, _size, _axes, _reference, _peer in (
             config={"kernel_size": _size},
             peer=_peer,
             reference=_reference,
+            errors=_SIGMA if _axes == 1 else _SIGMAS if _axes == 2 else _SIGMAS_3D,
             picture="kernels",
         )
     )
@@ -333,6 +351,7 @@ add(
             reference="OpenCV blur",
             peer=opencv(lambda cv2, x: cv2.blur(x, (5, 5), borderType=cv2.BORDER_REFLECT_101)),
         ),
+        errors=rejected_sizes("kernel_size"),
     )
 )
 add(
@@ -358,6 +377,7 @@ add(
         peer=opencv(_unsharp),
         reference="OpenCV GaussianBlur and addWeighted, scikit-image unsharp_mask",
         frames=Frames(reference="OpenCV GaussianBlur and addWeighted", peer=opencv(_unsharp)),
+        errors=_SIGMAS,
     )
 )
 
@@ -374,6 +394,10 @@ add(
             "planes",
         ),
         reference="scikit-image difference_of_gaussians",
+        errors=tuple(
+            ErrorInput(s, math.nan, "high_sigma: expected 0 < low_sigma <= high_sigma, got")
+            for s in ("low_sigma", "high_sigma")
+        ),
     )
 )
 
@@ -429,6 +453,7 @@ add(
         reference="OpenCV Sobel(BORDER_REPLICATE)",
         frames=Frames(config={"normalized": False}, peer=opencv(_derivatives(1, "CV_16S"), "planes")),
         picture="derivatives",
+        errors=(*rejected_words("mode"), *rejected("order", "1 or 2", 3)),
     )
 )
 
@@ -495,6 +520,7 @@ add(
         config={"kernel_size": 3},
         symbols=STENCIL,
         reference="NumPy and SciPy ndimage",
+        errors=rejected("edge_threshold", "more than 1", math.nan),
     )
 )
 
@@ -578,7 +604,7 @@ for _suffix, _method, _kind in (
                 before=lambda x: (x.astype(np.uint8),),
             ),
             reference="OpenCV adaptiveThreshold",
-            frames=Frames(),
+            frames=Frames(errors=rejected("max_value", "a whole number, 0 to 255, for bytes", math.nan)),
         ),
         fn="filters.adaptive_threshold",
     )
@@ -602,6 +628,7 @@ add(
         frames=Frames(
             ("uint8", "uint16"), peer=opencv(lambda cv2, x: cv2.medianBlur(x, 3), "planes", edge=1)
         ),
+        errors=(*rejected_sizes("kernel_size"), *rejected("kernel_size", "odd positive sizes", (3, 2))),
     )
 )
 
@@ -624,6 +651,7 @@ add(
             config={"sigma_color": 25.0},
             reference="the definition in NumPy float64, and OpenCV bilateralFilter",
         ),
+        errors=(*_BILATERAL, *rejected_words("color_distance_type")),
     )
 )
 
@@ -650,6 +678,13 @@ add(
             config={"low_threshold": 100.0, "high_threshold": 200.0},
             reference="OpenCV GaussianBlur and Canny",
         ),
+        errors=(
+            *_SIGMAS,
+            *(
+                ErrorInput(t, math.nan, "low_threshold: expected 0 <= low_threshold <= high_threshold, got")
+                for t in ("low_threshold", "high_threshold")
+            ),
+        ),
     )
 )
 
@@ -668,6 +703,7 @@ add(
         special_values=_OWN_WEIGHT,
         reference="the definition in NumPy float64",
         frames=Frames(config={"sigma_color": 25.0}, reference="the definition in NumPy float64"),
+        errors=_BILATERAL,
     )
 )
 
@@ -720,6 +756,7 @@ add(
             "scipy.ndimage", lambda ndimage, x: ndimage.percentile_filter(x, 80, 3, mode="mirror"), "planes"
         ),
         reference="SciPy percentile_filter(mode='mirror')",
+        errors=rejected("percentile", "0 to 100", math.nan),
     )
 )
 
@@ -732,5 +769,6 @@ add(
         symbols=STENCIL,
         gradients=(),
         reference="the definition in NumPy float64, OpenCV fastNlMeansDenoising",
+        errors=rejected("h", "a positive number", math.nan),
     )
 )

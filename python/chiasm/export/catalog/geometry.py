@@ -7,8 +7,8 @@ from PIL import Image
 from torch import Generator, Tensor
 
 from ..peer import Peer, opencv, warped
-from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
-from . import ZERO_WEIGHTS, add
+from ..spec import ErrorInput, Frames, Spec, TensorSpec, Tolerance, image, like
+from . import ZERO_WEIGHTS, add, rejected, rejected_sizes, rejected_words
 
 # --- resize -------------------------------------------------------------------------------------------------
 
@@ -91,6 +91,12 @@ for _name, _config in {
             frames=_FRAMES[_name],
             special_values="" if _name == "nearest" else ZERO_WEIGHTS,
             picture="warps",
+            errors=(
+                *rejected_sizes("size"),
+                *rejected("size", "positive sizes", (4, 0)),
+                ErrorInput("size", (5,), "size: expected 2 numbers, got 1"),
+                *rejected_words("interpolation", "side"),
+            ),
         ),
         fn="geometry.transform.resize",
     )
@@ -145,6 +151,7 @@ for _mode in ("bilinear", "nearest"):
                     else None
                 ),
                 picture="warps",
+                errors=(*rejected_sizes("dsize"), *rejected_words("mode", "padding_mode")),
             ),
             fn="geometry.transform.warp_perspective",
         )
@@ -175,5 +182,6 @@ add(
         sample=_sample_points,
         reference="OpenCV findHomography; NumPy SVD in float64",
         picture="fitted maps",
+        errors=rejected_words("solver"),
     )
 )

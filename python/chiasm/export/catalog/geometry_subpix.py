@@ -1,10 +1,11 @@
 """Geometry: local maxima to a fraction of a pixel, and heat maps."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 from ..spec import Spec, TensorSpec, Tolerance, image, like
-from . import STENCIL, add
+from . import STENCIL, add, rejected
 
 _VOLUME = TensorSpec(
     "input", ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
@@ -34,7 +35,15 @@ def _add(
 _MASK = TensorSpec("mask", description="where the maxima are")
 _SUPPRESSED = TensorSpec("output", description="input at the maxima, 0 elsewhere")
 _SCIPY = "SciPy maximum_filter"
-_add("nms2d.values", [image()], [_SUPPRESSED], _SCIPY, config={"kernel_size": (5, 5)}, symbols=STENCIL)
+_add(
+    "nms2d.values",
+    [image()],
+    [_SUPPRESSED],
+    _SCIPY,
+    config={"kernel_size": (5, 5)},
+    symbols=STENCIL,
+    errors=rejected("kernel_size", "positive sizes of more than one pixel", (1, 1), (0, 3)),
+)
 _add(
     "nms2d.mask",
     [image()],
@@ -44,7 +53,15 @@ _add(
     symbols=STENCIL,
     gradients=(),
 )
-_add("nms3d.values", [_VOLUME], [_SUPPRESSED], _SCIPY, config={"kernel_size": (3, 5, 4)}, symbols=_CUBE)
+_add(
+    "nms3d.values",
+    [_VOLUME],
+    [_SUPPRESSED],
+    _SCIPY,
+    config={"kernel_size": (3, 5, 4)},
+    symbols=_CUBE,
+    errors=rejected("kernel_size", "positive sizes of more than one voxel", (1, 1, 1)),
+)
 _add(
     "nms3d.mask",
     [_VOLUME],
@@ -69,14 +86,24 @@ _QUADRATIC: dict[str, Any] = {
     "gradient_tolerances": {"float32": Tolerance(1e-2, 1e-3)},
 }
 _CHOSEN = TensorSpec("precomputed_nms_mask", ("B", "C", "D", "H", "W"), "bool", description="what to refine")
-_add("conv_quad_interp3d.maxima", [_VOLUME], **_QUADRATIC)
+_add(
+    "conv_quad_interp3d.maxima",
+    [_VOLUME],
+    **_QUADRATIC,
+    errors=(*rejected("n_iters", "a positive number", 0), *rejected("dilation_radius", "a number >= 0", -1)),
+)
 _add(
     "conv_quad_interp3d.masked",
     [_VOLUME, _CHOSEN],
     config={"dilation_radius": 2, "allow_scale_steps": False},
     **_QUADRATIC,
 )
-_add("iterative_quad_interp3d.maxima", [_VOLUME], **_QUADRATIC)
+_add(
+    "iterative_quad_interp3d.maxima",
+    [_VOLUME],
+    **_QUADRATIC,
+    errors=rejected("max_candidates", "a number >= 0", -1),
+)
 _add(
     "iterative_quad_interp3d.strongest", [_VOLUME], config={"max_candidates": 20, "n_iters": 3}, **_QUADRATIC
 )
@@ -94,6 +121,7 @@ _add(
     [_DISTRIBUTION],
     "torch.nn.functional.softmax",
     config={"temperature": 0.5},
+    errors=rejected("temperature", "one positive number", 0.0, math.nan),
 )
 _add("spatial_softmax2d.tensor", [_HEATMAP, _TEMPERATURE], [_DISTRIBUTION], "torch.nn.functional.softmax")
 _add(
@@ -120,6 +148,7 @@ _add(
     "SciPy norm",
     config={"size": (24, 31)},
     picture="heat maps",
+    errors=rejected("size", "positive sizes", (4, 0)),
 )
 add(
     Spec(
@@ -145,6 +174,11 @@ _add(
     config={"normalized_coordinates": False, "output_value": True},
     symbols=STENCIL,
     **_PIXELS,
+    errors=(
+        *rejected("kernel_size", "positive sizes", [0, 3]),
+        *rejected("stride", "positive numbers", [1, 0]),
+        *rejected("padding", "numbers from 0 to half of kernel_size", [1, 2]),
+    ),
 )
 _add(
     "conv_soft_argmax2d.normalized",

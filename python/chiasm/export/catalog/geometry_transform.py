@@ -1,5 +1,6 @@
 """Geometric transforms of images: matrices, warps, crops, pyramids."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -7,8 +8,8 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
-from ..spec import Frames, Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
-from . import STENCIL, ZERO_WEIGHTS, add
+from ..spec import ErrorInput, Frames, Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
+from . import STENCIL, ZERO_WEIGHTS, add, rejected, rejected_sizes, rejected_words
 
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
@@ -209,7 +210,11 @@ _WARPED = {
             like("dsize"),
         ],
         ("bilinear_zeros", "nearest_border", "bicubic_reflection"),
-        {"fn": "warp_affine", "reference": "OpenCV warpAffine; SciPy map_coordinates"},
+        {
+            "fn": "warp_affine",
+            "reference": "OpenCV warpAffine; SciPy map_coordinates",
+            "errors": rejected_sizes("dsize"),
+        },
     ),
     "warp_perspective": (
         [
@@ -222,6 +227,7 @@ _WARPED = {
             "fn": "warp_perspective",
             "reference": "OpenCV warpPerspective",
             "makers": {"M": "homography"},
+            "errors": rejected_sizes("dsize"),
         },
     ),
     "remap": (
@@ -278,6 +284,7 @@ _add(
     symbols=_SIZES,
     frames=Frames(ranges={"fill_value": (0.0, 255.0)}),
     **_WARP,
+    errors=rejected_sizes("dsize"),
 )
 _add(
     "remap.normalized",
@@ -306,6 +313,7 @@ _add(
     makers={"src_homo_dst": "normalized"},
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("dsize"),
 )
 _add(
     "rotate",
@@ -375,6 +383,7 @@ for _mapping in ("linear", "log"):
         symbols=_SIZES,
         frames=Frames(),
         **_WARP,
+        errors=(*rejected_sizes("dsize"), *rejected_words("mapping")),
     )
 _add(
     "elastic_transform2d",
@@ -415,6 +424,11 @@ _add(
     fn="rescale",
     config={"factor": (1.5, 0.7), "interpolation": "bicubic"},
     symbols=STENCIL,
+    errors=(
+        ErrorInput("factor", math.nan, "factor: expected positive numbers, got (nan, nan)"),
+        ErrorInput("factor", -1.0, "factor: expected positive numbers, got (-1.0, -1.0)"),
+        ErrorInput("factor", 0.01, "factor: expected to leave a pixel of"),
+    ),
 )
 _add(
     "rescale.antialias",
@@ -433,6 +447,7 @@ _add(
     config={"divisible_factor": 8},
     symbols=STENCIL,
     special_values=ZERO_WEIGHTS,
+    errors=rejected("divisible_factor", "a positive number", 0),
 )
 _add(
     "pyrdown.by_2",
@@ -453,6 +468,7 @@ _add(
     "OpenCV GaussianBlur and torch.nn.functional.interpolate",
     fn="pyrdown",
     config={"border_type": "replicate", "align_corners": True, "factor": 1.5},
+    errors=(*rejected("factor", "a positive number", 0.0, math.nan), *rejected_words("border_type")),
     symbols=STENCIL,
     special_values=ZERO_WEIGHTS,
 )
@@ -478,6 +494,7 @@ _add(
     symbols=_HALVES,
     special_values=ZERO_WEIGHTS,
     outputs=_LEVELS,
+    errors=rejected("max_level", "a positive number", 0),
 )
 _add(
     "build_laplacian_pyramid",
@@ -500,6 +517,7 @@ _add(
     fn="center_crop",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("size"),
 )
 _add(
     "crop_and_resize",
@@ -508,6 +526,7 @@ _add(
     fn="crop_and_resize",
     config={"size": (10, 12)},
     **_WARP,
+    errors=rejected_sizes("size"),
 )
 _add(
     "crop_by_transform_mat",
@@ -520,6 +539,7 @@ _add(
     fn="crop_by_transform_mat",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("out_size"),
 )
 _add(
     "crop_by_boxes",
@@ -570,6 +590,7 @@ for _name, _config in {
             sample=_sample_whole_boxes,
             reference="NumPy slices and torch.nn.functional.interpolate",
             picture="warps",
+            errors=rejected_words("shape_compensation"),
         ),
         fn="geometry.transform.crop_by_indices",
     )

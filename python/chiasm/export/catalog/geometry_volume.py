@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
-from . import add
+from . import add, rejected_sizes, rejected_words
 
 _SIZES = {"D": (2, 4096), "OD": (1, 4096), "OH": (1, 32768), "OW": (1, 32768)}
 _SHAPE = ("OD", "OH", "OW")
@@ -177,6 +177,7 @@ for _mode, _padding in (("bilinear", "reflection"), ("nearest", "border")):
         config={"flags": _mode, "padding_mode": _padding},
         symbols=_SIZES,
         **_WARP,
+        errors=(*rejected_sizes("dsize", 3), *rejected_words("flags")),
     )
 _add(
     "warp_perspective3d",
@@ -190,6 +191,7 @@ _add(
     makers={"M": "homography"},
     symbols=_SIZES,
     **_WARP,
+    errors=(*rejected_sizes("dsize", 3), *rejected_words("border_mode")),
 )
 _add(
     "homography_warp3d",
@@ -202,6 +204,7 @@ _add(
     "homography_warp3d",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("dsize", 3),
 )
 _add(
     "affine3d",
@@ -243,6 +246,7 @@ _add(
     config={"size": (5, 12, 10)},
     symbols=_SIZES,
     **_WARP,
+    errors=(*rejected_sizes("size", 3), *rejected_words("interpolation")),
 )
 _add(
     "crop_and_resize3d",
@@ -252,6 +256,7 @@ _add(
     config={"size": (5, 12, 10)},
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("size", 3),
 )
 _add(
     "crop_by_transform_mat3d",
@@ -264,6 +269,7 @@ _add(
     "crop_by_transform_mat3d",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("out_size", 3),
 )
 _add(
     "crop_by_boxes3d",
@@ -277,6 +283,7 @@ _add(
     "crop_by_boxes3d",
     symbols=_SIZES,
     **_WARP,
+    errors=rejected_sizes("size", 3),
 )
 
 # --- thin-plate splines -------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..spec import Sampler, Spec, TensorSpec, image
-from . import STENCIL, add
+from . import STENCIL, add, rejected_words
 
 _LOSS = [TensorSpec("loss")]
 _PAIR = [image("img1"), image("img2")]
@@ -32,6 +32,7 @@ add(
         symbols={"H": (16, 32768), "W": (16, 32768)},
         reference="scikit-image structural_similarity (gaussian weights)",
         picture="comparison",
+        errors=rejected_words("reduction", "padding"),
     )
 )
 

@@ -1,7 +1,9 @@
 """Metrics."""
 
+import math
+
 from ..spec import Spec, TensorSpec, Tolerance, image
-from . import add
+from . import add, rejected
 
 add(
     Spec(
@@ -11,6 +13,7 @@ add(
         config={"max_val": 1.0},
         reference="scikit-image peak_signal_noise_ratio",
         picture="comparison",
+        errors=rejected("max_val", "a positive number", math.nan),
     )
 )
 
@@ -25,6 +28,7 @@ add(
         tolerances={"float32": Tolerance(2e-4, 1e-4)},
         reference="scikit-image structural_similarity (gaussian weights)",
         picture="comparison",
+        errors=rejected("window_size", "a positive odd size", 4),
     )
 )
 

@@ -1,10 +1,12 @@
 """Metrics: errors of results against the truth."""
 
+import math
+
 import torch
 from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec
-from . import add
+from . import add, rejected
 from .rigid import linalg
 
 _DOUBLE = torch.float64
@@ -88,6 +90,7 @@ add(
         {"num_classes": 6},
         reference="scikit-learn jaccard_score, torchmetrics",
         picture="values of classes",
+        errors=rejected("eps", "a positive number", math.nan),
     )
 )
 

@@ -6,7 +6,7 @@ from torch import Generator, Tensor
 
 from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, image
-from . import STENCIL, add
+from . import STENCIL, add, rejected, rejected_words
 
 
 def _morphology(operation: str) -> Peer:
@@ -48,6 +48,10 @@ add(
         ),
         reference="OpenCV dilate, SciPy grey_dilation",
         frames=Frames(("uint8", "uint16"), peer=_morphology("MORPH_DILATE")),
+        errors=(
+            *rejected("origin", "a position inside the (3, 3) kernel", [0, 3]),
+            *rejected_words("border_type"),
+        ),
     )
 )
 

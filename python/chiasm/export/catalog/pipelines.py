@@ -1,5 +1,6 @@
 """Pipelines: several ops in one bundle, from camera frame to result."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,9 +8,11 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import opencv
-from ..spec import Spec, TensorSpec, Tolerance, frame
-from . import STENCIL, add
+from ..spec import ErrorInput, Spec, TensorSpec, Tolerance, frame
+from . import STENCIL, add, rejected, rejected_sizes
 from .feature_detection import blobs
+
+_STD = rejected("std", "numbers above 0", (math.nan, 1.0, 1.0))
 
 add(
     Spec(
@@ -25,6 +28,7 @@ add(
         ],
         symbols=STENCIL,
         reference="OpenCV resize and blobFromImage",
+        errors=_STD,
     )
 )
 
@@ -76,6 +80,13 @@ add(
         [_INPUT, _TO_FRAME],
         peer=opencv(_opencv_letterbox, "samples", atol=1.001 / 255),
         reference="OpenCV resize, copyMakeBorder, blobFromImage",
+        errors=(
+            *rejected_sizes("size"),
+            *_STD,
+            ErrorInput("size", (5,), "size: expected 2 numbers, got 1"),
+            ErrorInput("mean", (0.0,), "mean: expected 3 numbers, got 1"),
+            *rejected("value", "a whole number from 0 to 255", 1.5),
+        ),
     )
 )
 
@@ -122,7 +133,18 @@ for _name, _parts, _peer in (
             reference="OpenCV cvtColor, resize, copyMakeBorder, blobFromImage",
         )
     )
-add(Spec("pipelines.center_crop", [_FRAMES], [_INPUT, _TO_FRAME], reference="OpenCV resize and slices"))
+add(
+    Spec(
+        "pipelines.center_crop",
+        [_FRAMES],
+        [_INPUT, _TO_FRAME],
+        reference="OpenCV resize and slices",
+        errors=(
+            *rejected_sizes("size"),
+            ErrorInput("size", 640, "size: expected 2 numbers, got int", TypeError),
+        ),
+    )
+)
 
 
 def _sample_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -144,6 +166,10 @@ add(
         gradients=(),
         sample=_sample_boxes,
         reference="OpenCV resize of slices",
+        errors=(
+            *rejected_sizes("size"),
+            ErrorInput("std", 0.5, "std: expected 3 numbers, got float", TypeError),
+        ),
     )
 )
 

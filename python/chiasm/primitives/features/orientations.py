@@ -40,17 +40,19 @@ def directed(length: Tensor, direction: Tensor, bins: int) -> Tensor:
 
 
 @primitive
-def orientation_histograms(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
+def orientation_histograms(patches: Tensor, window: Tensor, space_weights: Tensor, bins: int) -> Tensor:
     """(N, bins, P, P): histograms of the gradient directions in patches (N, 1, PS, PS). The lengths, as
-    ``directed``, are weighted by ``window`` (PS, PS) and added to the P x P cells by ``nearness`` (P, PS),
-    for rows and for columns."""
+    ``directed``, are weighted by ``window`` (PS, PS) and added to the P x P cells by ``space_weights``
+    (P, PS), for rows and for columns."""
     length, direction = polar_gradient(patches)
     planes = directed(length * window, direction, bins)
-    return small_matmul(small_matmul(nearness, planes), nearness.transpose(-1, -2))
+    return small_matmul(small_matmul(space_weights, planes), space_weights.transpose(-1, -2))
 
 
 @orientation_histograms.lowering("native", when=kernels.has_kernel)
-def _direction_histograms_kernel(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
+def _orientation_histograms_kernel(
+    patches: Tensor, window: Tensor, space_weights: Tensor, bins: int
+) -> Tensor:
     return kernels.orientation_histograms(
-        patches[:, 0].contiguous(), window.contiguous(), nearness.contiguous(), bins
+        patches[:, 0].contiguous(), window.contiguous(), space_weights.contiguous(), bins
     )

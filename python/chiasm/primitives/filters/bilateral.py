@@ -18,19 +18,19 @@ def bilateral_mean(
     guide: Tensor,
     kernel_y: Tensor,
     kernel_x: Tensor,
-    falloff: Tensor,
+    range_coefficient: Tensor,
     squares: bool,
     border_type: str,
 ) -> Tensor:
-    """Means of (B, C, H, W) weighted by exp(falloff * distance^2) * kernel_y * kernel_x.
+    """Means of (B, C, H, W) weighted by exp(range_coefficient * distance^2) * kernel_y * kernel_x.
 
     The distance between the colours of ``guide`` (B or 1, D, H, W) is the sum of absolute differences, or
-    Euclidean (``squares``). The kernels are (B or 1, size), falloff is (B or 1, 1, 1, 1).
+    Euclidean (``squares``). The kernels are (B or 1, size), range_coefficient is (B or 1, 1, 1, 1).
     """
     ry, rx = kernel_y.size(1) // 2, kernel_x.size(1) // 2
     p = padded(x, (ry, ry), (rx, rx), border_type)
     q = p if guide is x else padded(guide, (ry, ry), (rx, rx), border_type)
-    return _valid_mean(p, q, kernel_y, kernel_x, falloff, squares)
+    return _valid_mean(p, q, kernel_y, kernel_x, range_coefficient, squares)
 
 
 @bilateral_mean.lowering("native", when=kernels.has_kernel)
@@ -39,17 +39,22 @@ def _bilateral_mean_kernel(
     guide: Tensor,
     kernel_y: Tensor,
     kernel_x: Tensor,
-    falloff: Tensor,
+    range_coefficient: Tensor,
     squares: bool,
     border_type: str,
 ) -> Tensor:
     return kernels.bilateral(
-        x, guide, kernel_y[:, :, None] * kernel_x[:, None, :], falloff.flatten(), border_type, squares
+        x,
+        guide,
+        kernel_y[:, :, None] * kernel_x[:, None, :],
+        range_coefficient.flatten(),
+        border_type,
+        squares,
     )
 
 
 def _valid_mean(
-    p: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, squares: bool
+    p: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, range_coefficient: Tensor, squares: bool
 ) -> Tensor:
     ky, kx = kernel_y.size(1), kernel_x.size(1)
     height = p.size(2) - ky + 1
@@ -72,8 +77,8 @@ def _valid_mean(
                     distance = distance + difference.abs().sum(1, keepdim=True)
             if not squares:
                 distance = distance * distance
-            nearness = (kernel_y[:, i] * kernel_x[:, j])[:, None, None, None]
-            weight = torch.exp(distance * falloff) * nearness
+            space_weights = (kernel_y[:, i] * kernel_x[:, j])[:, None, None, None]
+            weight = torch.exp(distance * range_coefficient) * space_weights
             total = total + weight
             sums = [sums[c] + rows[c][..., j : j + width] * weight for c in range(len(planes))]
     return join_channels([s / total for s in sums])
@@ -84,11 +89,12 @@ def bilateral_bytes(
     guide: Tensor,
     kernel_y: Tensor,
     kernel_x: Tensor,
-    falloff: Tensor,
+    range_coefficient: Tensor,
     squares: bool,
     border_type: str,
 ) -> Tensor:
-    """``bilateral_mean`` of bytes by a guide of bytes, rounded half up; kernels and falloff are float64.
+    """``bilateral_mean`` of bytes by a guide of bytes, rounded half up; the kernels and the coefficient are
+    float64.
 
     Both factors of a weight are rounded to multiples of 1/2^16. A weight is then a multiple of 1/2^32, and
     float64 holds the sums over up to 4096 pixels exactly. Distances are integers, which index a table of the
@@ -96,30 +102,33 @@ def bilateral_bytes(
     """
     ry, rx = kernel_y.size(1) // 2, kernel_x.size(1) // 2
     relative_y, relative_x = kernel_y / kernel_y[:, ry : ry + 1], kernel_x / kernel_x[:, rx : rx + 1]
-    nearness = known_or(torch.round(65536.0 * (relative_y[:, :, None] * relative_x[:, None, :])), 0.0)
+    space_weights = known_or(torch.round(65536.0 * (relative_y[:, :, None] * relative_x[:, None, :])), 0.0)
     largest = guide.size(1) * (65025 if squares else 255)
     distance = torch.arange(largest + 1, device=x.device).to(torch.float64)
-    exponent = (distance if squares else distance * distance) * falloff.reshape(-1, 1)
-    alike = known_or(torch.round(65536.0 * torch.exp(exponent)), 0.0)
+    exponent = (distance if squares else distance * distance) * range_coefficient.reshape(-1, 1)
+    range_weights = known_or(torch.round(65536.0 * torch.exp(exponent)), 0.0)
     # A pixel of the same colour has the whole weight, even if all other colours have none.
-    alike = torch.where(distance == 0.0, torch.full_like(alike, 65536.0), alike)
-    return _mean_of_bytes(x, guide, materialised(nearness, 0), materialised(alike, 0), squares, border_type)
+    range_weights = torch.where(distance == 0.0, torch.full_like(range_weights, 65536.0), range_weights)
+    return _mean_of_bytes(
+        x, guide, materialised(space_weights, 0), materialised(range_weights, 0), squares, border_type
+    )
 
 
 @primitive
 def _mean_of_bytes(
-    x: Tensor, guide: Tensor, nearness: Tensor, alike: Tensor, squares: bool, border_type: str
+    x: Tensor, guide: Tensor, space_weights: Tensor, range_weights: Tensor, squares: bool, border_type: str
 ) -> Tensor:
-    """Means of bytes (B, C, H, W) weighted by ``nearness`` (B or 1, ky, kx) times the entry of ``alike``
-    (B or 1, K) at the distance between the colours of ``guide`` (B or 1, D, H, W), rounded half up. Both are
-    integers in float64, which holds all sums exactly; ``nearness`` is symmetric about its centre."""
-    batch, ky, kx = x.size(0), nearness.size(1), nearness.size(2)
+    """Means of bytes (B, C, H, W) weighted by ``space_weights`` (B or 1, ky, kx) times the entry of
+    ``range_weights`` (B or 1, K) at the distance between the colours of ``guide`` (B or 1, D, H, W), rounded
+    half up. Both are integers in float64, which holds all sums exactly; ``space_weights`` are symmetric about
+    their centre."""
+    batch, ky, kx = x.size(0), space_weights.size(1), space_weights.size(2)
     height, width = x.size(2), x.size(3)
     ry, rx = ky // 2, kx // 2
     p = padded(in_planes(x).to(torch.float32), (ry, ry), (rx, rx), border_type)
     q = p if guide is x else padded(in_planes(guide).to(torch.float32), (ry, ry), (rx, rx), border_type)
     q = q.expand(batch, -1, -1, -1)
-    table = alike.expand(batch, -1)
+    table = range_weights.expand(batch, -1)
     centre = q[:, :, ry : ry + height, rx : rx + width]
     total = torch.zeros([1], dtype=torch.float64, device=p.device)
     sums = total
@@ -129,7 +138,7 @@ def _mean_of_bytes(
             apart = difference * difference if squares else difference.abs()
             entry = apart.sum(1).to(torch.int64).flatten(1)
             weight = table.gather(1, entry).reshape(batch, 1, height, width)
-            weight = weight * nearness[:, i, j].reshape(-1, 1, 1, 1)
+            weight = weight * space_weights[:, i, j].reshape(-1, 1, 1, 1)
             total = total + weight
             sums = sums + p[:, :, i : i + height, j : j + width].to(torch.float64) * weight
     return torch.floor((2.0 * sums + total) / (2.0 * total).clamp(min=1.0)).to(torch.uint8)
@@ -137,9 +146,9 @@ def _mean_of_bytes(
 
 @_mean_of_bytes.lowering("native", when=lambda x, *_: kernels.available(x))
 def _mean_of_bytes_kernel(
-    x: Tensor, guide: Tensor, nearness: Tensor, alike: Tensor, squares: bool, border_type: str
+    x: Tensor, guide: Tensor, space_weights: Tensor, range_weights: Tensor, squares: bool, border_type: str
 ) -> Tensor:
     planes = in_planes(x)
     guides = planes if guide is x else in_planes(guide)
-    made = kernels.bilateral_bytes(planes, guides, nearness, alike, border_type, squares)
+    made = kernels.bilateral_bytes(planes, guides, space_weights, range_weights, border_type, squares)
     return in_frames(made).permute(0, 3, 1, 2) if interleaved(x) else made

@@ -64,13 +64,13 @@ def morphology(
     column: int,
     border_type: str,
     value: float,
-    absent: float,
+    max_val: float,
     largest: bool,
 ) -> Tensor:
     """The largest x + height or smallest x - height over a window that begins (row, column) before each pixel
     of (B, C, H, W).
 
-    The heights are (kh, kw); the largest take them reversed, as in a dilation. A height of -``absent``
+    The heights are (kh, kw); the largest take them reversed, as in a dilation. A height of -``max_val``
     excludes its pixel. For integers, all other heights count as 0.
     """
     kh, kw = heights.size(0), heights.size(1)
@@ -79,7 +79,7 @@ def morphology(
         return _structured(x, above, beside, border_type, heights, largest, value)
     # An excluded pixel is beyond the range of pixels; if all are excluded, the result is clamped to the
     # range.
-    flat = -1048576 * (heights == -absent).to(torch.int32)
+    flat = -1048576 * (heights == -max_val).to(torch.int32)
     return saturated(_structured(x.to(torch.int32), above, beside, border_type, flat, largest, value), x)
 
 
@@ -96,13 +96,13 @@ def _morphology_kernel(
     column: int,
     border_type: str,
     value: float,
-    absent: float,
+    max_val: float,
     largest: bool,
 ) -> Tensor:
     window = (heights.flip([0, 1]) if largest else heights).to(torch.float64)
     values, step = as_rows(x)
     return from_rows(
-        kernels.morphology(values, step, window, row, column, border_type, value, absent, largest), x
+        kernels.morphology(values, step, window, row, column, border_type, value, max_val, largest), x
     )
 
 
@@ -115,12 +115,12 @@ def morphology_gradient(
     border_type: str,
     high_value: float,
     low_value: float,
-    absent: float,
+    max_val: float,
 ) -> Tensor:
     """The largest minus the smallest ``morphology``. A constant border is ``high_value`` for the first and
     ``low_value`` for the second. Integers saturate."""
-    high = morphology(x, heights, row, column, border_type, high_value, absent, True)
-    return difference(high, morphology(x, heights, row, column, border_type, low_value, absent, False))
+    high = morphology(x, heights, row, column, border_type, high_value, max_val, True)
+    return difference(high, morphology(x, heights, row, column, border_type, low_value, max_val, False))
 
 
 @morphology_gradient.lowering("native", when=kernels.has_pixel_kernel)
@@ -132,7 +132,7 @@ def _morphology_gradient_kernel(
     border_type: str,
     high_value: float,
     low_value: float,
-    absent: float,
+    max_val: float,
 ) -> Tensor:
     window = heights.to(torch.float64)
     values, step = as_rows(x)
@@ -147,7 +147,7 @@ def _morphology_gradient_kernel(
             border_type,
             high_value,
             low_value,
-            absent,
+            max_val,
         ),
         x,
     )

@@ -121,14 +121,14 @@ _declare(
     tried=[("space_weights", 1, 9), ("range_coefficient", -5, 0)],
 )
 _declare(
-    """bilateral_bytes(uint8[B, C, H, W] x, uint8[BG, D, H, W] guide, float64[BS, KY, KX] nearness,
-    float64[BA, K] alike, Border border, bool squares)
+    """bilateral_bytes(uint8[B, C, H, W] x, uint8[BG, D, H, W] guide, float64[BS, KY, KX] space_weights,
+    float64[BA, K] range_weights, Border border, bool squares)
     -> uint8[B, C, H, W]""",
     "bilateral.cpp",
-    """Means of the pixels in a window, weighted by nearness times the entry of alike at the distance between
-    two colours of the guide, which is the sum of absolute differences, or of squares; rounded half up. Both
-    factors are integers, and all sums are below 2^53; the nearness is symmetric about the centre. Arguments
-    of batch size 1 serve all images. A constant border is 0.""",
+    """Means of the pixels in a window, weighted by space_weights times the entry of range_weights at the
+    distance between two colours of the guide, which is the sum of absolute differences, or of squares;
+    rounded half up. Both factors are integers, and all sums are below 2^53; space_weights are symmetric about
+    the centre. Arguments of batch size 1 serve all images. A constant border is 0.""",
     [
         "BG in (1, B)",
         "BS in (1, B)",
@@ -137,7 +137,7 @@ _declare(
         "KX % 2 == 1",
         "1 <= K <= INT32_MAX",
     ],
-    tried=[("nearness", 1, 65536), ("alike", 1, 65536)],  # their products and sums are exact
+    tried=[("space_weights", 1, 65536), ("range_weights", 1, 65536)],  # their products and sums are exact
 )
 _declare(
     "median_filter(P[N, H, L] x, int step, int size, Border border) -> P[N, H, L]",
@@ -171,19 +171,19 @@ _declare(
 )
 _declare(
     """morphology(P[N, H, L] x, int step, float64[KY, KX] heights, int row, int column, Border border, float
-    value, float absent, bool largest)
+    value, float max_val, bool largest)
     -> P[N, H, L]""",
     "morphology.cpp",
     """The largest x + height (dilation, by the mirrored structuring element) or the smallest x - height
     (erosion) in a window that begins row pixels above and column pixels left of the pixel. A height of
-    -absent excludes its pixel. For integers, other heights count as 0. Neighbours in a row are step values
+    -max_val excludes its pixel. For integers, other heights count as 0. Neighbours in a row are step values
     apart. A constant border is value.""",
     [*_ROWS, "0 <= row < KY", "0 <= column < KX"],
 )
 _declare(
     """morphology_gradient(P[N, H, L] x, int step, float64[KY, KX] dilation_heights, float64[KY, KX]
     erosion_heights, int row, int column, Border border, float dilation_value, float erosion_value, float
-    absent) -> P[N, H, L]""",
+    max_val) -> P[N, H, L]""",
     "morphology.cpp",
     "A dilation minus an erosion, each with its own heights and its own value of a constant border;"
     " otherwise like morphology. Integers saturate.",

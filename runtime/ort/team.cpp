@@ -1,4 +1,4 @@
-#include "ort/lease.h"
+#include "ort/team.h"
 
 #include <chrono>
 #include <utility>
@@ -32,10 +32,10 @@ class Waiting {
 
 }  // namespace
 
-OrtStatus* Lease::run(void (*run)(void*), void* argument) {
+OrtStatus* Team::run(void (*run)(void*), void* argument) {
   run_ = run;
   run_argument_ = argument;
-  const auto iteration = [](void* self, size_t) { static_cast<Lease*>(self)->take_part(); };
+  const auto iteration = [](void* self, size_t) { static_cast<Team*>(self)->take_part(); };
   OrtStatus* status = api_.KernelContext_ParallelFor(context_, iteration, kMost, 0, this);
   const int32_t before = experience_.load(std::memory_order_relaxed), now = seen_.load();
   // Decrease slowly, so that after one run with a busy pool the next one still waits for threads.
@@ -46,17 +46,17 @@ OrtStatus* Lease::run(void (*run)(void*), void* argument) {
   return status;
 }
 
-uint64_t Lease::next_serial() {
+uint64_t Team::next_serial() {
   static std::atomic<uint64_t> next{1};
   return next.fetch_add(1, std::memory_order_relaxed);
 }
 
-void Lease::count_this_thread() {
+void Team::count_this_thread() {
   thread_local uint64_t counted = 0;
   if (std::exchange(counted, serial_) != serial_) seen_.fetch_add(1, std::memory_order_relaxed);
 }
 
-void Lease::take_part() {
+void Team::take_part() {
   if (std::this_thread::get_id() != master_) {
     count_this_thread();
     if (!done_.load(std::memory_order_acquire)) serve();
@@ -68,7 +68,7 @@ void Lease::take_part() {
   done_.store(true, std::memory_order_release);
 }
 
-void Lease::fork(Body body, void* argument) {
+void Team::fork(Body body, void* argument) {
   const int32_t known = experience_.load(std::memory_order_relaxed), expected = known == 0 ? kMost : known;
   int32_t count = joined_.load(std::memory_order_acquire);
   if (count < expected) {
@@ -89,7 +89,7 @@ void Lease::fork(Body body, void* argument) {
   for (Waiting waiting; working_.load(std::memory_order_acquire) != 0;) waiting.step();
 }
 
-void Lease::serve() {
+void Team::serve() {
   const base::DefaultFloats floats;
   uint64_t last = region_.load(std::memory_order_acquire);
   const int32_t index = joined_.fetch_add(1, std::memory_order_acq_rel);

@@ -1,4 +1,4 @@
-/** The threads of an ONNX Runtime session, lent to one run of a compiled op. */
+/** The team of threads of an ONNX Runtime session that one run of a compiled op has. */
 #pragma once
 
 #include <onnxruntime_c_api.h>
@@ -16,7 +16,7 @@ namespace chiasm::ort {
  *  threads: the caller's iteration runs the op, any other thread that turns up serves it until it ends, and
  *  each parallel region runs on the threads that have turned up by then.
  */
-class Lease final {
+class Team final {
  public:
   using Body = void (*)(void* argument, int32_t index, int32_t count);
 
@@ -25,10 +25,10 @@ class Lease final {
   using Experience = std::atomic<int32_t>;
   static constexpr int32_t kMost = 64;
 
-  Lease(const OrtApi& api, const OrtKernelContext* context, Experience& experience)
+  Team(const OrtApi& api, const OrtKernelContext* context, Experience& experience)
       : api_(api), context_(context), experience_(experience), serial_(next_serial()) {}
-  Lease(const Lease&) = delete;
-  Lease& operator=(const Lease&) = delete;
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
 
   /** Calls `run` in this thread, during which `fork` may be called. Must not throw. */
   OrtStatus* run(void (*run)(void*), void* argument);
