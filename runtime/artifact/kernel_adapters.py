@@ -282,16 +282,18 @@ def call(k: Kernel) -> List[str]:
         else f"{first}.with_leading({{{', '.join(sizes)}}})"
     )
     out.append(f"    Result out = make({shape}, {element});")
+    # Without a value there is nothing to do, but a loop might still count through what has no size.
+    out.append("    if (!is_empty(out)) {")
     passed = [value if "{" not in value else f"{kind}{value}" for kind, _, value in parameters(k)]
     function = f"chiasm::kernels::{k.name}({', '.join(passed)});"
     if k.variable:
         out += [
-            f"    for_type<{', '.join(CPP[t] for t in VARIABLES[k.variable])}>({typed}, [&]<class"
+            f"      for_type<{', '.join(CPP[t] for t in VARIABLES[k.variable])}>({typed}, [&]<class"
             f" {k.variable}>({k.variable}) {{ {function} }});"
         ]
     else:
-        out.append(f"    {function}")
-    return [*out, "    *result = out.release();", "  });", "}"]
+        out.append(f"      {function}")
+    return [*out, "    }", "    *result = out.release();", "  });", "}"]
 
 
 def bind(k: Kernel, a: Argument, dtype: str, bound: set[str]) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """`chiasm map`, as users call it: in processes, killed, interrupted, and restarted."""
 
 import errno
+import gc
 import hashlib
 import io
 import os
@@ -10,6 +11,7 @@ import sys
 import tarfile
 import time
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -70,7 +72,7 @@ def test_a_folder_of_images(undisturbed: Path, expected: dict[str, np.ndarray | 
     assert table.schema.metadata[b"chiasm.manifest_sha256"].decode() == manifest
 
 
-def children(pid: int) -> list[int]:
+def children(pid: int, main: bytes = b"spawn_main") -> list[int]:
     """The workers of a process: its children that run multiprocessing's main."""
     found = []
     for path in Path("/proc").glob("[0-9]*"):
@@ -78,7 +80,7 @@ def children(pid: int) -> list[int]:
             status, command = (path / "stat").read_text(), (path / "cmdline").read_bytes()
         except OSError:
             continue
-        if int(status.rpartition(")")[2].split()[1]) == pid and b"spawn_main" in command:
+        if int(status.rpartition(")")[2].split()[1]) == pid and main in command:
             found.append(int(path.name))
     return found
 
@@ -145,6 +147,19 @@ def test_what_is_ended_goes_on(photos: Path, undisturbed: Path, tmp_path: Path, 
     assert code == 0 and "by an earlier run" in text, text
     assert shards(out) == shards(undisturbed) and left_over(out) == []
     assert kept == {name: (out / name).stat().st_mtime_ns for name in finished}
+
+
+@pytest.mark.parametrize("also_a_worker", [False, True])
+def test_a_killed_tracker_of_semaphores_prints_nothing(
+    photos: Path, tmp_path: Path, also_a_worker: bool
+) -> None:
+    process = begun(photos, tmp_path / "out")
+    workers, [tracker] = children(process.pid), children(process.pid, b"resource_tracker")
+    for pid in (tracker, *workers[:also_a_worker]):
+        os.kill(pid, signal.SIGKILL)
+    text, _ = process.communicate(timeout=180)
+    assert process.returncode == also_a_worker, text
+    assert "Traceback" not in text and "Warning" not in text and text.count("Error") == also_a_worker, text
 
 
 def test_tars(photos: Path, expected: dict[str, np.ndarray | None], tmp_path: Path) -> None:
@@ -310,6 +325,59 @@ def test_parquet(tmp_path: Path) -> None:
     blur = chiasm.runtime.open(BLUR).method("forward", num_threads=1)
     want = blur(images, np.full((70, 2), 1.5, np.float32))
     np.testing.assert_array_equal(result["output"].combine_chunks().to_numpy_ndarray(), want)
+
+
+def mapped(file: Path, out: Path, between: Callable[[], object] = lambda: None) -> list[str]:
+    """Map the row groups of a parquet file by sobel, and return their errors; `between` runs after each
+    batch."""
+    failures = []
+    for shard in plan(file, 500)[0]:
+        try:
+            write(shard, Map(SOBEL, errors="column"), out, lambda *_: between())
+        except DataError as error:
+            failures.append(str(error))
+    return failures
+
+
+IMAGES = np.random.default_rng(4).random((70, 3, 8, 8), np.float32)
+
+
+def test_parquet_that_cannot_be_read_is_one_error(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Also after the first batch has been written."""
+    null_inside = IMAGES.tolist()
+    null_inside[50][1] = None
+    kind = pa.list_(pa.list_(pa.list_(pa.float32(), 8), 8), 3)
+    file = tmp_path / "null.parquet"
+    parquet.write_table(pa.table({"input": pa.array(null_inside, kind)}), file)
+    [message] = mapped(file, tmp_path)
+    assert message.startswith(f"{file}, row group 0: a list of fixed size, or a part of a tensor, is null")
+    gc.collect()
+    assert capfd.readouterr().err == "" and left_over(tmp_path) == []
+    data = bytearray(file.read_bytes())
+    data[-20:-8] = b"\xff" * 12
+    file.write_bytes(data)
+    with pytest.raises(DataError, match=rf"^{file}: not a parquet file that can be read: "):
+        plan(file, 500)
+
+
+def test_parquet_that_changes_is_one_error(tmp_path: Path) -> None:
+    def table(images: np.ndarray) -> pa.Table:
+        return pa.table({"input": pa.FixedShapeTensorArray.from_numpy_ndarray(images)})
+
+    file = tmp_path / "table.parquet"
+    parquet.write_table(table(IMAGES), file, row_group_size=40)
+    assert mapped(file, tmp_path) == []
+    first, second = mapped(file, tmp_path, lambda: os.utime(file))
+    assert first == f"{file}, row group 0: it was changed while it was read: run the same command again"
+    assert second.startswith(f"{file}, row group 1: it was changed while")
+    shards, _ = plan(file, 500)
+    parquet.write_table(table(IMAGES[:50]), file)
+    with pytest.raises(DataError, match="row group 0: it was changed after this run had begun: it had "):
+        write(shards[0], Map(SOBEL, errors="column"), tmp_path, lambda *_: None)
+    file.unlink()
+    os.mkfifo(file)
+    with pytest.raises(DataError, match="row group 1: it was changed after this run had begun: it had "):
+        write(shards[1], Map(SOBEL, errors="column"), tmp_path, lambda *_: None)
 
 
 def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:

@@ -259,6 +259,27 @@ def test_null_tensors_and_numbers_are_errors_of_their_rows() -> None:
     assert "(64,)" in result["error"][0].as_py() and "missing" in result["error"][1].as_py()
 
 
+def test_null_numbers_in_rows_of_several_shapes_are_errors_of_their_rows() -> None:
+    rows = [{"data": image.reshape(-1).tolist(), "shape": list(image.shape)} for image in IMAGES[:3]]
+    rows[1]["data"][5] = None
+    kind = pa.struct({"data": pa.list_(pa.float32()), "shape": pa.list_(pa.int64())})
+    got = Map(SOBEL, errors="column")(pa.record_batch({"input": pa.array(rows, kind)}))
+    assert got["error"].to_pylist() == [None, "column 'input': a number inside the row is null", None]
+    with pytest.raises(DataError, match="row 0: column 'input': a number inside the row is null"):
+        Map(SOBEL)(pa.record_batch({"input": pa.array([[1.0, None]], pa.list_(pa.float32()))}))
+    rows[0] = {"data": [1.0], "shape": [1] * 70}
+    with pytest.raises(DataError, match="row 0: column 'input': expected at most 8 dimensions, its shape ha"):
+        Map(SOBEL)(pa.record_batch({"input": pa.array(rows, kind)}))
+
+
+def test_columns_of_one_name_are_kept() -> None:
+    batch = pa.RecordBatch.from_arrays(
+        [pa.array([1]), pa.array([2]), tensors(IMAGES[:1])], ["a", "a", "input"]
+    )
+    got = Map(SOBEL)(batch)
+    assert got.schema.names == ["a", "a", "output"] and [got[0].to_pylist(), got[1].to_pylist()] == [[1], [2]]
+
+
 def test_empty_batches_have_the_same_columns() -> None:
     for bundle in (PREPROCESS, EDGES):
         full = pa.record_batch({"frame": pa.array([encoded(RNG, 48, 64)])})

@@ -1,6 +1,9 @@
 """Bundles before and after existing models: one more node, the same numbers, and a clear message if they do
 not fit."""
 
+import json
+import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +17,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 import chiasm.onnx
 from chiasm.export import export
+from chiasm.export.manifest import BundleError, sha256
 from chiasm.export.spec import Spec, TensorSpec, image
 from chiasm.pipelines import preprocess
 
@@ -365,3 +369,99 @@ def test_what_is_no_model_is_said(light: Callable[[str], Path], tmp_path: Path) 
         chiasm.onnx.append(None, bundle)
     with pytest.raises(TypeError, match=r"^connect: expected a dict of names, got list"):
         chiasm.onnx.prepend(bundle, classifier(), connect=[1])
+
+
+def damaged(bundle: Path, folder: Path, change: Callable[[onnx.ModelProto], bytes | None]) -> Path:
+    """A copy of a bundle with other ONNX models, whose hashes are those of its manifest."""
+    copy = Path(shutil.copytree(bundle, folder / bundle.name))
+    manifest = json.loads((copy / "manifest.json").read_text())
+    for artifact in manifest["methods"]["forward"]["artifacts"]:
+        if artifact["format"] == "onnx":
+            model = onnx.load(copy / artifact["file"])
+            data = change(model) or model.SerializeToString()
+            (copy / artifact["file"]).write_bytes(data)
+            artifact |= {"size": len(data), "sha256": sha256(data)}
+    (copy / "manifest.json").write_text(json.dumps(manifest))
+    return copy
+
+
+def rename_outputs(model: onnx.ModelProto) -> None:
+    for value in model.graph.output:
+        value.name = "other"
+
+
+def add_tensor_outside(model: onnx.ModelProto) -> None:
+    tensor = TensorProto(name="secret", data_type=1, dims=[1], data_location=TensorProto.EXTERNAL)
+    tensor.external_data.add(key="location", value="/etc/passwd")
+    nodes = model.functions[0].node if model.functions else model.graph.node
+    nodes.insert(0, helper.make_node("Constant", [], ["unused"], value=tensor))
+
+
+def add_function(model: onnx.ModelProto) -> None:
+    model.functions.add(domain="chiasm", name="another")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda model: b"\xff" * 100, "expected an ONNX model: "),
+        (rename_outputs, "has the outputs other, the manifest says output"),
+        (add_tensor_outside, "the tensor 'secret' is in another file"),
+        (add_function, "defines the functions .*another, the manifest says"),
+    ],
+)
+def test_a_bundle_whose_models_are_not_those_of_its_manifest(
+    change: Callable, message: str, light: Callable[[str], Path], tmp_path: Path
+) -> None:
+    bundle = damaged(light("filters.sobel"), tmp_path, change)
+    for use in (
+        lambda: chiasm.onnx.prepend(bundle, classifier()),
+        lambda: chiasm.onnx.append(negative(), bundle),
+        lambda: chiasm.onnx.session(bundle, fused=False),
+        lambda: chiasm.onnx.Node(bundle),
+    ):
+        with pytest.raises(BundleError, match=rf"filters\.sobel\.chiasm/forward\.float32.*\.onnx: {message}"):
+            use()
+
+
+def test_models_whose_tensors_are_in_other_files(light: Callable[[str], Path], tmp_path: Path) -> None:
+    bundle, whole, part = light("filters.sobel"), tmp_path / "whole.onnx", tmp_path / "whole.bin"
+    onnx.save(classifier(), whole, save_as_external_data=True, location=part.name, size_threshold=0)
+    x = RANDOM.random((1, 3, 224, 224), np.float32)
+    with_part = run(chiasm.onnx.prepend(bundle, whole), input=x)
+    np.testing.assert_array_equal(with_part, run(chiasm.onnx.prepend(bundle, classifier()), input=x))
+    part.unlink()
+    with pytest.raises(ValueError, match=r"^model: expected an ONNX file, got .*whole\.onnx: .*whole\.bin"):
+        chiasm.onnx.prepend(bundle, whole)
+
+
+def test_a_model_without_an_end(light: Callable[[str], Path], tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.onnx")
+    for file in (tmp_path / "pipe.onnx", "/dev/zero"):
+        with pytest.raises(ValueError, match=r"^model: expected an ONNX file, got the pipe or device"):
+            chiasm.onnx.append(file, light("filters.sobel"))
+
+
+def test_wrong_arguments_are_named(light: Callable[[str], Path]) -> None:
+    sobel, model = light("filters.sobel"), classifier()
+    odd, empty = classifier(), classifier(shape=(1, 3, 0, 30))
+    odd.graph.input[0].type.tensor_type.elem_type = 77
+    call = helper.make_node("filters_sobel", ["images", "images"], ["twice"], domain="chiasm")
+    calling = classifier()
+    calling.graph.node.append(call)
+    calling.opset_import.add(domain="chiasm", version=1)
+    options = onnxruntime.SessionOptions()
+    for use, kind, message in (
+        (lambda: chiasm.onnx.prepend(None, model), TypeError, "bundle: expected the path of a folder"),
+        (lambda: chiasm.onnx.prepend(sobel, model, method=["forward"]), TypeError, "method: expected a name"),
+        (lambda: chiasm.onnx.prepend(sobel, model, connect={"output": []}), TypeError, r"connect: .*\[\]"),
+        (lambda: chiasm.onnx.prepend(sobel, odd), ValueError, "'images' is element type 77"),
+        (lambda: chiasm.onnx.prepend(sobel, empty), ValueError, "takes H from 8 to 32768"),
+        (lambda: chiasm.onnx.embed("model.onnx", sobel), TypeError, "model: expected an onnx.ModelProto"),
+        (lambda: chiasm.onnx.embed(calling, sobel), ValueError, "with 2 inputs and 1 outputs, it has 1 and"),
+        (lambda: chiasm.onnx.register(None, sobel), TypeError, "options: expected onnxruntime.SessionOpt"),
+        (lambda: chiasm.onnx.register(options, 5), TypeError, "bundles: expected paths of folders, got int"),
+        (lambda: chiasm.onnx.session(sobel, providers="CPU"), TypeError, "providers: expected a list of nam"),
+    ):
+        with pytest.raises(kind, match=message):
+            use()

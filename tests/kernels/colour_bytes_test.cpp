@@ -48,6 +48,22 @@ TEST_F(Bytes, MixedPixelsMatchOpenCvGrey) {
     }
 }
 
+// Weights that need more than 16 bits, and sums that a vector's demotion to bytes may not saturate.
+TEST_F(Bytes, MixedPixelsSaturateAnySum) {
+  std::vector<uint8_t> x(3 * 261), out(261);
+  for (size_t i = 0; i < x.size(); ++i) x[i] = static_cast<uint8_t>(i % 5);
+  for (const int32_t weight : {65800, 70000, -70000, 4 << 20}) {
+    const std::vector<int32_t> weights = {weight, 0, 1, 3};
+    for (const bool interleaved : {true, false}) {
+      mix_pixels(x.data(), 1, 3 * 261, weights.data(), 1, 1, interleaved, out.data());
+      for (size_t i = 0; i < out.size(); ++i) {
+        const int64_t first = interleaved ? x[3 * i] : x[i], third = interleaved ? x[3 * i + 2] : x[522 + i];
+        EXPECT_EQ(out[i], std::clamp<int64_t>((weight * first + third + 3) >> 1, 0, 255)) << weight << i;
+      }
+    }
+  }
+}
+
 // The result of a kernel for interleaved pixels; asserts that the result for planes is the same.
 template <class Kernel>
 cv::Mat converted(const cv::Mat& image, const Kernel& kernel) {

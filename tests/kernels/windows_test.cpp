@@ -122,6 +122,23 @@ TYPED_TEST(Windows, MinmaxFilterMatchesOpenCv) {
   for (const Size& s : kWide) check(s, 3, 31), check(s, 9, 5);
 }
 
+// It needs no more memory than one that reaches from each pixel over the whole image.
+TYPED_TEST(Windows, MinmaxFilterOfAnyWindow) {
+  using T = TypeParam;
+  const std::vector<T> x = {3, 1, 4, 1, 5, 9, 2, 6, 5, 3, 5, 8};
+  std::vector<T> out(x.size());
+  for (const Border border : kBorders)
+    for (const int64_t step : {1, 2}) {
+      minmax_filter(x.data(), 1, 2, 6, step, INT32_MAX, INT32_MAX, border, 7.0, true, out.data());
+      for (size_t i = 0; i < out.size(); ++i) {
+        const T expected = step == 1                                   ? T(9)
+                           : border == Border::kConstant && i % 2 == 0 ? T(7)
+                                                                       : T(i % 2 ? 9 : 5);
+        EXPECT_EQ(out[i], expected) << i;
+      }
+    }
+}
+
 TYPED_TEST(Windows, MorphologyMatchesItsDefinition) {
   using P = TypeParam;
   struct Element {

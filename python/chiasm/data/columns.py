@@ -108,13 +108,30 @@ def _lists(name: str, array: Any, shape: Sequence[int] | None) -> Column:
             f"column {name!r}: expected lists of numbers, got {array.type}: give their shape too, in a struct"
             " of `data` and `shape`"
         )
-    flat, offsets = _numbers(name, array.values), array.offsets.to_numpy()
+    offsets = array.offsets.to_numpy()
     if shape is None:
-        return Column(len(array), lambda i: flat[offsets[i] : offsets[i + 1]] if array[i].is_valid else None)
-    size = int(np.prod(shape, dtype=np.int64))
+        numbers = _parts(name, array.values, offsets)
+        return Column(len(array), lambda i: numbers(i) if array[i].is_valid else None)
+    flat, size = _numbers(name, array.values), int(np.prod(shape, dtype=np.int64))
     if array.null_count or (np.diff(offsets) != size).any():
         raise DataError(f"column {name!r}: its tensors of shape {tuple(shape)} have missing or short rows")
     return _stacked(flat[offsets[0] : offsets[-1]].reshape(len(array), *shape))
+
+
+def _parts(name: str, array: Any, offsets: np.ndarray) -> Callable[[int], np.ndarray]:
+    """The numbers of a row. One that is null is an error of its row."""
+    import pyarrow as pa
+
+    inside = array.is_valid().to_numpy(zero_copy_only=False) if array.null_count else None
+    flat = _numbers(name, array.fill_null(False if pa.types.is_boolean(array.type) else 0))
+
+    def numbers(i: int) -> np.ndarray:
+        part = slice(offsets[i], offsets[i + 1])
+        if inside is not None and not inside[part].all():
+            raise DataError(f"column {name!r}: a number inside the row is null")
+        return flat[part]
+
+    return numbers
 
 
 def empty_batch(schema: Any) -> Any:
@@ -143,12 +160,14 @@ def _shaped(name: str, array: Any) -> Column:
     ):
         if not (pa.types.is_list(kind) or pa.types.is_large_list(kind)) or not is_wanted(kind.value_type):
             raise DataError(f"column {name!r}: expected lists of numbers in the field {field!r}, got {kind}")
-    flat, offsets = _numbers(name, data.values), data.offsets.to_numpy()
+    numbers = _parts(name, data.values, data.offsets.to_numpy())
 
     def row(i: int) -> Row:
         if not (array[i].is_valid and data[i].is_valid and shapes[i].is_valid):
             return None
-        values, shape = flat[offsets[i] : offsets[i + 1]], shapes[i].as_py()
+        values, shape = numbers(i), shapes[i].as_py()
+        if len(shape) > 8:  # as the runtime's
+            raise DataError(f"column {name!r}: expected at most 8 dimensions, its shape has {len(shape)}")
         if any(d is None or d < 0 for d in shape) or int(np.prod(shape, dtype=object)) != len(values):
             raise DataError(f"column {name!r}: {len(values)} values, but its shape is {shape}")
         return values.reshape(shape)

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,7 @@ def fingerprint(mapping: Map, files: str, rows: int) -> dict[str, Any]:
 def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, report: Report) -> None:
     """Write shards in `jobs` processes. A killed worker ends the run with a DataError; an interrupt or a
     signal to end ends the workers first."""
+    _expect_a_killed_tracker()
     # Spawned, not forked: the threads of this process do not survive a fork
     context = multiprocessing.get_context("spawn")
     jobs = min(jobs, len(shards))
@@ -141,6 +143,23 @@ def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, rep
         pool.shutdown(cancel_futures=True)
         raise
     pool.shutdown()
+
+
+@cache
+def _expect_a_killed_tracker() -> None:
+    """Python removes its semaphores, and signs them off from the process that would remove them after a
+    crash. If that one was killed, it starts another, which knows none of them and prints a traceback for
+    each: sign off only from a tracker that is there."""
+    from multiprocessing import resource_tracker
+
+    sign_off = resource_tracker.unregister
+    is_alive = getattr(resource_tracker._resource_tracker, "_check_alive", lambda: True)  # pyright: ignore
+
+    def unregister(name: str, kind: str) -> None:
+        if is_alive():
+            sign_off(name, kind)
+
+    resource_tracker.unregister = unregister  # pyright: ignore
 
 
 def _failure(result: Callable[[], Any]) -> str | None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -185,10 +185,14 @@ class Map:
         names = batch.schema.names
         columns = {name: from_arrow(name, self._find(batch, name)) for name in self._read()}
         rows, errors = self.run(columns, self._name_of(batch), first)
-        kept = {n: batch.schema.field(i) for i, n in enumerate(names) if n not in columns}
-        result = self._fresh(kept, self.to_arrow(rows, errors, plain))
-        arrays = [*(batch.column(name) for name in kept), *result.values()]
-        fields = [*kept.values(), *(pa.field(name, array.type) for name, array in result.items())]
+        # by their places, because several may have one name
+        kept = [i for i, name in enumerate(names) if name not in columns]
+        result = self._fresh([names[i] for i in kept], self.to_arrow(rows, errors, plain))
+        arrays = [*(batch.column(i) for i in kept), *result.values()]
+        fields = [
+            *(batch.schema.field(i) for i in kept),
+            *(pa.field(name, array.type) for name, array in result.items()),
+        ]
         return pa.RecordBatch.from_arrays(arrays, schema=pa.schema(fields, batch.schema.metadata))
 
     def _table(self, table: Any) -> Any:
@@ -225,8 +229,8 @@ class Map:
         if has.count(name) != 1:
             what = "has no" if name not in has else "has more than one"
             raise DataError(
-                f"the batch {what} column {name!r}: it has {', '.join(map(repr, has))}; name another by"
-                " columns={INPUT: COLUMN}, or --column INPUT=COLUMN of chiasm map"
+                f"the batch {what} column {name!r}: it has {', '.join(map(repr, has)) or 'none'}; name"
+                " another by columns={INPUT: COLUMN}, or --column INPUT=COLUMN of chiasm map"
             )
         return batch[name] if isinstance(batch, Mapping) else batch.column(has.index(name))
 
@@ -237,7 +241,7 @@ class Map:
         return lambda i: f" ({self.id} {one_line(ids[i], 200)!r})"
 
     @staticmethod
-    def _fresh(kept: Mapping[str, Any], made: dict[str, Any]) -> dict[str, Any]:
+    def _fresh(kept: Iterable[str], made: dict[str, Any]) -> dict[str, Any]:
         if twice := [name for name in made if name in kept]:
             raise DataError(
                 f"the batch has a column {twice[0]!r} already: rename or drop it, or name the output's by"

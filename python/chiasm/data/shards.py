@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
+import stat
 import tarfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -39,6 +40,8 @@ class Shard:
     root: str
     names: tuple[str, ...]
     row_group: int = 0
+    #: The bytes of a tar or a parquet file.
+    size: int = 0
 
     @property
     def file(self) -> str:
@@ -81,15 +84,16 @@ def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
         raise DataError(
             f"{root / wrong[0]}: not a regular file but a pipe or a device: write its content to a file first"
         )
+    sizes = dict(found)
     if kind == "images":
-        parts = [(tuple(names[i : i + rows]), 0) for i in range(0, len(names), rows)]
+        parts = [(tuple(names[i : i + rows]), 0, 0) for i in range(0, len(names), rows)]
     elif kind == "tar":
-        parts = [((name,), 0) for name in names]
+        parts = [((name,), 0, sizes[name]) for name in names]
     else:
-        parts = [((name,), group) for name in names for group in range(_row_groups(root / name))]
+        parts = [((name,), group, sizes[name]) for name in names for group in range(_row_groups(root / name))]
     chosen = set(names)
     text = "".join(f"{size} {name}\0" for name, size in found if name in chosen)
-    shards = [Shard(i, kind, top, part, group) for i, (part, group) in enumerate(parts)]
+    shards = [Shard(i, kind, top, *part) for i, part in enumerate(parts)]
     if not shards:
         raise DataError(f"{source}: it has no rows")
     return shards, hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
@@ -118,16 +122,22 @@ def empty_table(shard: Shard) -> Any:
     import pyarrow as pa
     import pyarrow.parquet as parquet
 
-    return pa.Table.from_batches([], parquet.read_schema(Path(shard.root) / shard.names[0]))
+    return pa.Table.from_batches([], _read(parquet.read_schema, Path(shard.root) / shard.names[0]))
 
 
 def _row_groups(file: Path) -> int:
-    import pyarrow as pa
     import pyarrow.parquet as parquet
 
+    return _read(parquet.read_metadata, file).num_row_groups
+
+
+def _read(read: Callable[[Path], Any], file: Path) -> Any:
+    """Read the end of a parquet file."""
+    import pyarrow as pa
+
     try:
-        return parquet.read_metadata(file).num_row_groups
-    except pa.ArrowException as error:
+        return read(file)
+    except (pa.ArrowException, OSError) as error:  # the second also for damage
         raise DataError(f"{file}: not a parquet file that can be read: {one_line(error)}") from error
 
 
@@ -144,6 +154,7 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
     rows = bad = 0
     writer = None
     try:
+        began = _state(shard)
         with open(scratch, "wb") as file:
             for batch in _mapped(shard, mapping):
                 if writer is None:
@@ -164,6 +175,8 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
                 writer.close()
             file.flush()
             os.fsync(file.fileno())
+        if _state(shard) != began:
+            raise DataError("it was changed while it was read: run the same command again")
         scratch.rename(target)
     except OSError as error:
         # A full disk names no file
@@ -171,20 +184,50 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
     except Exception as error:  # of whatever kind: a damaged tar raises nearly any
         raise DataError(f"{shard}: {one_line(error) or type(error).__name__}") from error
     finally:
+        if writer is not None:
+            writer.is_open = False  # else its finalizer closes it once more, and prints that it cannot
         scratch.unlink(missing_ok=True)
     return rows, bad
+
+
+def _state(shard: Shard) -> tuple[int, ...]:
+    """What differs if a tar or a parquet file is changed while it is read. (Each image is read whole.)"""
+    if shard.kind == "images":
+        return ()
+    try:
+        status = (Path(shard.root) / shard.names[0]).stat()
+    except OSError as error:
+        raise DataError(f"it cannot be read any more: {error.strerror}") from error
+    if not stat.S_ISREG(status.st_mode) or status.st_size != shard.size:
+        raise DataError(
+            f"it was changed after this run had begun: it had {shard.size} bytes, now it has {status.st_size}"
+        )
+    return status.st_dev, status.st_ino, status.st_mtime_ns
 
 
 def _mapped(shard: Shard, mapping: Map) -> Iterator[Any]:
     """The result as record batches of at most BATCH rows; for an empty shard one batch without rows."""
     if shard.kind == "parquet":
+        import pyarrow as pa
         import pyarrow.parquet as parquet
 
         from .columns import empty_batch
 
         with parquet.ParquetFile(Path(shard.root) / shard.names[0]) as file:
             empty = True
-            for batch in file.iter_batches(BATCH, row_groups=[shard.row_group]):
+            batches = file.iter_batches(BATCH, row_groups=[shard.row_group])
+            while True:
+                try:
+                    batch = next(batches, None)
+                except pa.ArrowInvalid as error:
+                    if "lists to be of size" not in str(error):
+                        raise
+                    raise DataError(
+                        "a list of fixed size, or a part of a tensor, is null, which pyarrow cannot read from"
+                        " parquet: write tensors as structs of `data` and `shape`"
+                    ) from error
+                if batch is None:
+                    break
                 empty = False
                 yield mapping(batch)
             if empty:

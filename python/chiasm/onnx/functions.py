@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import onnx
+from google.protobuf.message import DecodeError
 from onnx import version_converter
 
 from chiasm.export.formats.onnx_function import DOMAIN, domain_version, function_name, fuse
+from chiasm.export.manifest import BundleError
 
-from .methods import Method
+from .methods import Artifact, Method
 
 MIN_IR_VERSION = 8  # the first that has functions
 
@@ -20,13 +22,51 @@ def opset(model: onnx.ModelProto | onnx.FunctionProto, domain: str = "") -> int 
     return next((o.version for o in model.opset_import if o.domain in names), None)
 
 
+def read_model(method: Method, artifact: Artifact | None) -> tuple[bytes, onnx.ModelProto]:
+    """An ONNX artifact of the method, and the model in it, whose names are those of the manifest.
+
+    Raises:
+        BundleError: there is none, it is damaged, or it is a model of another method.
+    """
+    data = method.read(artifact)
+    file = method.folder / (artifact or {})["file"]
+    try:
+        model = onnx.load_from_string(data)
+    except DecodeError as error:
+        raise BundleError(f"{file}: expected an ONNX model: {error}") from None
+    function = function_name(method.manifest["name"], method.name)
+    defined = [f.name for f in model.functions]
+    if defined != ([function] if "function" in (artifact or {}) else []):
+        raise BundleError(
+            f"{file}: defines the functions {', '.join(defined) or '(none)'}, the manifest says"
+            f" {function if 'function' in (artifact or {}) else '(none)'}"
+        )
+    for what, ours, *theirs in (
+        ("inputs", method.inputs, model.graph.input, *(f.input for f in model.functions)),
+        ("outputs", method.outputs, model.graph.output, *(f.output for f in model.functions)),
+    ):
+        said = [t["name"] for t in ours]
+        for values in theirs:
+            found = [v if isinstance(v, str) else v.name for v in values]
+            if found != said:
+                raise BundleError(
+                    f"{file}: has the {what} {', '.join(found) or '(none)'}, the manifest says"
+                    f" {', '.join(said)}"
+                )
+    # such a path may lead anywhere
+    for tensor in tensors(model):
+        if tensor.data_location == onnx.TensorProto.EXTERNAL:
+            raise BundleError(f"{file}: the tensor {tensor.name!r} is in another file, expected it inside")
+    return data, model
+
+
 def fused_model(method: Method, version: int | None = None) -> onnx.ModelProto:
     """The method's fused model. Its body is raised to the opset `version` if that is given."""
-    model = onnx.load_from_string(method.read(method.fused() or method.flat()))
+    _, model = read_model(method, method.fused() or method.flat())
     name = function_name(method.manifest["name"], method.name)
     if model.functions and version in (None, opset(model.functions[0])):
         return model
-    flat = onnx.load_from_string(method.read(method.flat()))
+    _, flat = read_model(method, method.flat())
     if version is not None and version != opset(flat):
         try:
             flat = version_converter.convert_version(flat, version)
@@ -100,16 +140,30 @@ def add_function(model: onnx.ModelProto, method: Method) -> onnx.FunctionProto:
     return function
 
 
-def nodes(graph: onnx.GraphProto) -> Iterator[onnx.NodeProto]:
+def nodes(graph: onnx.GraphProto | onnx.FunctionProto) -> Iterator[onnx.NodeProto]:
     """The nodes of a graph and of its subgraphs."""
     for node in graph.node:
         yield node
-        for attribute in node.attribute:
-            for inner in [
-                *([attribute.g] if attribute.type == onnx.AttributeProto.GRAPH else []),
-                *attribute.graphs,
-            ]:
-                yield from nodes(inner)
+        for inner in _subgraphs(node):
+            yield from nodes(inner)
+
+
+def tensors(model: onnx.ModelProto) -> Iterator[onnx.TensorProto]:
+    """The constants of a model, of its functions, and of all subgraphs."""
+    yield from model.graph.initializer
+    for whole in (model.graph, *model.functions):
+        for node in nodes(whole):
+            for attribute in node.attribute:
+                yield from (attribute.t, *attribute.tensors)
+            for inner in _subgraphs(node):
+                yield from inner.initializer
+
+
+def _subgraphs(node: onnx.NodeProto) -> Iterator[onnx.GraphProto]:
+    for attribute in node.attribute:
+        if attribute.type == onnx.AttributeProto.GRAPH:
+            yield attribute.g
+        yield from attribute.graphs
 
 
 def names(graph: onnx.GraphProto) -> set[str]:

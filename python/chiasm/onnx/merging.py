@@ -187,7 +187,7 @@ def embed(model: onnx.ModelProto, *bundles: BundlePath, dtype: str | None = None
 
     Raises:
         BundleError: a bundle is damaged, or has no such dtype.
-        ValueError: a call has no bundle, or a bundle no call.
+        ValueError: a call has no bundle, or a bundle no call, or a call has too many inputs or outputs.
 
     Example:
         >>> import chiasm.onnx, torch
@@ -198,6 +198,8 @@ def embed(model: onnx.ModelProto, *bundles: BundlePath, dtype: str | None = None
         >>> [f.name for f in chiasm.onnx.embed(program.model_proto, bundle).functions]
         ['filters_sobel']
     """
+    if not isinstance(model, onnx.ModelProto):
+        raise TypeError(f"model: expected an onnx.ModelProto, got {type(model).__name__}")
     return embed_methods(model, [method for bundle in bundles for method in _called(model, bundle, dtype)])
 
 
@@ -211,13 +213,21 @@ def embed_methods(model: onnx.ModelProto, methods: list[Method]) -> onnx.ModelPr
     result.opset_import.extend(imports)
     for method in methods:
         add_function(result, method)
-    defined = {f.name for f in result.functions if f.domain == DOMAIN}
-    missing = sorted({n.op_type for n in nodes(result.graph) if n.domain == DOMAIN} - defined)
+    defined = {f.name: f for f in result.functions if f.domain == DOMAIN}
+    calls = [n for n in nodes(result.graph) if n.domain == DOMAIN]
+    missing = sorted({n.op_type for n in calls} - defined.keys())
     if missing:
         raise ValueError(
             f"the model calls {', '.join(f'{DOMAIN}::{m}' for m in missing)}, which none of the bundles"
             " defines"
         )
+    for call in calls:
+        function = defined[call.op_type]
+        if len(call.input) != len(function.input) or len(call.output) > len(function.output):
+            raise ValueError(
+                f"the model calls {DOMAIN}::{call.op_type} with {len(call.input)} inputs and"
+                f" {len(call.output)} outputs, it has {len(function.input)} and {len(function.output)}"
+            )
     _check(result, model)
     return result
 
@@ -256,9 +266,11 @@ def _loaded(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
             f"model: expected an ONNX file, got the folder {os.fspath(model)}: `prepend` takes the bundle"
             " first, `append` the model"
         )
+    if os.path.exists(model) and not os.path.isfile(model):  # it may have no end
+        raise ValueError(f"model: expected an ONNX file, got the pipe or device {os.fspath(model)}")
     try:
         loaded = onnx.load(os.fspath(model))
-    except DecodeError as error:
+    except (DecodeError, onnx.checker.ValidationError) as error:  # the second: of tensors in other files
         raise ValueError(f"model: expected an ONNX file, got {os.fspath(model)}: {error}") from None
     if not loaded.HasField("graph"):
         raise ValueError(f"model: expected an ONNX file, got {os.fspath(model)}, which has no graph")
@@ -320,6 +332,9 @@ def _check_pairs(connect: dict[str, str], target: str) -> None:
         raise TypeError(f"connect: expected a dict of names, got {type(connect).__name__}")
     if not connect:
         raise ValueError("connect: expected at least one pair, got none")
+    for name in (name for pair in connect.items() for name in pair):
+        if not isinstance(name, str):
+            raise TypeError(f"connect: expected a dict of names, got {name!r} in it")
     if len(set(connect.values())) != len(connect):
         raise ValueError(f"connect: {target} is named twice: {connect}")
 
@@ -334,7 +349,10 @@ def _method_of_dtype(opened: Method, targets: list[onnx.ValueInfoProto]) -> Meth
 
 
 def _dtype_name(value: onnx.ValueInfoProto) -> str:
-    name = TensorProto.DataType.Name(value.type.tensor_type.elem_type).lower()
+    number = value.type.tensor_type.elem_type
+    if number not in TensorProto.DataType.values():
+        return f"element type {number}"
+    name = TensorProto.DataType.Name(number).lower()
     return {"float": "float32", "double": "float64"}.get(name, name)
 
 
@@ -361,11 +379,11 @@ def _fit(
         if len(mine) != len(yours):
             raise ValueError(f"{story}: the numbers of dimensions differ")
         for a, b in zip(mine, yours):
-            size = b.dim_value if b.HasField("dim_value") else b.dim_param
+            size = b.dim_value if b.HasField("dim_value") else b.dim_param or None
             if a.HasField("dim_value"):
                 if b.HasField("dim_value") and a.dim_value != b.dim_value:
                     raise ValueError(f"{story}: {a.dim_value} is not {b.dim_value}")
-            elif a.dim_param in limits and size:
+            elif a.dim_param in limits and size is not None:
                 low, high = limits[a.dim_param]["min"], limits[a.dim_param]["max"]
                 if isinstance(size, int) and not low <= size <= high:
                     raise ValueError(f"{story}: the bundle takes {a.dim_param} from {low} to {high}")

@@ -28,6 +28,10 @@ class Method:
         Raises:
             BundleError: there is no bundle, no such method, or no such dtype.
         """
+        for argument, value, kinds in (("bundle", bundle, (str, os.PathLike)), ("method", name, (str,))):
+            if not isinstance(value, kinds):
+                expected = "the path of a folder" if argument == "bundle" else "a name"
+                raise TypeError(f"{argument}: expected {expected}, got {type(value).__name__}")
         folder = Path(bundle)
         manifest = read_manifest(folder)
         if name not in manifest["methods"]:

@@ -60,6 +60,7 @@ def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable
         FileNotFoundError: the plug-in is not there.
         BundleError: one of `bundles` is not a bundle.
         ValueError: the options have the plug-in already, or a path cannot be passed on.
+        TypeError: an argument is something else.
 
     Example:
         >>> import chiasm.onnx, onnxruntime
@@ -67,7 +68,12 @@ def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable
         >>> chiasm.onnx.register(options, "build/bundles/filters.sobel.chiasm")
         >>> session = onnxruntime.InferenceSession("detector.onnx", options)  # doctest: +SKIP
     """
-    folders = [Path(b).resolve() for b in ([bundles] if isinstance(bundles, (str, os.PathLike)) else bundles)]
+    if not hasattr(options, "add_session_config_entry"):
+        raise TypeError(f"options: expected onnxruntime.SessionOptions, got {type(options).__name__}")
+    several = [bundles] if isinstance(bundles, (str, os.PathLike)) else bundles
+    if not isinstance(several, Iterable) or isinstance(several, bytes):
+        raise TypeError(f"bundles: expected paths of folders, got {type(bundles).__name__}")
+    folders = [Path(b).resolve() for b in several]
     if not folders:
         raise ValueError("bundles: expected at least one, got none")
     for folder in folders:

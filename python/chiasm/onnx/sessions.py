@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from .functions import read_model
 from .methods import Method
 from .plugin import library, register
 
@@ -41,6 +42,7 @@ def session(
 
     Raises:
         BundleError: the bundle is damaged, or has no such method, dtype or artifact.
+        TypeError: an argument is something else.
 
     Warns:
         RuntimeWarning: the standard operators run, although `fused` is True.
@@ -53,12 +55,14 @@ def session(
     """
     import onnxruntime
 
+    if isinstance(providers, str):
+        raise TypeError(f"providers: expected a list of names, got the text {providers!r}")
     opened = Method.open(bundle, method, dtype)
     options = onnxruntime.SessionOptions() if options is None else options
     artifact = opened.flat()
     if fused and opened.fused() is not None:
         artifact = opened.fused()
-    data = opened.read(artifact)
+    data, _ = read_model(opened, artifact)
     if fused:
         problem = _problem(opened)
         if problem:

@@ -126,6 +126,10 @@ inline Result make(const artifact::Dims& sizes, int32_t dtype) {
   return Result(artifact::allocate(sizes, artifact::dense_strides(sizes), dtype));
 }
 
+inline bool is_empty(const Result& tensor) {
+  return std::find(tensor->sizes.begin(), tensor->sizes.end(), 0) != tensor->sizes.end();
+}
+
 template <class T>
 T* data(Result& tensor) {
   return reinterpret_cast<T*>(tensor->data());

@@ -37,9 +37,10 @@ void mix_planes(const uint8_t* x, int64_t plane, const Mix* mixes, float scale, 
         const auto weight = [&](size_t i) { return hn::Set(d, rows[r][i]); };
         const auto sum = hn::Add(hn::Add(hn::Mul(a, weight(0)), hn::Mul(b, weight(1))),
                                  hn::Add(hn::Mul(c, weight(2)), weight(3)));
-        // Negative numbers become 0, so truncation rounds down.
-        store_levels(d, hn::ConvertTo(Integers<decltype(d)>(), hn::Mul(sum, hn::Set(d, scale))),
-                     out + r * out_plane + k + v * lanes);
+        // Limited here, because Highway's demotion to bytes by AVX2 does not saturate numbers from 2^15 to
+        // 2^15 + 254. Negative numbers become 0, so truncation rounds down.
+        const auto level = hn::Min(hn::Mul(sum, hn::Set(d, scale)), hn::Set(d, 255.0f));
+        store_levels(d, hn::ConvertTo(Integers<decltype(d)>(), level), out + r * out_plane + k + v * lanes);
       }
     }
   });
@@ -188,9 +189,12 @@ void mix_pairs(const uint8_t* x, int64_t plane, const WordMix& mix, int64_t shif
     const uint8_t* const p = x + k;
     if constexpr (hn::MaxLanes(d) == 1) {
       for (size_t r = 0; r < kRows; ++r) {
-        int32_t sum = mix.offsets[r] + mix.weights[r][3] * p[mix.again * plane];
-        for (size_t c = 0; c < 3; ++c) sum += mix.weights[r][c] * p[static_cast<int64_t>(c) * plane];
-        out[static_cast<int64_t>(r) * out_plane + k] = static_cast<uint8_t>(std::clamp(sum >> by, 0, 255));
+        // Without a sign, because sums that do not fit wrap around, as in vectors.
+        const auto part = [](int32_t number) { return static_cast<uint32_t>(number); };
+        uint32_t sum = part(mix.offsets[r]) + part(mix.weights[r][3] * p[mix.again * plane]);
+        for (size_t c = 0; c < 3; ++c) sum += part(mix.weights[r][c] * p[static_cast<int64_t>(c) * plane]);
+        const int32_t level = static_cast<int32_t>(sum) >> by;
+        out[static_cast<int64_t>(r) * out_plane + k] = static_cast<uint8_t>(std::clamp(level, 0, 255));
       }
     } else {
       const hn::Repartition<int16_t, D> words;

@@ -466,6 +466,9 @@ void subtract(T* high, const T* low, int64_t n) {
 template <class P>
 void minmax_filter(const P* x, int64_t n, int64_t h, int64_t l, int64_t step, int64_t ky, int64_t kx,
                    Border border, double value, bool largest, P* out) {
+  // A window that reaches further than the image is large has nothing more to compare: the memory would grow.
+  ky = std::min(ky, 2 * h + 1);
+  kx = std::min(kx, 2 * (l / step) + 1);
   const Box box{ky / 2, kx / 2, ky, kx};
   const Planes planes{n, h, l, step};
   if (largest)

@@ -167,7 +167,6 @@ _declare(
     """The largest or the smallest value in a centred window of ky x kx pixels. Neighbours in a row are step
     values apart. A constant border is value.""",
     [*_ROWS, "1 <= ky <= INT32_MAX", "1 <= kx <= INT32_MAX", "ky % 2 == 1", "kx % 2 == 1"],
-    tried=[("ky", 1, 300), ("kx", 1, 300)],  # the memory grows with a window, also beyond the image
 )
 _declare(
     """morphology(P[N, H, L] x, int step, float64[KY, KX] heights, int row, int column, Border border, float
@@ -373,7 +372,6 @@ _declare(
     times the channels, plus its fourth, divided by 2^shift, rounded down and saturated. Sums below 2^24 are
     exact.""",
     ["L % 3 == 0", "O in (1, 3)", "0 <= shift <= 23"],
-    tried=[("weights", -20000, 20000)],  # then sums are below 2^24
 )
 
 _declare(
@@ -401,7 +399,6 @@ _declare(
     blue in luma, in U and in V; the last is the luma of black, and 128 is added to chroma. Values are rounded
     half up and saturated.""",
     ["L % 3 == 0", "1 <= height <= INT32_MAX", "L // 3 % height == 0"],
-    tried=[("height", 1, 300)],  # the time grows with the rows, also with those without pixels
 )
 _declare(
     "demosaiced(U[N, H, W] x, int red_row, int red_column, bool interleaved) -> U[N, H * W * 3]",
@@ -550,15 +547,17 @@ _declare(
     "clahe_histograms(uint8[N, H, W] levels, int tile_height, int tile_width, int tiles_y, int tiles_x) ->"
     " int32[N, tiles_y * tiles_x, 256]",
     "histograms.cpp",
-    "The counts of each level in each tile of planes that are mirrored at their bottom and right edges.",
+    """The counts of each level in each tile of planes that are mirrored at their bottom and right edges, once
+    at most.""",
     [
         "1 <= tile_height <= INT32_MAX",
         "1 <= tile_width <= INT32_MAX",
         "tile_height * tile_width <= INT32_MAX",
         "1 <= tiles_y <= INT32_MAX",
         "1 <= tiles_x <= INT32_MAX",
+        "tile_height * tiles_y < 2 * H",
+        "tile_width * tiles_x < 2 * W",
     ],
-    tried=[("tile_height", 1, 300), ("tile_width", 1, 300)],  # the time grows with a tile, wherever it is
 )
 _declare(
     """clahe_interpolate(float32[N, TILES, 256] curves, int tiles_x, uint8[N, H, W] levels, int64[H] first_y,
@@ -872,7 +871,7 @@ _declare(
     "normalized_power(float64[..., N, N] m, int squarings) -> float64[..., N, N]",
     "matrices.cpp",
     "Each matrix, divided by its trace and squared, squarings times.",
-    ["1 <= N <= MOST_ROWS"],
+    ["1 <= N <= MOST_ROWS", "0 <= squarings <= 64"],
 )
 _declare(
     "weighted_grams(float64[B, N, D] x, float64[B, N, K] weights) -> float64[B, K, D, D]",
