@@ -166,14 +166,7 @@ class Choice : public ::testing::Test {
   }
   std::string refusal(const LoadRequest& request, chiasm_code code, Isa isa = Isa::x86_64_v3,
                       int32_t dtype = CHIASM_FLOAT32) {
-    try {
-      chosen(request, isa, dtype);
-    } catch (const core::Error& error) {
-      EXPECT_EQ(error.code(), code) << error.what();
-      return error.what();
-    }
-    ADD_FAILURE() << "was accepted";
-    return "";
+    return testing::refusal<core::Error>(code, [&] { chosen(request, isa, dtype); });
   }
 };
 
