@@ -328,9 +328,28 @@ class NeverEvaluates(nn.Module):
         raise RuntimeError("no train")
 
 
+class Holds(nn.Module):
+    """A module with a buffer that is no plain tensor."""
+
+    def __init__(self, buffer: Tensor) -> None:
+        super().__init__()
+        self.register_buffer("table", buffer)
+
+    def forward(self, input: Tensor) -> Tensor:
+        return input + 1
+
+
+class Labelled(Tensor):
+    """A tensor that torch cannot copy."""
+
+
 @pytest.mark.parametrize(
     ("fn", "message"),
     [
+        (Holds(torch.eye(3).to_sparse()), "its 'table' is sparse, expected a dense tensor: convert it"),
+        (Holds(torch.quantize_per_tensor(torch.ones(3), 0.1, 0, torch.quint8)), "'table' is quantized"),
+        (Holds(torch.nested.as_nested_tensor([torch.ones(2), torch.ones(3)])), "'table' is nested"),
+        (Holds(torch.ones(3).as_subclass(Labelled)), "'table' is a Labelled.*as_subclass"),
         (by_python, r"return Doubled.apply\(input\)\n.*\n.*cannot hold an autograd.Function"),
         (NeverEvaluates(), r"NeverEvaluates.eval\(\) raises RuntimeError: no train: make it work"),
         (nn.Conv2d(3, 2, 1, device="meta"), "'weight' is on the device meta, expected cpu: give it values"),

@@ -265,6 +265,15 @@ def _check_module(module: nn.Module, spec: Spec) -> None:
             raise ExportError(
                 f"{what}: its {name!r} is on the device {tensor.device}, expected cpu: {advice} first"
             )
+        if tensor.layout != torch.strided or tensor.is_nested or tensor.is_quantized:
+            kind = "nested" if tensor.is_nested else "quantized" if tensor.is_quantized else "sparse"
+            raise ExportError(f"{what}: its {name!r} is {kind}, expected a dense tensor: convert it first")
+        # torch.export's results are copied, which torch refuses for others
+        if type(tensor).__deepcopy__ is Tensor.__deepcopy__ and type(tensor) is not Tensor:
+            raise ExportError(
+                f"{what}: its {name!r} is a {type(tensor).__name__}, expected a torch.Tensor: call"
+                " .as_subclass(torch.Tensor) first"
+            )
 
 
 def check_inputs(
