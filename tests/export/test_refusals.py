@@ -78,6 +78,13 @@ SPECS = {
         Spec("test.op", [image()], config={"k": torch.ones(3)}),
         "a tensor is an input",
     ),
+    "configuration that is no dict": (Spec("test.op", [image()], config=[1]), "config: expected a dict, got"),
+    "size that no tensor has": (of("B", 2**70), "1180591620717411303424 is neither"),
+    "sizes that no memory has": (of(2**40, 2**40), r"'input': an example of shape .* cannot be made"),
+    "limits that no memory has": (
+        Spec("test.op", [image()], symbols={"H": (2**31, 2**32), "W": (2**31, 2**32)}),
+        r"'input': an example of shape \(1, \d+, 2147483648, 2147483648\) cannot be made",
+    ),
     "infinite configuration": (Spec("test.op", [image()], config={"k": float("inf")}), "finite"),
     "input that the function does not have": (
         Spec("test.op", [image("other")]),

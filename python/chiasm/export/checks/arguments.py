@@ -128,9 +128,10 @@ def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
         raise ExportError(f"{where}: {len(t.shape)} dimensions, at most {_RANK} are possible")
     for d in t.shape:
         symbol = isinstance(d, str) and _WORD.fullmatch(d) and not keyword.iskeyword(d)
-        if not symbol and (isinstance(d, (bool, str)) or not isinstance(d, int) or d < 1):
+        if not symbol and (isinstance(d, (bool, str)) or not isinstance(d, int) or not 1 <= d <= 2**48):
             raise ExportError(
-                f"{where}: shape {tuple(t.shape)}: {d!r} is neither a number from 1 nor a symbol such as 'H'"
+                f"{where}: shape {tuple(t.shape)}: {d!r} is neither a number from 1 to 2**48 nor a symbol"
+                " such as 'H'"
             )
     for text in ("layout", "color", "description"):
         _text(where, text, getattr(t, text))
@@ -169,6 +170,8 @@ def _check_limits(spec: Spec, symbol: str) -> None:
 
 
 def _check_config(spec: Spec) -> None:
+    if not isinstance(spec.config, Mapping):
+        raise ExportError(f"{spec.name}: config: expected a dict, got {type(spec.config).__name__}")
     for key, value in spec.config.items():
         if (
             not isinstance(key, str)
