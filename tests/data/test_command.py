@@ -389,6 +389,7 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
     broken.write_text("no parquet")
     parquet.write_table(pa.table({"text": pa.array([], pa.string())}), tmp_path / "none.parquet")
     (tmp_path / "full" / "mine.txt").write_text("")
+    (tmp_path / "loop").symlink_to("loop")
     out = tmp_path / "out"
     for code, message, *arguments in (
         (1, "expected images", PREPROCESS, empty, out),
@@ -397,6 +398,7 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
         (1, "no column 'frame'", PREPROCESS, tmp_path / "none.parquet", out),
         (1, "expected numbers, tensors", PREPROCESS, tmp_path / "none.parquet", out, "-c", "frame=text"),
         (1, "'mine.txt'", PREPROCESS, photos, tmp_path / "full"),
+        (1, "loop: File exists", PREPROCESS, photos, tmp_path / "loop"),
         (1, "inside INPUT", PREPROCESS, photos, photos / "out"),
         (1, "another bundle", EDGES, photos, undisturbed, "--rows", 4),
         (1, "another --rows", PREPROCESS, photos, undisturbed, "--rows", 5),

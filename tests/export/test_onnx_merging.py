@@ -442,7 +442,8 @@ def test_a_model_without_an_end(light: Callable[[str], Path], tmp_path: Path) ->
             chiasm.onnx.append(file, light("filters.sobel"))
 
 
-def test_wrong_arguments_are_named(light: Callable[[str], Path]) -> None:
+def test_wrong_arguments_are_named(light: Callable[[str], Path], tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
     sobel, model = light("filters.sobel"), classifier()
     odd, empty = classifier(), classifier(shape=(1, 3, 0, 30))
     odd.graph.input[0].type.tensor_type.elem_type = 77
@@ -460,6 +461,16 @@ def test_wrong_arguments_are_named(light: Callable[[str], Path]) -> None:
         (lambda: chiasm.onnx.embed("model.onnx", sobel), TypeError, "model: expected an onnx.ModelProto"),
         (lambda: chiasm.onnx.embed(calling, sobel), ValueError, "with 2 inputs and 1 outputs, it has 1 and"),
         (lambda: chiasm.onnx.register(None, sobel), TypeError, "options: expected onnxruntime.SessionOpt"),
+        (
+            lambda: chiasm.onnx.register(options, tmp_path / "loop"),
+            BundleError,
+            "loop/manifest.json: Too many",
+        ),
+        (
+            lambda: chiasm.onnx.register(options, [sobel] * 500),
+            ValueError,
+            "500 paths of .* are too many",
+        ),
         (lambda: chiasm.onnx.register(options, 5), TypeError, "bundles: expected paths of folders, got int"),
         (lambda: chiasm.onnx.session(sobel, providers="CPU"), TypeError, "providers: expected a list of nam"),
     ):

@@ -78,6 +78,13 @@ SPECS = {
         Spec("test.op", [image()], config={"k": torch.ones(3)}),
         "a tensor is an input",
     ),
+    "configuration that is no dict": (Spec("test.op", [image()], config=[1]), "config: expected a dict, got"),
+    "size that no tensor has": (of("B", 2**70), "1180591620717411303424 is neither"),
+    "sizes that no memory has": (of(2**40, 2**40), r"'input': an example of shape .* cannot be made"),
+    "limits that no memory has": (
+        Spec("test.op", [image()], symbols={"H": (2**31, 2**32), "W": (2**31, 2**32)}),
+        r"'input': an example of shape \(1, \d+, 2147483648, 2147483648\) cannot be made",
+    ),
     "infinite configuration": (Spec("test.op", [image()], config={"k": float("inf")}), "finite"),
     "input that the function does not have": (
         Spec("test.op", [image("other")]),
@@ -328,9 +335,28 @@ class NeverEvaluates(nn.Module):
         raise RuntimeError("no train")
 
 
+class Holds(nn.Module):
+    """A module with a buffer that is no plain tensor."""
+
+    def __init__(self, buffer: Tensor) -> None:
+        super().__init__()
+        self.register_buffer("table", buffer)
+
+    def forward(self, input: Tensor) -> Tensor:
+        return input + 1
+
+
+class Labelled(Tensor):
+    """A tensor that torch cannot copy."""
+
+
 @pytest.mark.parametrize(
     ("fn", "message"),
     [
+        (Holds(torch.eye(3).to_sparse()), "its 'table' is sparse, expected a dense tensor: convert it"),
+        (Holds(torch.quantize_per_tensor(torch.ones(3), 0.1, 0, torch.quint8)), "'table' is quantized"),
+        (Holds(torch.nested.as_nested_tensor([torch.ones(2), torch.ones(3)])), "'table' is nested"),
+        (Holds(torch.ones(3).as_subclass(Labelled)), "'table' is a Labelled.*as_subclass"),
         (by_python, r"return Doubled.apply\(input\)\n.*\n.*cannot hold an autograd.Function"),
         (NeverEvaluates(), r"NeverEvaluates.eval\(\) raises RuntimeError: no train: make it work"),
         (nn.Conv2d(3, 2, 1, device="meta"), "'weight' is on the device meta, expected cpu: give it values"),

@@ -143,6 +143,51 @@ def test_a_graph_of_another_dtype_is_refused_when_it_is_loaded(kind: str, tmp_pa
     assert error.value.code == Code.CORRUPT
 
 
+@pytest.mark.parametrize(
+    ("operator", "numbers", "code", "message"),
+    [
+        ("Reshape", [3, 2], Code.INTERNAL, "Got: 2 Expected: 3 .*Got: 3 Expected: 2 .*the model"),
+        ("Gather", [1, 99], Code.INTERNAL, "idx=99 must be within"),
+        ("Expand", [2**38, 2, 3], Code.OUT_OF_MEMORY, "Failed to allocate memory"),
+        ("Expand", [2**62, 2, 3], Code.INTERNAL, "verflow"),
+    ],
+)
+def test_a_graph_that_fails_while_it_runs_is_one_sentence(
+    operator: str, numbers: list[int], code: Code, message: str, tmp_path: Path
+) -> None:
+    x = np.zeros((2, 3), np.float32)
+    info, node = onnx.helper.make_tensor_value_info, onnx.helper.make_node
+    last = "y" if operator == "Reshape" else "made"
+    nodes = [node(operator, ["x", "numbers"], [last])]
+    if last == "made":
+        nodes += [node("ReduceSum", ["made"], ["sum"], keepdims=0), node("Add", ["x", "sum"], ["y"])]
+    graph = onnx.helper.make_graph(
+        nodes,
+        "fails",
+        [info("x", onnx.TensorProto.FLOAT, ["N", "M"])],
+        [info("y", onnx.TensorProto.FLOAT, ["N", "M"])],
+        [onnx.numpy_helper.from_array(np.array(numbers), "numbers")],
+    )
+    model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 18)], ir_version=10)
+    data = model.SerializeToString()
+    forward = {
+        "inputs": [tensor("x", "T", [2, 3])],
+        "outputs": [tensor("y", "T", [2, 3])],
+        "artifacts": [artifact("onnx", "onnx", "fails.onnx", data, ["float32"])],
+    }
+    cases = [{"prefix": "a", "method": "forward", "dtype": "float32"}]
+    path = write_bundle(
+        tmp_path, "test.fails", {"forward": forward}, {"fails.onnx": data}, {"a/x": x, "a/y": x}, cases
+    )
+    method = runtime.open(path).method()
+    for _ in range(2):
+        with pytest.raises(
+            ChiasmError, match=f"^running 'forward' on the onnx backend failed: .*{message}"
+        ) as e:
+            method(x)
+        assert e.value.code == code and "\n" not in str(e.value) and "  " not in str(e.value)
+
+
 def test_bytes_that_are_no_text_are_quoted(tmp_path: Path) -> None:
     path = write_scale(tmp_path)
     Path(os.fsdecode(os.fsencode(path) + b"/\xff.pt")).touch()

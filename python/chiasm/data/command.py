@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 
@@ -86,14 +87,14 @@ def map_command(
             "pyarrow is not installed, which reads and writes parquet: pip install pyarrow"
         ) from None
     shards, files = plan(source, rows)
-    if output.resolve().is_relative_to(source.resolve()) and source.is_dir():
+    folder = Path(os.path.realpath(output))  # not resolve(), which raises an error of its own for a loop
+    if folder.is_relative_to(source.resolve()) and source.is_dir():
         raise DataError(f"OUTPUT {output}: it is inside INPUT {source}: choose a folder beside it")
     mapping = _mapping(bundle, pairs("--column", columns), pairs("--set", settings), shards[0].kind)
     mapping.open()  # fails now if the method cannot run here or does not fit the columns
     if shards[0].kind == "parquet":
         mapping(empty_table(shards[0]))
     console, started = Console(emoji=False), time.monotonic()
-    folder = output.resolve()
     with output_folder(folder, fingerprint(mapping, files, rows)):
         todo = [shard for shard in shards if not (folder / shard.file).exists()]
         done, bad, failures = 0, 0, list[str]()

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import torch
 
+from .errors import ExportError
 from .spec import Spec, TensorSpec
 
 #: The sizes that ops are exported at. All differ, also from constants in signatures (2, 3, 4, 9), because
@@ -70,7 +71,18 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
         made = spec.sample(generator, sizes, dtype)
         # Native code is compiled for the strides of the example inputs, and at run time gets dense tensors.
         return {t.name: made[t.name].contiguous() for t in spec.inputs}
-    return {t.name: uniform(generator, t, sizes, variant) for t in spec.inputs}
+    result = {}
+    for t in spec.inputs:
+        try:
+            result[t.name] = uniform(generator, t, sizes, variant)
+        except (RuntimeError, MemoryError) as error:  # torch's, of a size that no memory has
+            shape = tuple(sizes[d] if isinstance(d, str) else d for d in t.shape)
+            why = str(error).partition("\n")[0] or "out of memory"
+            raise ExportError(
+                f"{spec.name}: input {t.name!r}: an example of shape {shape} cannot be made: {why}; the op is"
+                " tried with the smallest sizes that the spec allows"
+            ) from error
+    return result
 
 
 def uniform(

@@ -73,7 +73,7 @@ def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable
     several = [bundles] if isinstance(bundles, (str, os.PathLike)) else bundles
     if not isinstance(several, Iterable) or isinstance(several, bytes):
         raise TypeError(f"bundles: expected paths of folders, got {type(bundles).__name__}")
-    folders = [Path(b).resolve() for b in several]
+    folders = [Path(os.path.realpath(b)) for b in several]
     if not folders:
         raise ValueError("bundles: expected at least one, got none")
     for folder in folders:
@@ -90,7 +90,14 @@ def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable
             " bundles in one call, on options that no other session was given"
         )
     plugin = library()
-    options.add_session_config_entry(ENTRY, ":".join(map(str, folders)))
+    paths = ":".join(map(str, folders))
+    try:
+        options.add_session_config_entry(ENTRY, paths)
+    except RuntimeError as error:  # ONNX Runtime limits the length
+        raise ValueError(
+            f"bundles: {len(folders)} paths of {len(paths)} characters are too many for ONNX Runtime"
+            f" ({error}): register those that the model needs, or link them in a folder with a shorter name"
+        ) from error
     options.register_custom_ops_library(str(plugin))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from functools import cached_property
@@ -87,8 +88,9 @@ class Part:
         name, separator, path = text.partition("=")
         if not separator or "/" in name:
             name, path = "", text
-        # Resolved, because `.` has a name too
-        return cls(name or re.sub(r"\.(chiasm|onnx)$", "", Path(path).resolve().name), Path(path))
+        # Resolved, because `.` has a name too; not by Path, which raises an error of its own for a loop
+        file = os.path.basename(os.path.realpath(path))
+        return cls(name or re.sub(r"\.(chiasm|onnx)$", "", file), Path(path))
 
     @property
     def is_network(self) -> bool:

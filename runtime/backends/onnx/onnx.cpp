@@ -49,13 +49,27 @@ chiasm_code code_of(OrtErrorCode code) {
   }
 }
 
+// The engine's texts may have several lines: an error is one sentence.
+std::string one_line(const char* text) {
+  std::string line;
+  for (; *text != '\0'; ++text) {
+    const bool is_space = *text == '\n' || *text == '\r' || *text == '\t' || *text == ' ';
+    if (!is_space)
+      line += *text;
+    else if (!line.empty() && line.back() != ' ')
+      line += ' ';
+  }
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  return line;
+}
+
 // Runs `body`, and maps an error of the engine to our code.
 template <class Body>
 void translated(Body&& body) {
   try {
     body();
   } catch (const Ort::Exception& e) {
-    std::string text = e.what();
+    std::string text = one_line(e.what());
     // an error of native code inside ONNX Runtime
     if (const chiasm_code code = chiasm::onnx::take_code(text); code != CHIASM_OK) throw Error(code, text);
     for (const char* words : {"out of memory", "Failed to allocate memory", "bad_alloc", "bad allocation"}) {

@@ -131,9 +131,10 @@ def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
         raise ExportError(f"{where}: {len(t.shape)} dimensions, at most {_RANK} are possible")
     for d in t.shape:
         symbol = isinstance(d, str) and _WORD.fullmatch(d) and not keyword.iskeyword(d)
-        if not symbol and (isinstance(d, (bool, str)) or not isinstance(d, int) or d < 1):
+        if not symbol and (isinstance(d, (bool, str)) or not isinstance(d, int) or not 1 <= d <= 2**48):
             raise ExportError(
-                f"{where}: shape {tuple(t.shape)}: {d!r} is neither a number from 1 nor a symbol such as 'H'"
+                f"{where}: shape {tuple(t.shape)}: {d!r} is neither a number from 1 to 2**48 nor a symbol"
+                " such as 'H'"
             )
     for text in ("layout", "color", "description"):
         _text(where, text, getattr(t, text))
@@ -172,6 +173,8 @@ def _check_limits(spec: Spec, symbol: str) -> None:
 
 
 def _check_config(spec: Spec) -> None:
+    if not isinstance(spec.config, Mapping):
+        raise ExportError(f"{spec.name}: config: expected a dict, got {type(spec.config).__name__}")
     for key, value in spec.config.items():
         if (
             not isinstance(key, str)
@@ -270,6 +273,15 @@ def _check_module(module: nn.Module, spec: Spec) -> None:
             advice = "give it values" if tensor.is_meta else "call fn.cpu()"
             raise ExportError(
                 f"{what}: its {name!r} is on the device {tensor.device}, expected cpu: {advice} first"
+            )
+        if tensor.layout != torch.strided or tensor.is_nested or tensor.is_quantized:
+            kind = "nested" if tensor.is_nested else "quantized" if tensor.is_quantized else "sparse"
+            raise ExportError(f"{what}: its {name!r} is {kind}, expected a dense tensor: convert it first")
+        # torch.export's results are copied, which torch refuses for others
+        if type(tensor).__deepcopy__ is Tensor.__deepcopy__ and type(tensor) is not Tensor:
+            raise ExportError(
+                f"{what}: its {name!r} is a {type(tensor).__name__}, expected a torch.Tensor: call"
+                " .as_subclass(torch.Tensor) first"
             )
 
 
