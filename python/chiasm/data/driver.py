@@ -152,11 +152,11 @@ def _expect_a_killed_tracker() -> None:
     each: sign off only from a tracker that is there."""
     from multiprocessing import resource_tracker
 
-    sign_off = resource_tracker.unregister
-    is_alive = getattr(resource_tracker._resource_tracker, "_check_alive", lambda: True)  # pyright: ignore
+    sign_off, tracker = resource_tracker.unregister, resource_tracker._resource_tracker  # pyright: ignore
+    is_alive = getattr(tracker, "_check_alive", lambda: True)
 
     def unregister(name: str, kind: str) -> None:
-        if is_alive():
+        if getattr(tracker, "_fd", None) is None or is_alive():  # None: there has been none
             sign_off(name, kind)
 
     resource_tracker.unregister = unregister  # pyright: ignore
