@@ -71,7 +71,7 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
         made = spec.sample(generator, sizes, dtype)
         # Native code is compiled for the strides of the example inputs, and at run time gets dense tensors.
         return {t.name: made[t.name].contiguous() for t in spec.inputs}
-    result = {}
+    result: dict[str, torch.Tensor] = {}
     for t in spec.inputs:
         try:
             result[t.name] = uniform(generator, t, sizes, variant)

@@ -278,11 +278,15 @@ def _check_module(module: nn.Module, spec: Spec) -> None:
             kind = "nested" if tensor.is_nested else "quantized" if tensor.is_quantized else "sparse"
             raise ExportError(f"{what}: its {name!r} is {kind}, expected a dense tensor: convert it first")
         # torch.export's results are copied, which torch refuses for others
-        if type(tensor).__deepcopy__ is Tensor.__deepcopy__ and type(tensor) is not Tensor:
+        if type(tensor) is not Tensor and _copy_of(type(tensor)) is _copy_of(Tensor):
             raise ExportError(
                 f"{what}: its {name!r} is a {type(tensor).__name__}, expected a torch.Tensor: call"
                 " .as_subclass(torch.Tensor) first"
             )
+
+
+def _copy_of(kind: type) -> Any:
+    return inspect.getattr_static(kind, "__deepcopy__")
 
 
 def check_inputs(
