@@ -9,7 +9,6 @@ them; it writes no page. The measured calls are the benchmarks in tests/kernels/
 
 from __future__ import annotations
 
-import json
 import statistics
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from pathlib import Path
 
 from rich.progress import track
 
-from .machine import ROOT, cores, cpu, notes
+from .machine import ROOT, cores, cpu, notes, said
 
 PAGE = ROOT / "docs" / "benchmarks_kernels.md"
 PROGRAM = ROOT / "build" / "release" / "bin" / "kernels_bench"
@@ -27,11 +26,8 @@ TURNS = 3
 
 def measured(program: Path, name: str, seconds: float = 0.3) -> dict[str, float]:
     """The counters of one benchmark: ms, GB/s, of_copy_%."""
-    call = [program, f"--benchmark_filter=^{name}$", f"--benchmark_min_time={seconds}"]
-    done = subprocess.run([*call, "--benchmark_format=json"], capture_output=True, text=True)
-    if done.returncode or not done.stdout.strip():
-        raise RuntimeError(f"{program.name} {name}: {done.stderr.strip() or 'it has no such benchmark'}")
-    return json.loads(done.stdout)["benchmarks"][0]
+    options = (f"--benchmark_filter=^{name}$", f"--benchmark_min_time={seconds}", "--benchmark_format=json")
+    return said(program, *options)["benchmarks"][0]
 
 
 def names(program: Path) -> list[str]:
@@ -74,8 +70,8 @@ def page() -> str:
 
 def compare(other: Path) -> None:
     """Print the other program's time over this one's, for each benchmark that both have."""
-    ratios = {}
-    for name in track([name for name in names(PROGRAM) if name in names(other)], "kernels"):
+    ratios, known = {}, set(names(other))
+    for name in track([name for name in names(PROGRAM) if name in known], "kernels"):
         turns = [(measured(other, name, 0.1), measured(PROGRAM, name, 0.1)) for _ in range(TURNS)]
         before, now = (median(list(results))["real_time"] for results in zip(*turns))
         ratios[name] = before / now
