@@ -9,7 +9,22 @@
 namespace chiasm::core {
 namespace {
 
-double from_float16(uint16_t bits) {
+template <class T>
+T load(const void* data, size_t i) {
+  T value;
+  std::memcpy(&value, static_cast<const char*>(data) + i * sizeof(T), sizeof(T));
+  return value;
+}
+
+template <class T>
+double number(const void* data, size_t i) {
+  return static_cast<double>(load<T>(data, i));
+}
+
+double boolean(const void* data, size_t i) { return load<uint8_t>(data, i) != 0; }
+
+double float16(const void* data, size_t i) {
+  const auto bits = load<uint16_t>(data, i);
   const int exponent = (bits >> 10) & 31;
   const int mantissa = bits & 1023;
   double value;
@@ -24,35 +39,41 @@ double from_float16(uint16_t bits) {
   return (bits & 0x8000) != 0 ? -value : value;
 }
 
-double from_bfloat16(uint16_t bits) {
-  const uint32_t wide = static_cast<uint32_t>(bits) << 16;
+double bfloat16(const void* data, size_t i) {
+  const uint32_t wide = static_cast<uint32_t>(load<uint16_t>(data, i)) << 16;
   float value;
   std::memcpy(&value, &wide, sizeof value);
   return value;
 }
 
-template <class T>
-T load(const void* data, size_t i) {
-  T value;
-  std::memcpy(&value, static_cast<const char*>(data) + i * sizeof(T), sizeof(T));
-  return value;
+using Element = double (*)(const void* data, size_t i);
+
+/** How an element is read as a number, by its NumPy kind and its size. */
+constexpr struct {
+  char kind;
+  size_t size;
+  Element read;
+} kElements[] = {
+    {'b', 1, boolean},          {'u', 1, number<uint8_t>}, {'u', 2, number<uint16_t>},
+    {'u', 4, number<uint32_t>}, {'i', 1, number<int8_t>},  {'i', 2, number<int16_t>},
+    {'i', 4, number<int32_t>},  {'i', 8, number<int64_t>}, {'f', 2, float16},
+    {'V', 2, bfloat16},         {'f', 4, number<float>},   {'f', 8, number<double>},
+};
+
+constexpr Element element_of(const base::DTypeEntry& type) {
+  for (const auto& element : kElements) {
+    if (element.kind == type.numpy_kind && element.size == type.size) return element.read;
+  }
+  return nullptr;
 }
 
-double element(const void* data, size_t i, int32_t dtype) {
-  switch (dtype) {
-    case CHIASM_BOOL: return load<uint8_t>(data, i) != 0;
-    case CHIASM_UINT8: return load<uint8_t>(data, i);
-    case CHIASM_INT8: return load<int8_t>(data, i);
-    case CHIASM_INT16: return load<int16_t>(data, i);
-    case CHIASM_INT32: return load<int32_t>(data, i);
-    case CHIASM_INT64: return static_cast<double>(load<int64_t>(data, i));
-    case CHIASM_UINT16: return load<uint16_t>(data, i);
-    case CHIASM_FLOAT16: return from_float16(load<uint16_t>(data, i));
-    case CHIASM_BFLOAT16: return from_bfloat16(load<uint16_t>(data, i));
-    case CHIASM_FLOAT32: return static_cast<double>(load<float>(data, i));
-    default: return load<double>(data, i);
+constexpr bool all_are_read() {
+  for (const base::DTypeEntry& type : base::kDTypes) {
+    if (element_of(type) == nullptr) return false;
   }
+  return true;
 }
+static_assert(all_are_read(), "kElements has no line for a type of CHIASM_DTYPES");
 
 }  // namespace
 
@@ -60,8 +81,9 @@ Comparison compare(const void* actual, const void* expected, size_t count, int32
                    const Tolerance& tolerance) {
   Comparison result;
   double worst_excess = 0;
+  const Element element = element_of(base::kDTypes[dtype]);
   for (size_t i = 0; i < count; ++i) {
-    const double a = element(actual, i, dtype), b = element(expected, i, dtype);
+    const double a = element(actual, i), b = element(expected, i);
     const bool same = a == b || (std::isnan(a) && std::isnan(b));
     // Different large int64 values may be equal as doubles.
     const bool exact = dtype != CHIASM_INT64 || load<int64_t>(actual, i) == load<int64_t>(expected, i);

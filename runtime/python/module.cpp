@@ -337,6 +337,13 @@ void set_trust(const std::string& policy, const std::vector<std::string>& keys) 
 
 std::string get_trust() { return kPolicies[static_cast<int32_t>(chiasm::trust_policy())]; }
 
+/** The names of the element types. */
+std::vector<std::string> dtypes() {
+  std::vector<std::string> names;
+  for (const base::DTypeEntry& entry : base::kDTypes) names.emplace_back(entry.name);
+  return names;
+}
+
 /** The instruction sets whose artifacts this CPU runs, the fastest first. */
 std::vector<std::string> instruction_sets() {
   std::vector<std::string> found;
@@ -534,6 +541,7 @@ the first error is raised, with the run's number.)")
   m.def("get_num_threads", &chiasm::get_num_threads);
   m.def("set_trust", &chiasm::python::set_trust, arg("policy"), arg("keys"));
   m.def("get_trust", &get_trust);
+  m.def("dtypes", &dtypes);
   m.def("instruction_sets", &instruction_sets);
   m.def("sign", &sign, arg("message"), arg("secret_key"));
   m.def("verify_signature", &verify_signature, arg("message"), arg("signature"), arg("key"), arg("origin"));

@@ -71,7 +71,7 @@ std::vector<int64_t> config_dims(const TensorInfo& tensor, bool batched) {
 
 json described(const TensorInfo& tensor, bool is_input, bool batched) {
   const std::vector<int64_t> dims = config_dims(tensor, batched);
-  json entry = {{"name", tensor.name}, {"data_type", type_of(tensor.dtypes.at(0)).config}, {"dims", dims}};
+  json entry = {{"name", tensor.name}, {"data_type", config_type_of(tensor.dtypes.at(0))}, {"dims", dims}};
   if (dims.empty()) {  // Triton requires a dimension; for a batch `reshape` removes it again
     entry["dims"] = {1};
     if (batched) entry["reshape"] = {{"shape", json::array()}};
@@ -107,7 +107,7 @@ bool fits(const std::vector<int64_t>& given, const TensorInfo& tensor, bool batc
 void check_entry(const json& entry, const char* kind, const TensorInfo& tensor, bool batched) {
   const std::string where = std::string(kind) + " '" + tensor.name + "' of the configuration: ";
   const std::string type = entry.value("data_type", "");
-  const std::string expected_type = type_of(tensor.dtypes.at(0)).config;
+  const std::string expected_type = config_type_of(tensor.dtypes.at(0));
   if (type != expected_type) refuse(where + "the bundle has " + expected_type + ", got " + type);
   const std::vector<int64_t> dims = given_dims(entry);
   if (!fits(dims, tensor, batched))

@@ -13,20 +13,8 @@ from ..export.manifest import SUFFIX, BundleError, read_manifest
 
 #: A model's name is a folder's name, and part of URLs.
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
-#: TensorProto.DataType, by its number
-_ONNX_TYPES = {
-    1: "FP32",
-    2: "UINT8",
-    3: "INT8",
-    4: "UINT16",
-    5: "INT16",
-    6: "INT32",
-    7: "INT64",
-    9: "BOOL",
-    10: "FP16",
-    11: "FP64",
-    16: "BF16",
-}
+#: Element types of both NumPy and Triton: numbers, and no strings
+_NUMBERS = re.compile(r"bool|bfloat16|float(16|32|64)|u?int(8|16|32|64)")
 
 
 class RepositoryError(BundleError):
@@ -102,6 +90,11 @@ class Part:
         return _of_network(self.path) if self.is_network else _of_bundle(self.path)
 
 
+def _type(dtype: str) -> str:
+    """Triton's name of an element type."""
+    return dtype.upper().replace("BFLOAT", "BF").replace("FLOAT", "FP")
+
+
 def _of_bundle(bundle: Path) -> tuple[list[Tensor], list[Tensor]]:
     manifest = read_manifest(bundle)
     method = manifest["methods"].get("forward")
@@ -113,8 +106,7 @@ def _of_bundle(bundle: Path) -> tuple[list[Tensor], list[Tensor]]:
     def tensor(entry: dict[str, Any]) -> Tensor:
         dtype: str = generic if entry["dtype"] == "T" else entry["dtype"]
         dims = tuple(d if isinstance(d, int) else -1 for d in entry["shape"])
-        name = dtype.upper().replace("BFLOAT", "BF").replace("FLOAT", "FP")
-        return Tensor(entry["name"], name, dims or (1,))
+        return Tensor(entry["name"], _type(dtype), dims or (1,))
 
     return [tensor(t) for t in method["inputs"]], [tensor(t) for t in method["outputs"]]
 
@@ -132,14 +124,16 @@ def _of_network(file: Path) -> tuple[list[Tensor], list[Tensor]]:
 
     def tensor(value: Any) -> Tensor:
         kind = value.type.tensor_type
-        if not kind.HasField("shape") or kind.elem_type not in _ONNX_TYPES:
+        known = kind.elem_type in onnx.helper.get_all_tensor_dtypes()
+        dtype = onnx.helper.tensor_dtype_to_np_dtype(kind.elem_type).name if known else ""
+        if not kind.HasField("shape") or not _NUMBERS.fullmatch(dtype):
             raise RepositoryError(f"{file}: '{value.name}' is no tensor of a known rank and type of numbers")
         dims = tuple(d.dim_value if d.dim_value > 0 else -1 for d in kind.shape.dim)
         if not dims:
             raise RepositoryError(
                 f"{file}: '{value.name}' has no dimensions, which Triton's tensors must have"
             )
-        return Tensor(value.name, _ONNX_TYPES[kind.elem_type], dims)
+        return Tensor(value.name, _type(dtype), dims)
 
     constants = {each.name for each in graph.initializer}
     inputs = [tensor(value) for value in graph.input if value.name not in constants]

@@ -57,19 +57,17 @@ struct Storage {
   }
 };
 
-// Codes of c10::ScalarType, as AOTInductor's code writes them.
+// Codes of c10::ScalarType, as AOTInductor's code writes them: those of the types that kernels and operators
+// take.
 enum ScalarType : int32_t {
-  kUint8 = 0,
-  kInt8,
-  kInt16,
-  kInt32,
-  kInt64,
-  kHalf,
-  kFloat,
-  kDouble,
-  kBool = 11,
-  kBFloat16 = 15,
-  kUint16 = 27
+  kBool = base::kDTypes[CHIASM_BOOL].torch,
+  kUint8 = base::kDTypes[CHIASM_UINT8].torch,
+  kUint16 = base::kDTypes[CHIASM_UINT16].torch,
+  kInt16 = base::kDTypes[CHIASM_INT16].torch,
+  kInt32 = base::kDTypes[CHIASM_INT32].torch,
+  kInt64 = base::kDTypes[CHIASM_INT64].torch,
+  kFloat = base::kDTypes[CHIASM_FLOAT32].torch,
+  kDouble = base::kDTypes[CHIASM_FLOAT64].torch
 };
 
 inline int64_t element_size(int32_t dtype) {

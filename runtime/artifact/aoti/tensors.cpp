@@ -27,17 +27,10 @@ extern "C" {
 
 int32_t aoti_torch_device_type_cpu() { return 0; }
 int32_t aoti_torch_device_type_cuda() { return 1; }
-int32_t aoti_torch_dtype_uint8() { return kUint8; }
-int32_t aoti_torch_dtype_uint16() { return kUint16; }
-int32_t aoti_torch_dtype_int8() { return kInt8; }
-int32_t aoti_torch_dtype_int16() { return kInt16; }
-int32_t aoti_torch_dtype_int32() { return kInt32; }
-int32_t aoti_torch_dtype_int64() { return kInt64; }
-int32_t aoti_torch_dtype_float16() { return kHalf; }
-int32_t aoti_torch_dtype_bfloat16() { return kBFloat16; }
-int32_t aoti_torch_dtype_float32() { return kFloat; }
-int32_t aoti_torch_dtype_float64() { return kDouble; }
-int32_t aoti_torch_dtype_bool() { return kBool; }
+#define CHIASM_DTYPE_FUNCTION(dtype, name, ...) \
+  int32_t aoti_torch_dtype_##name() { return chiasm::base::kDTypes[dtype].torch; }
+CHIASM_DTYPES(CHIASM_DTYPE_FUNCTION)
+#undef CHIASM_DTYPE_FUNCTION
 int32_t aoti_torch_layout_strided() { return 0; }
 
 void aoti_torch_check(bool condition, const char*, const char*, uint32_t, const char* message) {

@@ -11,6 +11,7 @@ import keyword
 import math
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any, cast
 
 import torch
@@ -18,11 +19,10 @@ from torch import Tensor, nn
 
 from ..dates import given_time
 from ..errors import ExportError
-from ..manifest import FORMATS, METHODS, schema
+from ..manifest import FORMATS, METHODS
 from ..spec import DEFAULT_SYMBOLS, Spec, TensorSpec, Tolerance
 from ..tracing.module import results_of
 
-DTYPES: tuple[str, ...] = tuple(schema()["$defs"]["dtype"]["enum"])
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*")
 _VERSION = re.compile(r"[0-9]+\.[0-9]+\.[0-9]+")
@@ -142,7 +142,7 @@ def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
         numbers = len(t.range) == 2 and all(isinstance(v, (int, float)) and math.isfinite(v) for v in t.range)
         if not numbers or t.range[0] > t.range[1]:
             raise ExportError(f"{where}: range: expected (least, greatest), got {t.range!r}")
-        if t.dtype in DTYPES and not (t.dtype == "bool" or "float" in t.dtype):
+        if t.dtype in _dtypes() and not (t.dtype == "bool" or "float" in t.dtype):
             limits = torch.iinfo(getattr(torch, t.dtype))
             if t.range[0] < limits.min or t.range[1] > limits.max:
                 raise ExportError(f"{where}: range {t.range!r} does not fit into {t.dtype}")
@@ -197,11 +197,18 @@ def _check_config(spec: Spec) -> None:
             )
 
 
+@cache
+def _dtypes() -> tuple[str, ...]:
+    from chiasm import _runtime
+
+    return tuple(_runtime.dtypes())
+
+
 def _dtype(name: str, where: str, dtype: Any) -> None:
-    if dtype not in DTYPES:
+    if dtype not in _dtypes():
         raise ExportError(
             f"{name}: {where}: dtype {dtype!r} is not one of"
-            f" {', '.join(DTYPES)}{_INSTEAD.get(str(dtype), '')}"
+            f" {', '.join(_dtypes())}{_INSTEAD.get(str(dtype), '')}"
         )
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any
 
 import torch
@@ -19,20 +20,6 @@ from ..errors import quoted_line
 from .purity import MARKERS, draws, impure, is_random, writes
 
 _STATE = "a state of the module"
-#: TorchScript's numbers for dtypes.
-_DTYPES = {
-    0: "uint8",
-    1: "int8",
-    2: "int16",
-    3: "int32",
-    4: "int64",
-    5: "float16",
-    6: "float32",
-    7: "float64",
-    11: "bool",
-    15: "bfloat16",
-    27: "uint16",
-}
 #: If one of these arguments is this constant, an operator draws no random numbers.
 _QUIET = {"train": False, "training": False, "p": 0.0, "dropout": 0.0, "dropout_p": 0.0}
 
@@ -178,11 +165,21 @@ def _flows(
             yield inputs[0], whole  # a list to which something is added
 
 
+@cache
+def _dtypes() -> dict[int, str]:
+    """The names of dtypes by TorchScript's numbers for them, as TorchScript gives them."""
+    dtypes = {value for value in vars(torch).values() if isinstance(value, torch.dtype)}
+    names = [str(dtype).removeprefix("torch.") for dtype in dtypes]
+    source = "".join(f"def {name}_() -> int:\n  return torch.{name}\n" for name in names)
+    unit = torch.jit.CompilationUnit(source)
+    return {getattr(unit, f"{name}_")(): name for name in names}
+
+
 def _casts(schema: Any, inputs: list[Any], origins: set[str], dtypes: Mapping[str, tuple[str, ...]]) -> bool:
     """Whether a `to` changes the dtype of every possible input, so that it is a copy."""
     for argument, value in zip(schema.arguments, inputs):
         if argument.name == "dtype" and value.node().kind() == "prim::Constant":
-            wanted = _DTYPES.get(value.toIValue())
+            wanted = _dtypes().get(value.toIValue())
             return (
                 _STATE not in origins
                 and all(wanted not in dtypes[key] for key in origins)
