@@ -212,8 +212,8 @@ typedef struct chiasm_load_options {
    *  the process may use (set_num_threads), which is also the upper limit. A server that runs several methods
    *  at once gives each 1: a run then wakes no thread and waits for none. */
   int32_t num_threads;
-  /** Since 3: options of the backend named above: "key=value" texts, then NULL. NULL: no options. An unknown
-   *  key is rejected with a message that lists the backend's keys. */
+  /** Since 3: options of the backend named above: "key=value" texts, then NULL. NULL: no options. A key that
+   *  is given twice is rejected, and so is an unknown one, with a message that lists the backend's keys. */
   const char* const* options;
 } chiasm_load_options;
 

@@ -23,17 +23,17 @@ struct DTypeEntry {
 /** The one table of element types, in the order of chiasm_dtype: docs/howto/dtype.md adds a line to it. It is
  *  a macro because the functions by which AOTInductor's code asks for a type have the type's name in theirs.
  */
-#define CHIASM_DTYPES(X)                                              \
-  X(CHIASM_BOOL, bool, "BOOL", 1, 6, 'b', 9, 11, "BOOL")              \
-  X(CHIASM_UINT8, uint8, "U8", 1, 1, 'u', 2, 0, "UINT8")              \
-  X(CHIASM_INT8, int8, "I8", 1, 0, 'i', 3, 1, "INT8")                 \
-  X(CHIASM_INT16, int16, "I16", 2, 0, 'i', 5, 2, "INT16")             \
-  X(CHIASM_INT32, int32, "I32", 4, 0, 'i', 6, 3, "INT32")             \
-  X(CHIASM_INT64, int64, "I64", 8, 0, 'i', 7, 4, "INT64")             \
-  X(CHIASM_FLOAT16, float16, "F16", 2, 2, 'f', 10, 5, "FP16")         \
-  X(CHIASM_BFLOAT16, bfloat16, "BF16", 2, 4, 'V', 16, 15, "BF16")     \
-  X(CHIASM_FLOAT32, float32, "F32", 4, 2, 'f', 1, 6, "FP32")          \
-  X(CHIASM_FLOAT64, float64, "F64", 8, 2, 'f', 11, 7, "FP64")         \
+#define CHIASM_DTYPES(X)                                          \
+  X(CHIASM_BOOL, bool, "BOOL", 1, 6, 'b', 9, 11, "BOOL")          \
+  X(CHIASM_UINT8, uint8, "U8", 1, 1, 'u', 2, 0, "UINT8")          \
+  X(CHIASM_INT8, int8, "I8", 1, 0, 'i', 3, 1, "INT8")             \
+  X(CHIASM_INT16, int16, "I16", 2, 0, 'i', 5, 2, "INT16")         \
+  X(CHIASM_INT32, int32, "I32", 4, 0, 'i', 6, 3, "INT32")         \
+  X(CHIASM_INT64, int64, "I64", 8, 0, 'i', 7, 4, "INT64")         \
+  X(CHIASM_FLOAT16, float16, "F16", 2, 2, 'f', 10, 5, "FP16")     \
+  X(CHIASM_BFLOAT16, bfloat16, "BF16", 2, 4, 'V', 16, 15, "BF16") \
+  X(CHIASM_FLOAT32, float32, "F32", 4, 2, 'f', 1, 6, "FP32")      \
+  X(CHIASM_FLOAT64, float64, "F64", 8, 2, 'f', 11, 7, "FP64")     \
   X(CHIASM_UINT16, uint16, "U16", 2, 1, 'u', 4, 27, "UINT16")
 
 #define CHIASM_DTYPE_ENTRY(dtype, name, ...) {dtype, #name, __VA_ARGS__},

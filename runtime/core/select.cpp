@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <optional>
+#include <set>
 
 #include "base/cuda.h"
 #include "base/dtype.h"
@@ -79,6 +80,12 @@ std::vector<std::string> LoadRequest::options_for(const Backend& backend) const 
   std::vector<std::string> all = backend.name() == this->backend ? options : std::vector<std::string>();
   for (const std::string& option : all) backend.check_option(option);
   if (!fused && backend.has_option("fused")) all.emplace_back("fused=0");
+  std::set<std::string> keys;
+  for (const std::string& option : all) {
+    const std::string key = option.substr(0, option.find('='));
+    if (!keys.insert(key).second)
+      fail(CHIASM_INVALID_ARGUMENT, "load options: the option '" + key + "' is given twice");
+  }
   return all;
 }
 

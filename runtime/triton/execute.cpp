@@ -99,8 +99,8 @@ Tensor read_input(TRITONBACKEND_Request* request, const TensorInfo& info, InputM
   check(TRITONBACKEND_InputProperties(input, nullptr, &type, &sizes, &ndim, &bytes, &pieces));
   const DType dtype = info.dtypes.at(0);
   if (type != type_of(dtype))
-    refuse("input '" + info.name + "': expected " + TRITONSERVER_DataTypeString(type_of(dtype)) +
-           ", got " + TRITONSERVER_DataTypeString(type));
+    refuse("input '" + info.name + "': expected " + TRITONSERVER_DataTypeString(type_of(dtype)) + ", got " +
+           TRITONSERVER_DataTypeString(type));
   Shape shape(sizes, ndim);
   if (info.dims.empty() && shape == kNumber) shape = Shape();
   if (const uint64_t expected = byte_count(info.name, shape, dtype); bytes != expected)
@@ -138,8 +138,8 @@ class OutputMemory final {
                                const TensorType& type, uint64_t bytes) {
     const Shape& shape = type.shape.empty() ? kNumber : type.shape;
     TRITONBACKEND_Output* output = nullptr;
-    check(TRITONBACKEND_ResponseOutput(response, &output, name.c_str(), type_of(type.dtype),
-                                       shape.data(), static_cast<uint32_t>(shape.size())));
+    check(TRITONBACKEND_ResponseOutput(response, &output, name.c_str(), type_of(type.dtype), shape.data(),
+                                       static_cast<uint32_t>(shape.size())));
     void* buffer = nullptr;
     TRITONSERVER_MemoryType memory = TRITONSERVER_MEMORY_CPU;
     int64_t device = 0;

@@ -397,11 +397,21 @@ TEST_F(Bytes, SubsampledPixelsMatchOpenCv) {
 TEST_F(Bytes, PackedPixelsMatchOpenCv) {
   for (const Size& size : {Size{1, 2}, Size{3, 4}, Size{5, 34}, Size{2, 4096 + 70}, Size{36, 130}})
     for (const bool luma_first : {false, true}) {
-      const cv::Mat image = frame(size.height, size.width, 2);
-      cv::Mat out(size.height, size.width, CV_8UC3);
-      packed_pixels(image.data, 1, size.height, 2 * size.width, kVideo.data(), luma_first, out.data);
-      const cv::Mat expected = opencv(image, luma_first ? cv::COLOR_YUV2RGB_YUYV : cv::COLOR_YUV2RGB_UYVY);
+      constexpr int kImages = 2;
+      const cv::Mat images = frame(kImages * size.height, size.width, 2);
+      cv::Mat out(images.rows, size.width, CV_8UC3), planes(3 * images.rows, size.width, CV_8U);
+      for (const bool interleaved : {false, true})
+        packed_pixels(images.data, kImages, size.height, 2 * size.width, kVideo.data(), luma_first,
+                      interleaved, (interleaved ? out : planes).data);
+      const cv::Mat expected = opencv(images, luma_first ? cv::COLOR_YUV2RGB_YUYV : cv::COLOR_YUV2RGB_UYVY);
       EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0);
+      for (int i = 0; i < kImages; ++i)
+        for (int c = 0; c < 3; ++c) {
+          cv::Mat channel;
+          cv::extractChannel(expected.rowRange(i * size.height, (i + 1) * size.height), channel, c);
+          const int top = (3 * i + c) * size.height;
+          EXPECT_EQ(cv::norm(planes.rowRange(top, top + size.height), channel, cv::NORM_INF), 0);
+        }
     }
 }
 
@@ -471,7 +481,7 @@ KERNEL_CALL_BENCHMARK(subsampled_pixels, [] {
 });
 KERNEL_CALL_BENCHMARK(packed_pixels, [] {
   return [frame = Frame()]() mutable {
-    packed_pixels(frame.x.data(), 1, 1080, 3840, kVideo.data(), true, frame.out.data());
+    packed_pixels(frame.x.data(), 1, 1080, 3840, kVideo.data(), true, true, frame.out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(split_pixels_3, [] {

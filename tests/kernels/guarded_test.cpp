@@ -545,7 +545,8 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             for (const Size& part : {Size{s.height, s.width}, Size{(s.height + 1) / 2, (s.width + 1) / 2}})
               run(aoti_torch_cpu_subsampled_pixels, bytes({2, s.height, s.width}),
                   bytes({2, part.height, 2 * part.width}), video, int32_t{0}, flag);
-            run(aoti_torch_cpu_packed_pixels, bytes({2, s.height, 4 * s.width}), video, flag);
+            for (const int32_t interleaved : {0, 1})
+              run(aoti_torch_cpu_packed_pixels, bytes({2, s.height, 4 * s.width}), video, flag, interleaved);
             run(aoti_torch_cpu_nv12_pixels, pixels, encoded, s.height, flag);
             run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, flag);
             run(aoti_torch_cpu_mix_pixels, pixels, colours, int64_t{14}, flag);

@@ -66,6 +66,28 @@ TYPED_TEST(Statistics, TheFirstExtremesAreFound) {
   use_threads(1);
 }
 
+TYPED_TEST(Statistics, EachPartOfARowMayHaveABetterValue) {
+  using P = TypeParam;
+  constexpr int64_t kPixels = 9000;
+  for (const bool rises : {false, true})
+    for (const int64_t step : {1, 3}) {
+      std::mt19937 engine(7);
+      std::vector<P> x;
+      for (int64_t i = 0; i < kPixels * step; ++i) {
+        const int64_t height = 100 * i / (kPixels * step);
+        x.push_back(static_cast<P>((rises ? height : 100 - height) + static_cast<int64_t>(engine() % 3)));
+      }
+      std::vector<int64_t> index(static_cast<size_t>(2 * step), -1);
+      extreme_indices(x.data(), 1, kPixels * step, step, index.data());
+      for (int64_t c = 0; c < step; ++c) {
+        const std::vector<P> values = channel(x, kPixels, step, c);
+        const auto at = static_cast<size_t>(2 * c);
+        ASSERT_EQ(index[at], expected_index(values.data(), kPixels, false)) << step << ", " << rises;
+        ASSERT_EQ(index[at + 1], expected_index(values.data(), kPixels, true)) << step << ", " << rises;
+      }
+    }
+}
+
 TYPED_TEST(Statistics, LimitsOfTheTypeAreFound) {
   using P = TypeParam;
   for (const P value : {std::numeric_limits<P>::lowest(), std::numeric_limits<P>::max()}) {

@@ -615,6 +615,12 @@ TEST_F(Loading, Options) {
               HasSubstr("name it, not auto"));
   EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_backend("onnx").with_option("speed", "11")),
               HasSubstr("the onnx backend has no option 'speed'; it has fused (0 or 1)"));
+  for (const char* second : {"0", "1"}) {
+    EXPECT_THAT(
+        refused(CHIASM_INVALID_ARGUMENT,
+                LoadOptions().with_backend("onnx").with_option("fused", "1").with_option("fused", second)),
+        HasSubstr("the option 'fused' is given twice"));
+  }
   EXPECT_EQ(
       Bundle::open(path_)
           .method("forward", LoadOptions().with_backend("onnx").with_option("fused", "0").with_num_threads(1))

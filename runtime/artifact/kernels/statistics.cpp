@@ -40,18 +40,17 @@ int64_t strips_of(int64_t n, int64_t pixels) {
   return n >= omp_get_max_threads() ? 1 : std::clamp<int64_t>(pixels / kPart, 1, omp_get_max_threads());
 }
 
-// The least and the greatest of n values; infinity and -infinity if all of them are NaN. NaN is ignored.
+// Widens `least` and `greatest` to those of n values; NaN is ignored. Says whether a value was outside of them,
+// which is rare after the first parts of an image: only then are the lanes compared with each other.
 template <class P>
-void extremes(const P* x, int64_t n, P& least, P& greatest) {
-  using Limits = std::numeric_limits<P>;
-  least = Limits::max(), greatest = Limits::lowest();
-  if constexpr (std::is_floating_point_v<P>) least = Limits::infinity(), greatest = -Limits::infinity();
+bool widen(const P* x, int64_t n, P& least, P& greatest) {
   const Lanes<P> d;
   constexpr int64_t kVectors = 4;
+  const auto from = hn::Set(d, least), to = hn::Set(d, greatest);
   hn::Vec<Lanes<P>> low[kVectors], high[kVectors];
-  std::fill_n(low, kVectors, hn::Set(d, least));
-  std::fill_n(high, kVectors, hn::Set(d, greatest));
-  const auto widen = [&](int64_t v, const P* p) {
+  std::fill_n(low, kVectors, from);
+  std::fill_n(high, kVectors, to);
+  const auto take = [&](int64_t v, const P* p) {
     const auto values = hn::LoadU(d, p);
     // the second argument if one is NaN
     low[v] = smaller(values, low[v]);
@@ -59,21 +58,26 @@ void extremes(const P* x, int64_t n, P& least, P& greatest) {
   };
   int64_t k = 0;
   for (; k + kVectors * kLanes<P> <= n; k += kVectors * kLanes<P>)
-    for (int64_t v = 0; v < kVectors; ++v) widen(v, x + k + v * kLanes<P>);
-  for (; k + kLanes<P> <= n; k += kLanes<P>) widen(0, x + k);
+    for (int64_t v = 0; v < kVectors; ++v) take(v, x + k + v * kLanes<P>);
+  for (; k + kLanes<P> <= n; k += kLanes<P>) take(0, x + k);
+  P last[kLanes<P>];
+  if (k < n && n >= kLanes<P>) {
+    take(0, x + n - kLanes<P>);
+  } else if (k < n) {
+    std::fill(std::copy(x, x + n, last), last + kLanes<P>, x[0]);
+    take(0, last);
+  }
   for (int64_t v = 1; v < kVectors; ++v) {
     low[0] = hn::Min(low[0], low[v]);
     high[0] = hn::Max(high[0], high[v]);
   }
+  if (hn::AllTrue(d, hn::And(hn::Eq(low[0], from), hn::Eq(high[0], to)))) return false;
   P lanes[2][kLanes<P>];
   hn::StoreU(low[0], d, lanes[0]);
   hn::StoreU(high[0], d, lanes[1]);
-  const auto take = [&](P small, P large) {
-    if (small < least) least = small;
-    if (large > greatest) greatest = large;
-  };
-  for (int64_t i = 0; i < kLanes<P>; ++i) take(lanes[0][i], lanes[1][i]);
-  for (; k < n; ++k) take(x[k], x[k]);
+  least = *std::min_element(lanes[0], lanes[0] + kLanes<P>);
+  greatest = *std::max_element(lanes[1], lanes[1] + kLanes<P>);
+  return true;
 }
 
 // The first of n values that equals `value`, or -1.
@@ -93,13 +97,37 @@ int64_t first_equal(const P* x, int64_t n, P value) {
 // An extreme value and its first index; -1 if there is none.
 template <class P>
 struct Extreme {
-  P value = 0;
+  P value;
   int64_t index = -1;
+};
 
-  // Takes a later value if it is better.
-  template <bool greatest>
-  bool yields_to(P other) const {
-    return index < 0 || (greatest ? other > value : other < value);
+// The least and the greatest value of a channel.
+template <class P>
+struct Range {
+  using Limits = std::numeric_limits<P>;
+  static constexpr bool is_float = std::is_floating_point_v<P>;
+  Extreme<P> least{is_float ? Limits::infinity() : Limits::max()};
+  Extreme<P> greatest{is_float ? -Limits::infinity() : Limits::lowest()};
+
+  // Takes n values that come after all that it has; the first of them is at index `first`.
+  void take(const P* x, int64_t n, int64_t first) {
+    P low = least.value, high = greatest.value;
+    // a value may be one of the two that stand for none
+    if (!widen(x, n, low, high) && least.index >= 0 && greatest.index >= 0) return;
+    const auto update = [&](Extreme<P>& extreme, P value) {
+      if (extreme.index >= 0 && value == extreme.value) return;
+      const int64_t index = first_equal(x, n, value);
+      if (index >= 0) extreme = {value, first + index};
+    };
+    update(least, low);
+    update(greatest, high);
+  }
+
+  // Takes the range of values that come after all that it has.
+  void take(const Range& later) {
+    if (later.least.index >= 0 && (least.index < 0 || later.least.value < least.value)) least = later.least;
+    if (later.greatest.index >= 0 && (greatest.index < 0 || later.greatest.value > greatest.value))
+      greatest = later.greatest;
   }
 };
 
@@ -108,29 +136,17 @@ struct Extreme {
 template <class P>
 void extreme_indices(const P* x, int64_t n, int64_t length, int64_t step, int64_t* out) {
   const int64_t strips = strips_of(n, length / step);
-  std::vector<Extreme<P>> found(static_cast<size_t>(2 * n * strips * step));
+  std::vector<Range<P>> found(static_cast<size_t>(n * strips * step));
   for_channels(x, n, length, step, strips,
                [&](int64_t place, int64_t channel, const P* values, int64_t count, int64_t first) {
-                 Extreme<P>* const own = found.data() + 2 * (place * step + channel);
-                 P least, greatest;
-                 extremes(values, count, least, greatest);
-                 const auto take = [=](Extreme<P>& best, P value) {
-                   const int64_t index = first_equal(values, count, value);
-                   if (index >= 0) best = {value, first + index};
-                 };
-                 if (own[0].template yields_to<false>(least)) take(own[0], least);
-                 if (own[1].template yields_to<true>(greatest)) take(own[1], greatest);
+                 found[static_cast<size_t>(place * step + channel)].take(values, count, first);
                });
   for (int64_t i = 0; i < n * step; ++i) {
-    Extreme<P> least, greatest;
-    for (int64_t strip = 0; strip < strips; ++strip) {
-      const int64_t place = i / step * strips + strip;
-      const Extreme<P>* const other = found.data() + 2 * (place * step + i % step);
-      if (other[0].index >= 0 && least.template yields_to<false>(other[0].value)) least = other[0];
-      if (other[1].index >= 0 && greatest.template yields_to<true>(other[1].value)) greatest = other[1];
-    }
-    out[2 * i] = std::max<int64_t>(least.index, 0);
-    out[2 * i + 1] = std::max<int64_t>(greatest.index, 0);
+    Range<P> range;
+    for (int64_t strip = 0; strip < strips; ++strip)
+      range.take(found[static_cast<size_t>((i / step * strips + strip) * step + i % step)]);
+    out[2 * i] = std::max<int64_t>(range.least.index, 0);
+    out[2 * i + 1] = std::max<int64_t>(range.greatest.index, 0);
   }
 }
 

@@ -221,12 +221,13 @@ void subsampled_pixels(const uint8_t* luma, int64_t n, int64_t height, int64_t w
 }
 
 void packed_pixels(const uint8_t* x, int64_t n, int64_t height, int64_t values, const int32_t* weights,
-                   bool luma_first, uint8_t* out) {
+                   bool luma_first, bool interleaved, uint8_t* out) {
   const Factors factors(weights);
   const int64_t width = values / 2;
 #pragma omp parallel for
-  for (int64_t i = 0; i < n * height; ++i)
-    row_of_pixels(width, true, out + 3 * i * width, 0,
+  for (int64_t i = 0; i < n * height; ++i) {
+    uint8_t* const to = out + (interleaved ? 3 * i : 3 * (i / height) * height + i % height) * width;
+    row_of_pixels(width, interleaved, to, height * width,
                   [&](int64_t first, int64_t count, uint8_t* made, int64_t plane) {
                     const uint8_t* const from = x + i * values + 2 * first;
                     if (luma_first)
@@ -234,6 +235,7 @@ void packed_pixels(const uint8_t* x, int64_t n, int64_t height, int64_t values, 
                     else
                       run_of_pairs(Packed<false>{from}, factors, count / 2, made, plane);
                   });
+  }
 }
 
 void nv12_pixels(const uint8_t* x, int64_t n, int64_t values, const int32_t* weights, int64_t height,

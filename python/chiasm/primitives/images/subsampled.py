@@ -72,9 +72,11 @@ def packed_to_rgb(image: Tensor, weights: List[int], luma_first: bool) -> Tensor
 @packed_to_rgb.lowering("native", when=lambda image, *_: kernels.available(image))
 def _packed_kernel(image: Tensor, weights: List[int], luma_first: bool) -> Tensor:
     rows = in_frames(image).flatten(2)
-    made = kernels.packed_pixels(rows, torch.tensor(weights, dtype=torch.int32), luma_first)
-    pixels = made.unflatten(1, [image.size(2), 2 * image.size(3), 3]).permute(0, 3, 1, 2)
-    return pixels if interleaved(image) else in_planes(pixels)
+    is_frame = interleaved(image)
+    made = kernels.packed_pixels(rows, torch.tensor(weights, dtype=torch.int32), luma_first, is_frame)
+    if is_frame:
+        return made.unflatten(1, [image.size(2), 2 * image.size(3), 3]).permute(0, 3, 1, 2)
+    return made.unflatten(1, [3, image.size(2), 2 * image.size(3)])
 
 
 @primitive

@@ -384,10 +384,11 @@ _declare(
     ["1 <= R", "2 <= L", "L % 2 == 0"],
 )
 _declare(
-    "packed_pixels(uint8[N, H, L] x, int32[6] weights, bool luma_first) -> uint8[N, H * (L // 2) * 3]",
+    """packed_pixels(uint8[N, H, L] x, int32[6] weights, bool luma_first, bool interleaved)
+    -> uint8[N, H * (L // 2) * 3]""",
     "subsampled.cpp",
-    """Like subsampled_pixels, interleaved, from pairs of pixels: luma, chroma, luma, chroma, or each chroma
-    before its luma.""",
+    """Like subsampled_pixels, from pairs of pixels: luma, chroma, luma, chroma, or each chroma before its
+    luma.""",
     ["L % 4 == 0"],
 )
 _declare(
