@@ -7,7 +7,7 @@ author = copyright = "the authors of chiasm"
 extensions = ["myst_parser", "breathe"]
 breathe_projects = {"chiasm": str(Path(__file__).parents[2] / "build" / "site" / "doxygen" / "xml")}
 breathe_default_project = "chiasm"
-breathe_domain_by_file_pattern = {"*/chiasm.h": "c"}
+breathe_domain_by_file_pattern = {"*/chiasm.h": "c", "*/backend.h": "c"}
 root_doc = "index"
 include_patterns = ["index.md", "interface.md", "*.md", "docs/**.md", "examples/**.md", "reference/**.md"]
 # Notes are included in the benchmarks' pages by their generators

@@ -126,7 +126,7 @@ def _in_own_orders(
             here.append(torch.where(now[:, 2], factors[2], one))
             here.append(torch.where(now[:, 0] & earlier[:, 2, 0], factors[0], one))
         here.append(stands[:, 3].to(one.dtype))
-    numbers = torch.stack(here, 1)  # stored, so that native code does not compute them again at every pixel
+    numbers = torch.stack(here, 1)  # (B, 14): computed once for each sample, not at every pixel
     for after in range(2):
         if after == 1 and changing[1]:
             planes = _changed(planes, 1, factors[1])

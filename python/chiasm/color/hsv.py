@@ -42,8 +42,7 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
 
 
 def sixths_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """Planes (*, H, W): hue in sixths of a turn, largest channel, and spread. They are separate tensors,
-    because native code writes stacked tensors to memory."""
+    """Planes (*, H, W): hue in sixths of a turn, largest channel, and spread."""
     red, green, blue = rgb_planes(image, "image")
     return sixths_value_chroma_of(red, green, blue)
 

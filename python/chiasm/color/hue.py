@@ -10,7 +10,7 @@ def sixths_of(red: Tensor, green: Tensor, blue: Tensor, value: Tensor, chroma: T
     """Hue in sixths of a turn, [-1, 5], 0 for grey; ``value`` is the largest channel, ``chroma`` the spread
     (the largest minus the smallest channel)."""
     safe = torch.where(chroma == 0, torch.ones_like(chroma), chroma)
-    # One division serves the three cases, because compilers would compute three divisions and choose one.
+    # The three cases share one division.
     step = (
         torch.where(value == red, green - blue, torch.where(value == green, blue - red, red - green)) / safe
     )

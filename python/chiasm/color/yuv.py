@@ -6,7 +6,13 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_not_empty, check_rgb, check_values
-from ..primitives.images.color_planes import check_channels, luma_chroma, mix_bytes, mix_channels
+from ..primitives.images.color_planes import (
+    check_channels,
+    luma_chroma,
+    mix_bytes,
+    mix_channels,
+    stacked_bytes,
+)
 from ..primitives.resampling.decimation import every_second
 from ..primitives.resampling.taps import nearest_index
 
@@ -222,8 +228,7 @@ def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
     chroma = imageuv.index_select(-2, rows).index_select(-1, columns)
     planes = [imagey.select(-3, 0), chroma.select(-3, 0), chroma.select(-3, 1)]
     if imagey.dtype == torch.uint8:
-        # Bytes that are joined would be left to libtorch by AOTInductor.
-        return yuv_to_rgb(torch.stack([p.to(torch.float32) for p in planes], -3).to(torch.uint8))
+        return yuv_to_rgb(stacked_bytes(planes))
     return yuv_to_rgb(torch.stack(planes, -3))
 
 

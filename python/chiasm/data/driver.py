@@ -15,10 +15,10 @@ import re
 import signal
 import socket
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from functools import cache
+from itertools import islice
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
@@ -110,99 +110,80 @@ def fingerprint(mapping: Map, files: str, rows: int) -> dict[str, Any]:
 def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, report: Report) -> None:
     """Write shards in `jobs` processes. A killed worker ends the run with a DataError; an interrupt or a
     signal to end ends the workers first."""
-    _expect_a_killed_tracker()
     # Spawned, not forked: the threads of this process do not survive a fork
     context = multiprocessing.get_context("spawn")
-    jobs = min(jobs, len(shards))
-    # Rows and bad rows of each worker. No lock: a killed worker would hold it for ever
-    counts = context.RawArray("q", 2 * jobs)
-    seen = [0, 0]
-    given = mapping, folder, counts
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker, initargs=(os.getpid(), given))
+    waiting = iter(shards)
+    workers: list[BaseProcess] = []
+    running: dict[Any, Shard] = {}
     try:
         # Until all workers have been given what they need. They get no interrupt: this process handles it for
         # them.
         with delayed():
-            try:
-                pending = {pool.submit(_write, shard): shard for shard in shards}
-            except BrokenProcessPool:
-                raise _killed() from None
-        while pending:
-            done, _ = wait(pending, 0.25, FIRST_COMPLETED)
-            for future in done:
-                report(pending.pop(future), _failure(future.result), 0, 0)
-            now = [sum(counts[::2]), sum(counts[1::2])]
-            report(None, None, now[0] - seen[0], now[1] - seen[1])
-            seen = now
+            for shard in islice(waiting, jobs):
+                # A pipe for each worker, not a queue for all: a killed worker would hold the queue's lock for
+                # ever, and Python prints a traceback for each lock if its resource tracker was killed
+                connection, other_end = context.Pipe()
+                with other_end:
+                    worker = context.Process(target=_serve, args=(other_end, os.getpid(), mapping, folder))
+                    _expect_alive(worker.start)
+                workers.append(worker)
+                _expect_alive(connection.send, shard)
+                running[connection] = shard
+        while running:
+            ready = wait(list(running))
+            for connection in [c for c in running if c in ready]:
+                finished, failure, rows, bad = _expect_alive(connection.recv)
+                report(running[connection] if finished else None, failure, rows, bad)
+                if not finished:
+                    continue
+                if (shard := next(waiting, None)) is None:
+                    del running[connection]
+                    connection.close()  # ends the worker
+                else:
+                    _expect_alive(connection.send, shard)
+                    running[connection] = shard
     except BaseException:
-        workers = multiprocessing.active_children()
         for worker in workers:
             worker.kill()
+        raise
+    finally:
         for worker in workers:
             worker.join()
-        pool.shutdown(cancel_futures=True)
-        raise
-    pool.shutdown()
 
 
-@cache
-def _expect_a_killed_tracker() -> None:
-    """Python removes its semaphores, and signs them off from the process that would remove them after a
-    crash. If that one was killed, it starts another, which knows none of them and prints a traceback for
-    each: sign off only from a tracker that is there."""
-    from multiprocessing import resource_tracker
-
-    sign_off, tracker = resource_tracker.unregister, resource_tracker._resource_tracker  # pyright: ignore
-    is_alive = getattr(tracker, "_check_alive", lambda: True)
-
-    def unregister(name: str, kind: str) -> None:
-        if getattr(tracker, "_fd", None) is None or is_alive():  # None: there has been none
-            sign_off(name, kind)
-
-    resource_tracker.unregister = unregister  # pyright: ignore
-
-
-def _failure(result: Callable[[], Any]) -> str | None:
-    """The error of a shard, or None. An error that concerns all shards is raised."""
+def _expect_alive(call: Callable[..., Any], *arguments: Any) -> Any:
+    """Communicate with a worker."""
     try:
-        result()
-    except BrokenProcessPool:
-        raise _killed() from None
-    except Exception as error:  # one shard's failure, of whatever kind, does not stop the others
-        return one_line(error) or type(error).__name__
-    return None
+        return call(*arguments)
+    except (EOFError, ConnectionError):
+        raise DataError(
+            "a worker was killed, perhaps because memory was short: finished shards are kept; the same"
+            " command goes on from there (with fewer at once: --jobs 1)"
+        ) from None
 
 
-def _killed() -> DataError:
-    return DataError(
-        "a worker was killed, perhaps because memory was short: finished shards are kept; the same"
-        " command goes on from there (with fewer at once: --jobs 1)"
-    )
-
-
-def _worker(parent: int, given: tuple[Map, Path, Any]) -> None:
-    """Set up a worker, which ends with its parent."""
-    global _work
+def _serve(connection: Connection, parent: int, mapping: Map, folder: Path) -> None:
+    """Write the shards that come through a connection, until it is closed. A worker, which ends with its
+    parent."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)  # the parent died before that
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
-    _work = given
-
-
-_work: tuple[Map, Path, Any]
-
-
-def _write(shard: Shard) -> None:
-    mapping, folder, counts = _work
-    # multiprocessing numbers workers in the order in which they start
-    slot = 2 * (int(multiprocessing.current_process().name.rpartition("-")[2]) % (len(counts) // 2))
 
     def count(rows: int, bad: int) -> None:
-        counts[slot] += rows
-        counts[slot + 1] += bad
+        connection.send((False, None, rows, bad))
 
-    write(shard, mapping, folder, count)
+    while True:
+        try:
+            shard = connection.recv()
+        except EOFError:
+            return
+        failure = None
+        try:
+            write(shard, mapping, folder, count)
+        except Exception as error:  # one shard's failure, of whatever kind, does not stop the others
+            failure = one_line(error) or type(error).__name__
+        connection.send((True, failure, 0, 0))
 
 
 def on_ray(shards: list[Shard], mapping: Map, folder: Path, address: str, jobs: int, report: Report) -> None:

@@ -83,8 +83,7 @@ def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
         tensor([1., 1., 1., 0.])
     """
     check_image(input, "input")
-    # The cross does not need the margin before the image, but native code is fastest if both ends of the rows
-    # are padded alike.
+    # The cross needs no margin before the image; a stencil has the same margin at both ends of its rows.
     return _cross(input, (1, 1), (1, 1), "replicate", 0.5 if normalized else 1.0, eps)
 
 

@@ -165,8 +165,7 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
     row = torch.arange(height, device=image.device).to(precision)[None, :, None]
     column = torch.arange(width, device=image.device).to(precision)[None, None, :]
-    # Rows and columns are separate, since native code cannot vectorize the division of a position by the
-    # width. They are stored, so that each is divided once.
+    # x depends on the column alone, y on the row alone: each position is divided once, not at every pixel.
     x = materialised((column - camera[:, 0:1, 2:3]) / camera[:, 0:1, 0:1], 2)
     y = materialised((row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2], 1)
     x, y = _lens(x, y, lens)

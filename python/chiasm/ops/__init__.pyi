@@ -550,8 +550,8 @@ class SoftNms(nn.Module):
     slots for the kept boxes. N. Bodla et al., Soft-NMS, ICCV 2017. Each step takes the box with the
     highest score (of equal scores the first one) and multiplies the scores of the remaining boxes by a
     factor of their IoU o with this box: "gaussian" exp(-o^2 / sigma), "linear" 1 - o if o is at least
-    ``iou_threshold``. Computed in float64, with one step for each filled slot; memory grows with N + K,
-    in native code too."""
+    ``iou_threshold``. Computed in float64, with one step for each filled slot; memory grows with N +
+    K."""
 
     max_output: int
     method: str

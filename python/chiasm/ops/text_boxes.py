@@ -101,7 +101,7 @@ def _largest_shapes(mask: Tensor, most: int) -> Tuple[Tensor, Tensor, Tensor]:
     inside = labels > 0
     root = (labels - 1).clamp(min=0)
     # A small image may have fewer pixels than there are slots.
-    # In 32 bits, since compiled code can add these.
+    # 32 bits hold the number of an image's pixels.
     none = torch.zeros(
         [mask.size(0), mask.size(2) * mask.size(3) + most], dtype=torch.int32, device=mask.device
     )

@@ -1,4 +1,4 @@
-"""The catalog: every op that chiasm deploys, one spec each, in a module per family.
+"""The catalog: every op that chiasm deploys, one spec each, in modules by family and subject.
 
 An entry is a few declarative lines: see any of the modules. The function is found by the spec's name below
 `chiasm`, or is named by `fn` where one function has several specs (a spec freezes its configuration).

@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 import torch
-from PIL import Image
 from torch import Generator, Tensor
 
 from ..peer import Call, Peer, opencv
 from ..spec import ErrorInput, Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add, rejected
 
-_OUTPUT = [TensorSpec("output", layout="NCHW")]
+OUTPUT = [TensorSpec("output", layout="NCHW")]
+
 #: The gradient of a number that all pixels share is a sum over them, whose order each backend chooses.
-_SUMS = {"float32": Tolerance(1e-3, 1e-4)}
+SUMS = {"float32": Tolerance(1e-3, 1e-4)}
 
 
 def _curve(values: Call, **options: Any) -> Peer:
@@ -71,8 +71,8 @@ add(
     Spec(
         "enhance.normalize",
         [image("data"), _MEAN, _STD],
-        _OUTPUT,
-        gradient_tolerances=_SUMS,
+        OUTPUT,
+        gradient_tolerances=SUMS,
         peer=opencv(
             lambda cv2, x, mean, std: cv2.divide(cv2.subtract(x, mean), std),
             before=lambda x, mean, std: (x, (*map(float, mean), 0.0), (*map(float, std), 1.0)),
@@ -86,8 +86,8 @@ add(
     Spec(
         "enhance.denormalize",
         [image("data"), _MEAN, _STD],
-        _OUTPUT,
-        gradient_tolerances=_SUMS,
+        OUTPUT,
+        gradient_tolerances=SUMS,
         peer=Peer("numpy", lambda np, x, mean, std: x * std[:, None, None] + mean[:, None, None], "batch"),
         reference="data * std + mean in NumPy float64",
     )
@@ -97,10 +97,10 @@ add(
     Spec(
         "enhance.normalize_min_max",
         [image()],
-        _OUTPUT,
+        OUTPUT,
         config={"min_val": -1.0, "max_val": 2.0, "eps": 1e-6},
         # one pixel's gradient is a sum over its channel
-        gradient_tolerances=_SUMS,
+        gradient_tolerances=SUMS,
         peer=opencv(lambda cv2, x: cv2.normalize(x, None, -1.0, 2.0, cv2.NORM_MINMAX), "planes", atol=1e-4),
         reference="the formula in NumPy float64; OpenCV normalize(NORM_MINMAX)",
     )
@@ -123,8 +123,8 @@ add(
             _factor("beta", -1.0, 1.0, "weight of src2"),
             _factor("gamma", -1.0, 1.0, "what is added"),
         ],
-        _OUTPUT,
-        gradient_tolerances=_SUMS,
+        OUTPUT,
+        gradient_tolerances=SUMS,
         peer=opencv(_weighted),
         reference="OpenCV addWeighted",
         frames=Frames(
@@ -140,8 +140,8 @@ add(
     Spec(
         "enhance.invert",
         [image("image"), _factor("max_val", 0.5, 1.5, "the value of white")],
-        _OUTPUT,
-        gradient_tolerances=_SUMS,
+        OUTPUT,
+        gradient_tolerances=SUMS,
         peer=opencv(lambda cv2, x, white: cv2.subtract(white, x), "planes"),
         reference="Pillow ImageOps.invert",
         frames=Frames(ranges={"max_val": None}, peer=opencv(lambda cv2, x: cv2.bitwise_not(x))),
@@ -156,7 +156,7 @@ add(
             *(_factor(f"{c}_shift", -0.5, 0.5, "what is added") for c in "rgb"),
         ],
         [TensorSpec("output", layout="NCHW", color="RGB")],
-        gradient_tolerances=_SUMS,
+        gradient_tolerances=SUMS,
         reference="clip(image + shift, 0, 1) in NumPy float64",
     )
 )
@@ -168,16 +168,18 @@ _INTEGRAL = opencv(
     rtol=1e-4,
     atol=1e-3,
 )
+
 _INTEGRAL_OF_FRAMES = Frames(
     reference="OpenCV integral",
     peer=opencv(lambda cv2, x: cv2.integral(x), "planes", after=lambda s: s[1:, 1:]),
 )
+
 for _name in ("integral_image", "integral_tensor"):
     add(
         Spec(
             f"enhance.{_name}",
             [image("image" if _name == "integral_image" else "input")],
-            _OUTPUT,
+            OUTPUT,
             config={} if _name == "integral_image" else {"dim": [1, -1]},
             # sums of up to all pixels, in another order
             tolerances={"float32": Tolerance(1e-3, 1e-4)},
@@ -196,6 +198,7 @@ _CONTRAST = (
     *rejected("factor", "a number that is not negative", -0.5, math.nan),
     ErrorInput("factor", [0.5], "factor: expected a number or a tensor, got list", TypeError),
 )
+
 for _name, _low, _high, _unit, _peer, _frames_peer in (
     ("adjust_brightness", -0.3, 0.3, 255, _CLIPPED_SUM, _curve(lambda x, factor: x + factor)),
     ("adjust_brightness_accumulative", 0.5, 1.5, 1, _CLIPPED_PRODUCT, _curve(lambda x, factor: x * factor)),
@@ -205,9 +208,9 @@ for _name, _low, _high, _unit, _peer, _frames_peer in (
         Spec(
             f"enhance.{_name}",
             [image("image"), _factor("factor", _low, _high, "strength")],
-            _OUTPUT,
+            OUTPUT,
             config={"clip_output": True},
-            gradient_tolerances=_SUMS,
+            gradient_tolerances=SUMS,
             reference="Pillow ImageEnhance.Brightness; the formula in NumPy float64",
             peer=_peer,
             frames=Frames(ranges={"factor": (_low * _unit, _high * _unit)}, peer=_frames_peer),
@@ -224,7 +227,7 @@ for _name, _enhancer in (
             f"enhance.{_name}",
             [image("image", channels=3, color="RGB"), _factor("factor", 0.5, 1.5, "strength")],
             [TensorSpec("output", layout="NCHW", color="RGB")],
-            gradient_tolerances=_SUMS,
+            gradient_tolerances=SUMS,
             peer=opencv(_with_mean if _enhancer == "Contrast" else _with_grey),
             reference=f"Pillow ImageEnhance.{_enhancer}",
         )
@@ -250,7 +253,7 @@ for _name, _low, _high in (("adjust_hue", -3.0, 3.0), ("adjust_saturation", 0.3,
             f"enhance.{_name}_raw",
             [image("image", channels=3, color="HSV"), _factor("factor", _low, _high, _what)],
             [TensorSpec("output", layout="NCHW", color="HSV")],
-            gradient_tolerances=_SUMS,
+            gradient_tolerances=SUMS,
             reference="the formula in NumPy float64",
         )
     )
@@ -259,8 +262,8 @@ add(
     Spec(
         "enhance.adjust_gamma",
         [image(), _factor("gamma", 0.5, 2.0, "exponent"), _factor("gain", 0.8, 1.2, "factor")],
-        _OUTPUT,
-        gradient_tolerances=_SUMS,
+        OUTPUT,
+        gradient_tolerances=SUMS,
         peer=opencv(
             lambda cv2, x, gamma, gain: cv2.min(cv2.multiply(cv2.pow(x, gamma), gain), 1.0), "planes"
         ),
@@ -278,7 +281,7 @@ for _inverse in (False, True):
         Spec(
             "enhance.adjust_log" + ".inverse" * _inverse,
             [image("image")],
-            _OUTPUT,
+            OUTPUT,
             config={"gain": 1.1, "inv": _inverse, "clip_output": True},
             peer=Peer(
                 "skimage.exposure",
@@ -294,7 +297,7 @@ add(
     Spec(
         "enhance.adjust_sigmoid",
         [image("image")],
-        _OUTPUT,
+        OUTPUT,
         config={"cutoff": 0.5, "gain": 10.0, "inv": False},
         peer=Peer("skimage.exposure", lambda exposure, x: exposure.adjust_sigmoid(x), "batch"),
         reference="scikit-image adjust_sigmoid",
@@ -310,7 +313,7 @@ add(
             image(),
             TensorSpec("bits", ("B",), "int64", range=(0, 8), description="bits to keep of each image"),
         ],
-        _OUTPUT,
+        OUTPUT,
         gradients=(),
         reference="Pillow ImageOps.posterize",
         frames=Frames(peer=_curve(lambda x, bits: x - x % 2.0 ** (8 - bits))),
@@ -325,9 +328,9 @@ add(
             _factor("thresholds", 0.3, 0.7, "threshold"),
             _factor("additions", -0.2, 0.2, "what is added first"),
         ],
-        _OUTPUT,
+        OUTPUT,
         gradients=("input", "additions"),
-        gradient_tolerances=_SUMS,
+        gradient_tolerances=SUMS,
         reference="Pillow ImageOps.solarize",
         frames=Frames(
             ranges={"thresholds": (70.0, 180.0), "additions": (-50.0, 50.0)}, peer=_curve(_solarized)
@@ -353,10 +356,10 @@ for _type in ("binary", "binary_inv", "trunc", "tozero", "tozero_inv"):
                 _factor("thresh", 0.3, 0.7, "threshold"),
                 *([_factor("maxval", 0.5, 1.0, "value of what is marked")] if _binary else []),
             ],
-            _OUTPUT,
+            OUTPUT,
             config={"type": _type},
             gradients=("maxval",) if _binary else ("input",),
-            gradient_tolerances=_SUMS,
+            gradient_tolerances=SUMS,
             peer=_threshold(_type),
             reference="OpenCV threshold",
             frames=Frames(
@@ -372,284 +375,11 @@ add(
     Spec(
         "enhance.sharpness",
         [image(), _factor("factor", 0.0, 2.0, "strength")],
-        _OUTPUT,
+        OUTPUT,
         symbols=STENCIL,
-        gradient_tolerances=_SUMS,
+        gradient_tolerances=SUMS,
         peer=opencv(_sharpened, "planes", edge=1),
         reference="Pillow ImageEnhance.Sharpness",
-    )
-)
-
-# --- histograms that count: no gradients --------------------------------------------------------------------
-
-add(
-    Spec(
-        "enhance.equalize",
-        [image()],
-        _OUTPUT,
-        gradients=(),
-        reference="Pillow ImageOps.equalize",
-        frames=Frames(
-            peer=Peer(
-                "PIL.ImageOps",
-                lambda ops, x: ops.equalize(x),
-                "planes",
-                before=lambda x: (Image.fromarray(x),),
-            )
-        ),
-    )
-)
-
-add(
-    Spec(
-        "enhance.equalize3d",
-        [TensorSpec("input", ("B", "C", "D", "H", "W"), layout="NCDHW", description="batch of volumes")],
-        [TensorSpec("output", layout="NCDHW")],
-        symbols={"D": (1, 4096)},
-        gradients=(),
-        reference="Pillow ImageOps.equalize of the volume's values",
-    )
-)
-
-add(
-    Spec(
-        "enhance.autocontrast",
-        [image("image")],
-        _OUTPUT,
-        config={"cutoff": (1.0, 2.5)},
-        gradients=(),
-        reference="Pillow ImageOps.autocontrast",
-        frames=Frames(),
-        errors=rejected(
-            "cutoff", "percentages that are not negative and sum to less than 100", (math.nan, 1.0)
-        ),
-    )
-)
-
-_MEAN_STD = opencv(lambda cv2, x: cv2.meanStdDev(x), "planes", after=lambda m: (m[0][0, 0], m[1][0, 0]))
-
-
-def _places(found: Any) -> tuple[Any, ...]:
-    least, greatest, first, last = found
-    return least, greatest, np.array(first), np.array(last)
-
-
-add(
-    Spec(
-        "enhance.mean_std_dev",
-        [image("image")],
-        [
-            TensorSpec("mean", description="of each channel"),
-            TensorSpec("std", description="standard deviation of each channel"),
-        ],
-        gradient_tolerances=_SUMS,
-        peer=_MEAN_STD,
-        reference="OpenCV meanStdDev; NumPy mean and std in float64",
-        frames=Frames(peer=_MEAN_STD),
-    )
-)
-
-_MIN_MAX = opencv(lambda cv2, x: cv2.minMaxLoc(x), "planes", after=_places)
-
-add(
-    Spec(
-        "enhance.min_max_loc",
-        [image("image")],
-        [
-            TensorSpec("least", description="of each channel"),
-            TensorSpec("greatest", description="of each channel"),
-            TensorSpec("least_at", description="the first place (x, y) of the least, in pixels"),
-            TensorSpec("greatest_at", description="the first place (x, y) of the greatest, in pixels"),
-        ],
-        peer=_MIN_MAX,
-        reference="OpenCV minMaxLoc",
-        frames=Frames(peer=_MIN_MAX),
-    )
-)
-
-add(
-    Spec(
-        "enhance.count_histogram",
-        [image("image")],
-        [TensorSpec("counts", description="pixels in each of 64 bins of [0, 1)")],
-        config={"n_bins": 64, "min": 0.0, "max": 1.0},
-        gradients=(),
-        reference="OpenCV calcHist",
-        frames=Frames(config={"n_bins": 256, "max": 256.0}),
-        picture="histogram",
-        errors=rejected("max", "a number above min = 0.0", math.nan),
-    )
-)
-
-add(
-    Spec(
-        "enhance.clahe",
-        [
-            TensorSpec(
-                "image",
-                ("B", "C", "H", "W"),
-                "uint8",
-                layout="NCHW",
-                range=(0, 255),
-                description="image batch",
-            )
-        ],
-        _OUTPUT,
-        config={"clip_limit": 4.0, "tile_grid_size": (4, 3)},
-        symbols=STENCIL,
-        peer=opencv(lambda cv2, x: cv2.createCLAHE(4.0, (4, 3)).apply(x), "planes"),
-        reference="OpenCV createCLAHE",
-    )
-)
-
-add(
-    Spec(
-        "enhance.equalize_clahe",
-        [image()],
-        _OUTPUT,
-        config={"clip_limit": 4.0, "grid_size": (3, 4)},
-        symbols=STENCIL,
-        gradients=(),
-        reference="OpenCV createCLAHE",
-        frames=Frames(),
-    )
-)
-
-add(
-    Spec(
-        "enhance.equalize_clahe.differentiable",
-        [image()],
-        _OUTPUT,
-        config={"clip_limit": 4.0, "grid_size": (3, 4), "slow_and_differentiable": True},
-        symbols=STENCIL,
-        # the steepness of a tile's curve and the number of its pixels amplify rounding
-        tolerances={"float32": Tolerance(1e-4, 1e-4)},
-        gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
-        reference="enhance.equalize_clahe, from which it differs by the rounding that it leaves out",
-    ),
-    fn="enhance.equalize_clahe",
-)
-
-# --- densities ----------------------------------------------------------------------------------------------
-
-_BINS = TensorSpec("bins", ("K",), description="centres of the bins")
-_BANDWIDTH = TensorSpec("bandwidth", (1,), range=(0.1, 0.2), description="standard deviation of the kernel")
-#: The gradient of a parameter that all values share is a sum over them.
-_DENSITY_SUMS = {"float32": Tolerance(1e-3, 1e-3)}
-
-add(
-    Spec(
-        "enhance.histogram",
-        [TensorSpec("x", ("B", "N"), description="values"), _BINS, _BANDWIDTH],
-        [TensorSpec("density")],
-        config={"epsilon": 1e-10},
-        symbols={"K": (2, 4096)},
-        gradient_tolerances=_DENSITY_SUMS,
-        reference="the definition in NumPy float64; SciPy gaussian_kde",
-        picture="histogram",
-    )
-)
-
-add(
-    Spec(
-        "enhance.histogram2d",
-        [
-            TensorSpec("x1", ("B", "N"), description="values"),
-            TensorSpec("x2", ("B", "N"), description="values paired with them"),
-            _BINS,
-            _BANDWIDTH,
-        ],
-        [TensorSpec("density")],
-        config={"epsilon": 1e-10},
-        symbols={"K": (2, 4096)},
-        gradient_tolerances=_DENSITY_SUMS,
-        reference="the definition in NumPy float64",
-        picture="joint density",
-    )
-)
-
-for _kernel in ("triangular", "gaussian", "uniform", "epanechnikov"):
-    add(
-        Spec(
-            f"enhance.image_histogram2d.{_kernel}",
-            [image("image")],
-            [
-                TensorSpec("histogram", description="pixels in each of 16 bins"),
-                TensorSpec("density", description="the same, of sum 1"),
-            ],
-            config={"min": 0.0, "max": 1.0, "n_bins": 16, "return_pdf": True, "kernel": _kernel},
-            # sums over all pixels
-            tolerances={"float32": Tolerance(1e-3, 1e-4)},
-            gradients=() if _kernel == "uniform" else None,
-            reference="the definition in NumPy float64",
-            picture="histogram",
-            errors=rejected("bandwidth", "a positive number", math.nan),
-        ),
-        fn="enhance.image_histogram2d",
-    )
-
-# --- linear transforms of features --------------------------------------------------------------------------
-
-add(
-    Spec(
-        "enhance.linear_transform",
-        [
-            TensorSpec("inp", ("N", 5), description="samples"),
-            TensorSpec("transform_matrix", (5, 5)),
-            TensorSpec("mean_vector", (1, 5)),
-        ],
-        [TensorSpec("output")],
-        gradient_tolerances=_SUMS,
-        peer=Peer("numpy", lambda np, x, matrix, mean: (x - mean) @ matrix, "batch"),
-        reference="NumPy matrix product",
-        picture="whitening",
-    )
-)
-
-
-def _sample_features(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-    """Correlated features, of the scale of pixels; more samples than features, so that their covariance has
-    full rank."""
-    import torch
-
-    features = torch.rand((sizes["N"], 5), generator=generator, dtype=torch.float64)
-    mixing = torch.tensor([[1.0, 0.5, 0.2, 0.0, 0.1]], dtype=torch.float64)
-    return {"inp": (features + features[:, :1] * mixing).to(dtype)}
-
-
-_FEATURES = [TensorSpec("inp", ("N", 5), description="samples")]
-#: Dividing by the root of a small eigenvalue amplifies rounding.
-_WHITENING = {"float32": Tolerance(1e-3, 1e-3)}
-
-add(
-    Spec(
-        "enhance.zca_mean",
-        _FEATURES,
-        [
-            TensorSpec("transform_matrix"),
-            TensorSpec("mean_vector"),
-            TensorSpec("inverse", description="inverse of transform_matrix"),
-        ],
-        config={"unbiased": True, "eps": 1e-4, "return_inverse": True},
-        symbols={"N": (8, 1 << 20)},
-        tolerances=_WHITENING,
-        sample=_sample_features,
-        reference="NumPy eigh",
-        picture="matrices",
-    )
-)
-
-add(
-    Spec(
-        "enhance.zca_whiten",
-        _FEATURES,
-        [TensorSpec("output")],
-        config={"unbiased": True, "eps": 1e-4},
-        symbols={"N": (8, 1 << 20)},
-        tolerances=_WHITENING,
-        sample=_sample_features,
-        reference="NumPy eigh",
-        picture="whitening",
     )
 )
 

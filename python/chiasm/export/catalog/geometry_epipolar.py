@@ -1,4 +1,4 @@
-"""Views of one scene: homographies, fundamental and essential matrices, triangulation, poses."""
+"""Views of one scene: fundamental and essential matrices, triangulation, poses."""
 
 from collections.abc import Sequence
 
@@ -95,11 +95,11 @@ def _from_scene(
     return sample
 
 
-def _points(name: str, count: str = "N", description: str = "points"):
+def points_input(name: str, count: str = "N", description: str = "points"):
     return TensorSpec(name, ("B", count, 2), description=description)
 
 
-def _matrix(name: str, description: str = "", shape: tuple[int | str, ...] = _MATRICES):
+def matrix_input(name: str, description: str = "", shape: tuple[int | str, ...] = _MATRICES):
     return TensorSpec(name, shape, description=description)
 
 
@@ -107,7 +107,7 @@ def _motion(generator: Generator, batch: int):
     return _rotations(generator, batch, 1.0), torch.randn((batch, 3, 1), generator=generator, dtype=_DOUBLE)
 
 
-_LOOSE = {"float32": Tolerance(1e-3, 1e-3)}
+LOOSE = {"float32": Tolerance(1e-3, 1e-3)}
 _ZISSERMAN = "R. Hartley, A. Zisserman, Multiple View Geometry"
 
 # --- errors and lines ---------------------------------------------------------------------------------------
@@ -122,9 +122,9 @@ for _name, _reference in {
     add(
         Spec(
             f"geometry.epipolar.{_name}",
-            [_points("pts1"), _points("pts2"), _matrix("Fm", "fundamental matrices")],
+            [points_input("pts1"), points_input("pts2"), matrix_input("Fm", "fundamental matrices")],
             # points a hundredth off their lines: distances are differences, and gradients sums over points
-            gradient_tolerances=_LOOSE,
+            gradient_tolerances=LOOSE,
             sample=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"),
             reference=_reference,
             picture="epipolar lines",
@@ -133,9 +133,9 @@ for _name, _reference in {
 add(
     Spec(
         "geometry.epipolar.compute_correspond_epilines",
-        [_points("points"), _matrix("F_mat", "fundamental matrices")],
+        [points_input("points"), matrix_input("F_mat", "fundamental matrices")],
         [TensorSpec("lines")],
-        gradient_tolerances=_LOOSE,
+        gradient_tolerances=LOOSE,
         sample=_from_scene(points="x1", F_mat="F"),
         reference="OpenCV computeCorrespondEpilines",
     )
@@ -166,7 +166,11 @@ for _name, _from in (("essential_from_fundamental", "F"), ("fundamental_from_ess
     add(
         Spec(
             f"geometry.epipolar.{_name}",
-            [_matrix(f"{_from}_mat"), _matrix("K1", "camera matrices"), _matrix("K2", "camera matrices")],
+            [
+                matrix_input(f"{_from}_mat"),
+                matrix_input("K1", "camera matrices"),
+                matrix_input("K2", "camera matrices"),
+            ],
             sample=_from_scene(**{f"{_from}_mat": _from}, K1="K1", K2="K2"),  # pyright: ignore[reportArgumentType]
             reference=f"{_ZISSERMAN}, 9.6",
         )
@@ -178,7 +182,12 @@ def _sample_two_motions(generator: Generator, sizes: dict[str, int], dtype: torc
     return {name: value.to(dtype) for name, value in {"R1": R1, "t1": t1, "R2": R2, "t2": t2}.items()}
 
 
-_TWO_MOTIONS = [_matrix("R1"), _matrix("t1", shape=_VECTORS), _matrix("R2"), _matrix("t2", shape=_VECTORS)]
+_TWO_MOTIONS = [
+    matrix_input("R1"),
+    matrix_input("t1", shape=_VECTORS),
+    matrix_input("R2"),
+    matrix_input("t2", shape=_VECTORS),
+]
 add(
     Spec(
         "geometry.epipolar.essential_from_Rt",
@@ -201,9 +210,9 @@ for _name in ("decompose_essential_matrix", "decompose_essential_matrix_no_svd")
     add(
         Spec(
             f"geometry.epipolar.{_name}",
-            [_matrix("E_mat", "essential matrices")],
+            [matrix_input("E_mat", "essential matrices")],
             [TensorSpec("R1"), TensorSpec("R2"), TensorSpec("t")],
-            gradient_tolerances=_LOOSE,
+            gradient_tolerances=LOOSE,
             sample=_from_scene(E_mat="E"),
             reference="OpenCV decomposeEssentialMat",
         )
@@ -211,9 +220,9 @@ for _name in ("decompose_essential_matrix", "decompose_essential_matrix_no_svd")
 add(
     Spec(
         "geometry.epipolar.motion_from_essential",
-        [_matrix("E_mat", "essential matrices")],
+        [matrix_input("E_mat", "essential matrices")],
         [TensorSpec("rotations"), TensorSpec("translations")],
-        gradient_tolerances=_LOOSE,
+        gradient_tolerances=LOOSE,
         sample=_from_scene(E_mat="E"),
         reference="OpenCV decomposeEssentialMat",
     )
@@ -222,15 +231,15 @@ add(
     Spec(
         "geometry.epipolar.motion_from_essential_choose_solution",
         [
-            _matrix("E_mat", "essential matrices"),
-            _matrix("K1"),
-            _matrix("K2"),
-            _points("x1", description="pixels"),
-            _points("x2", description="pixels"),
+            matrix_input("E_mat", "essential matrices"),
+            matrix_input("K1"),
+            matrix_input("K2"),
+            points_input("x1", description="pixels"),
+            points_input("x2", description="pixels"),
         ],
         [TensorSpec("R"), TensorSpec("t"), TensorSpec("points"), TensorSpec("in_front")],
         # depths are ill-conditioned
-        tolerances=_LOOSE,
+        tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
         sample=_from_scene(E_mat="E", K1="K1", K2="K2", x1="x1", x2="x2"),
         reference="OpenCV recoverPose",
@@ -248,9 +257,9 @@ def _sample_near_essential(
 add(
     Spec(
         "geometry.epipolar.project_to_essential",
-        [_matrix("E_mat")],
+        [matrix_input("E_mat")],
         [TensorSpec("essential")],
-        gradient_tolerances=_LOOSE,
+        gradient_tolerances=LOOSE,
         sample=_sample_near_essential,
         reference="NumPy SVD in float64",
     )
@@ -258,9 +267,9 @@ add(
 add(
     Spec(
         "geometry.epipolar.normalize_points",
-        [_points("points")],
+        [points_input("points")],
         [TensorSpec("normalized"), TensorSpec("similarity")],
-        gradient_tolerances=_LOOSE,
+        gradient_tolerances=LOOSE,
         sample=_from_scene(points="x1"),
         reference="definition",
     )
@@ -280,7 +289,7 @@ _PROJECTION = ("B", 3, 4)
 add(
     Spec(
         "geometry.epipolar.fundamental_from_projections",
-        [_matrix("P1", shape=_PROJECTION), _matrix("P2", shape=_PROJECTION)],
+        [matrix_input("P1", shape=_PROJECTION), matrix_input("P2", shape=_PROJECTION)],
         [TensorSpec("fundamental")],
         sample=_from_scene(P1="P1", P2="P2"),
         reference=f"determinants in NumPy; {_ZISSERMAN}, 17.1",
@@ -289,9 +298,9 @@ add(
 add(
     Spec(
         "geometry.epipolar.projections_from_fundamental",
-        [_matrix("F_mat")],
+        [matrix_input("F_mat")],
         [TensorSpec("projections")],
-        gradient_tolerances=_LOOSE,
+        gradient_tolerances=LOOSE,
         sample=_from_scene(F_mat="F"),
         reference=f"{_ZISSERMAN}, result 9.14",
     )
@@ -299,7 +308,7 @@ add(
 add(
     Spec(
         "geometry.epipolar.projection_from_KRt",
-        [_matrix("K"), _matrix("R"), _matrix("t", shape=_VECTORS)],
+        [matrix_input("K"), matrix_input("R"), matrix_input("t", shape=_VECTORS)],
         [TensorSpec("projection")],
         sample=_from_scene(K="K2", R="R", t="t"),
         reference="definition",
@@ -308,9 +317,9 @@ add(
 add(
     Spec(
         "geometry.epipolar.KRt_from_projection",
-        [_matrix("P", shape=_PROJECTION)],
+        [matrix_input("P", shape=_PROJECTION)],
         [TensorSpec("K"), TensorSpec("R"), TensorSpec("t")],
-        gradient_tolerances=_LOOSE,
+        gradient_tolerances=LOOSE,
         sample=_from_scene(P="P2"),
         reference="OpenCV decomposeProjectionMatrix",
     )
@@ -318,9 +327,9 @@ add(
 add(
     Spec(
         "geometry.epipolar.depth_from_point",
-        [_matrix("R"), _matrix("t", shape=_VECTORS), TensorSpec("X", ("B", "N", 3))],
+        [matrix_input("R"), matrix_input("t", shape=_VECTORS), TensorSpec("X", ("B", "N", 3))],
         [TensorSpec("depth")],
-        gradient_tolerances=_LOOSE,
+        gradient_tolerances=LOOSE,
         sample=_from_scene(R="R", t="t", X="X"),
         reference="definition",
     )
@@ -347,13 +356,13 @@ add(
     Spec(
         "geometry.epipolar.triangulate_points",
         [
-            _matrix("P1", shape=_PROJECTION),
-            _matrix("P2", shape=_PROJECTION),
-            _points("points1", description="pixels"),
-            _points("points2", description="pixels"),
+            matrix_input("P1", shape=_PROJECTION),
+            matrix_input("P2", shape=_PROJECTION),
+            points_input("points1", description="pixels"),
+            points_input("points2", description="pixels"),
         ],
         [TensorSpec("points")],
-        tolerances=_LOOSE,
+        tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
         sample=_from_scene(P1="P1", P2="P2", points1="x1", points2="x2"),
         reference="OpenCV triangulatePoints",
@@ -364,13 +373,13 @@ add(
         "geometry.calibration.solve_pnp_dlt",
         [
             TensorSpec("world_points", ("B", "N", 3)),
-            _points("img_points", description="pixels"),
-            _matrix("intrinsics"),
+            points_input("img_points", description="pixels"),
+            matrix_input("intrinsics"),
             TensorSpec("weights", ("B", "N")),
         ],
         [TensorSpec("pose")],
         symbols={"N": (6, 1 << 20)},
-        tolerances=_LOOSE,
+        tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(5e-2, 1e-2)},
         sample=_from_scene(world_points="X", img_points="x2", intrinsics="K2", weights="weights"),
         reference="OpenCV solvePnP",
@@ -379,14 +388,14 @@ add(
 
 # --- fundamental and essential matrices from points ---------------------------------------------------------
 
-_WEIGHTS = TensorSpec("weights", ("B", "N"), range=(0.5, 1.5))
+WEIGHTS = TensorSpec("weights", ("B", "N"), range=(0.5, 1.5))
 add(
     Spec(
         "geometry.epipolar.find_fundamental",
-        [_points("points1"), _points("points2"), _WEIGHTS],
+        [points_input("points1"), points_input("points2"), WEIGHTS],
         [TensorSpec("fundamental")],
         symbols={"N": (8, 1 << 20)},
-        tolerances=_LOOSE,
+        tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
         sample=_from_scene(points1="x1", points2="x2", weights="weights"),
         reference="OpenCV findFundamentalMat; NumPy SVD in float64",
@@ -399,7 +408,7 @@ add(
         "geometry.epipolar.find_fundamental_7point",
         [TensorSpec("points1", ("N", 7, 2)), TensorSpec("points2", ("N", 7, 2))],
         [TensorSpec("fundamental"), TensorSpec("exists")],
-        tolerances=_LOOSE,
+        tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
         sample=_from_scene(count=7, batch="N", points1="x1", points2="x2"),
         reference="OpenCV findFundamentalMat",
@@ -410,160 +419,14 @@ add(
 add(
     Spec(
         "geometry.epipolar.find_essential",
-        [_points("points1"), _points("points2"), _WEIGHTS],
+        [points_input("points1"), points_input("points2"), WEIGHTS],
         [TensorSpec("essential"), TensorSpec("exists")],
         symbols={"N": (5, 1 << 20)},
         gradients=(),
-        tolerances=_LOOSE,
+        tolerances=LOOSE,
         sample=_from_scene(points1="r1", points2="r2", weights="weights"),
         reference="OpenCV findEssentialMat",
         picture="epipolar lines",
     ),
     fn="geometry.epipolar.find_essential_5point",
-)
-
-# --- homographies -------------------------------------------------------------------------------------------
-
-
-def homographies(generator: Generator, batch: int):
-    scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=_DOUBLE)
-    return torch.eye(3, dtype=_DOUBLE) + _uniform(generator, (batch, 3, 3), -1, 1) * scale
-
-
-def mapped(H: Tensor, points: Tensor):
-    x = torch.cat([points, torch.ones_like(points[..., :1])], -1) @ H.transpose(1, 2)
-    return x[..., :2] / x[..., 2:]
-
-
-def _sampler_of_pairs(first: str, second: str, noise: float, **more: str) -> Sampler:
-    """Points and where a homography takes them, with noise; `more` are further arguments: "H" or
-    "weights"."""
-
-    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-        H = homographies(generator, sizes["B"])
-        p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
-        q = mapped(H, p) + noise * torch.randn(p.shape, generator=generator, dtype=_DOUBLE)
-        parts = {"H": H, "weights": _uniform(generator, (sizes["B"], sizes["N"]), 0.5, 1.5)}
-        return {
-            name: value.to(dtype)
-            for name, value in {first: p, second: q, **{n: parts[p] for n, p in more.items()}}.items()
-        }
-
-    return sample
-
-
-def _sampler_of_segments(noise: float, **more: str) -> Sampler:
-    """Segments, and others on the lines where a homography takes them, with noise."""
-
-    def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-        batch, count = sizes["B"], sizes["N"]
-        H = homographies(generator, batch)
-        ends = _uniform(generator, (batch, 2 * count, 2), 0, 200)
-        along = torch.tensor([[0.9, 0.1], [-0.2, 1.2]], dtype=_DOUBLE)
-        moved = along @ mapped(H, ends).reshape(batch, count, 2, 2)
-        moved = moved + noise * torch.randn(moved.shape, generator=generator, dtype=_DOUBLE)
-        parts = {"H": H, "weights": _uniform(generator, (batch, count), 0.5, 1.5)}
-        given = {
-            "ls1": ends.reshape(batch, count, 2, 2),
-            "ls2": moved,
-            **{n: parts[p] for n, p in more.items()},
-        }
-        return {name: value.to(dtype) for name, value in given.items()}
-
-    return sample
-
-
-_FOUR = {"N": (4, 1 << 20)}
-_SEGMENTS = [
-    TensorSpec("ls1", ("B", "N", 2, 2), description="segments' end points"),
-    TensorSpec("ls2", ("B", "N", 2, 2), description="segments' end points"),
-]
-# distances of 3 pixels, from coordinates of 200, of which float32 keeps 2e-5
-_DISTANCES = {"float32": Tolerance(5e-3, 2e-3)}
-for _name in ("oneway_transfer_error", "symmetric_transfer_error", "sampson_homography_distance"):
-    add(
-        Spec(
-            f"geometry.homography.{_name}",
-            [_points("pts1"), _points("pts2"), _matrix("H", "homographies")],
-            [TensorSpec("error")],
-            tolerances=_DISTANCES,
-            gradient_tolerances={"float32": Tolerance(20.0, 1e-2)},  # by H: sums of squares of pixels
-            sample=_sampler_of_pairs("pts1", "pts2", 3.0, H="H"),
-            reference="OpenCV perspectiveTransform; definition",
-            picture="fitted maps",
-        )
-    )
-add(
-    Spec(
-        "geometry.homography.line_segment_transfer_error_one_way",
-        [*_SEGMENTS, _matrix("H", "homographies")],
-        [TensorSpec("error")],
-        tolerances=_DISTANCES,
-        gradient_tolerances={"float32": Tolerance(2.0, 1e-2)},
-        sample=_sampler_of_segments(3.0, H="H"),
-        reference="definition",
-        picture="fitted maps",
-    )
-)
-add(
-    Spec(
-        "geometry.homography.find_homography_dlt_iterated",
-        [_points("points1"), _points("points2"), _WEIGHTS],
-        [TensorSpec("homography")],
-        config={"n_iter": 3},
-        symbols=_FOUR,
-        tolerances=_LOOSE,
-        gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        sample=_sampler_of_pairs("points1", "points2", 0.05, weights="weights"),
-        reference="NumPy SVD in float64",
-        picture="fitted maps",
-    )
-)
-add(
-    Spec(
-        "geometry.homography.find_homography_lines_dlt",
-        _SEGMENTS,
-        [TensorSpec("homography")],
-        symbols=_FOUR,
-        tolerances=_LOOSE,
-        gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        sample=_sampler_of_segments(0.01),
-        reference="NumPy SVD in float64",
-        picture="fitted maps",
-    )
-)
-add(
-    Spec(
-        "geometry.homography.find_homography_lines_dlt_iterated",
-        [*_SEGMENTS, _WEIGHTS],
-        [TensorSpec("homography")],
-        config={"n_iter": 3},
-        symbols=_FOUR,
-        tolerances=_LOOSE,
-        gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        sample=_sampler_of_segments(0.01, weights="weights"),
-        reference="NumPy SVD in float64",
-        picture="fitted maps",
-    )
-)
-
-
-def _sample_fours(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-    """Corners moved about; every other sample has two of them exchanged."""
-    corners = torch.tensor([[0.0, 0.0], [200.0, 0.0], [200.0, 200.0], [0.0, 200.0]], dtype=_DOUBLE)
-    p, q = (corners + _uniform(generator, (sizes["N"], 4, 2), -60, 60) for _ in range(2))
-    q[::2] = q[::2, [1, 0, 2, 3]]
-    return {"points1": p.to(dtype), "points2": q.to(dtype)}
-
-
-add(
-    Spec(
-        "geometry.homography.sample_is_valid_for_homography",
-        [TensorSpec("points1", ("N", 4, 2)), TensorSpec("points2", ("N", 4, 2))],
-        [TensorSpec("valid")],
-        gradients=(),
-        sample=_sample_fours,
-        reference="definition",
-        picture="quadrilaterals",
-    )
 )

@@ -7,7 +7,7 @@ from torch import Generator, Tensor
 
 from ..spec import Sampler, Spec, TensorSpec, Tolerance
 from . import ZERO_WEIGHTS, add
-from .geometry import homography
+from .geometry_homography import homographies
 from .rigid import rotations
 
 # --- points and transformations -----------------------------------------------------------------------------
@@ -42,7 +42,7 @@ def _sample_transformed(dimensions: int) -> Sampler:
             torch.rand((sizes["B"], sizes["N"], dimensions), generator=generator, dtype=torch.float64) * 2 - 1
         )
         if dimensions == 2:
-            return {"trans_01": homography(generator, sizes["B"]).to(dtype), "points_1": points.to(dtype)}
+            return {"trans_01": homographies(generator, sizes["B"]).to(dtype), "points_1": points.to(dtype)}
         return {"trans_01": _rigid(generator, sizes["B"]).to(dtype), "points_1": points.to(dtype)}
 
     return sample
@@ -191,7 +191,7 @@ def _sample_affine(generator: Generator, sizes: dict[str, int], dtype: torch.dty
         sizes["N"] // 3 + 1, 1
     )[: sizes["N"]]
     points = corners + 20 * torch.rand(shape, generator=generator, dtype=torch.float64)
-    moved = points @ homography(generator, sizes["B"])[:, :2, :2].transpose(1, 2) + 5.0
+    moved = points @ homographies(generator, sizes["B"])[:, :2, :2].transpose(1, 2) + 5.0
     weights = torch.rand(shape[:2], generator=generator, dtype=torch.float64) + 0.5
     noise = torch.randn(shape, generator=generator, dtype=torch.float64) * 0.1
     return {"points1": points.to(dtype), "points2": (moved + noise).to(dtype), "weights": weights.to(dtype)}

@@ -8,7 +8,8 @@ from torch import Generator, Tensor
 
 from ..spec import Sampler, Spec, TensorSpec, Tolerance, like
 from . import add
-from .geometry_epipolar import homographies, mapped, scene
+from .geometry_epipolar import scene
+from .geometry_homography import homographies, mapped
 from .rigid import linalg
 
 _DOUBLE = torch.float64

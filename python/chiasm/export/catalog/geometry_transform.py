@@ -1,6 +1,5 @@
-"""Geometric transforms of images: matrices, warps, crops, pyramids."""
+"""Geometric transforms of images: matrices, warps, crops."""
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,10 +7,11 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
-from ..spec import ErrorInput, Frames, Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
-from . import STENCIL, ZERO_WEIGHTS, add, rejected, rejected_sizes, rejected_words
+from ..spec import Frames, Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
+from . import STENCIL, add, rejected_sizes, rejected_words
+from .geometry_homography import homographies
 
-_SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
+SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
 _BATCHED = TensorSpec("angle", ("B",), range=(-180, 180), description="degrees, counterclockwise")
 #: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all
@@ -31,12 +31,6 @@ def _uniform(generator: Generator, shape: Sequence[int], low: float, high: float
     return torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low
 
 
-def _homographies(generator: Generator, batch: int):
-    """Mild homographies in pixel coordinates: near the identity, so that most of the image stays in view."""
-    scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=torch.float64)
-    return torch.eye(3, dtype=torch.float64) + _uniform(generator, (batch, 3, 3), -1, 1) * scale
-
-
 def _boxes(generator: Generator, sizes: dict[str, int]):
     """Quadrilaterals (B, 4, 2) inside the image, corners from the upper left clockwise."""
     corners = torch.tensor([[0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8]], dtype=torch.float64)
@@ -46,10 +40,10 @@ def _boxes(generator: Generator, sizes: dict[str, int]):
 
 #: Makers of arguments for which independent uniform values are not suitable.
 _MAKERS: dict[str, Maker] = {
-    "M": lambda g, s: _homographies(g, s["B"])[:, :2],
-    "matrix": lambda g, s: _homographies(g, s["B"])[:, :2],
-    "transform": lambda g, s: _homographies(g, s["B"]),
-    "homography": lambda g, s: _homographies(g, s["B"]),
+    "M": lambda g, s: homographies(g, s["B"])[:, :2],
+    "matrix": lambda g, s: homographies(g, s["B"])[:, :2],
+    "transform": lambda g, s: homographies(g, s["B"]),
+    "homography": lambda g, s: homographies(g, s["B"]),
     # between coordinates in [-1, 1]
     "normalized": lambda g, s: torch.eye(3, dtype=torch.float64) + _uniform(g, (s["B"], 3, 3), -0.1, 0.1),
     "angle": lambda g, s: _uniform(g, (s["B"],), -40, 40),
@@ -101,7 +95,7 @@ def _with(inputs: Sequence[TensorSpec], **makers: str) -> Sampler:
     return sample
 
 
-def _add(
+def add_transform(
     name: str,
     inputs: Sequence[TensorSpec],
     reference: str,
@@ -143,22 +137,24 @@ _PIXELS: dict[str, Any] = {
     "picture": "maps of the plane",
 }
 
-_add(
+add_transform(
     "get_rotation_matrix2d",
     [_CENTER, _BATCHED, _SCALE],
     "OpenCV getRotationMatrix2D",
     fn="get_rotation_matrix2d",
     **_PIXELS,
 )
-_add("get_translation_matrix2d", [_TRANSLATIONS], "definition", fn="get_translation_matrix2d", **_PIXELS)
-_add(
+add_transform(
+    "get_translation_matrix2d", [_TRANSLATIONS], "definition", fn="get_translation_matrix2d", **_PIXELS
+)
+add_transform(
     "get_shear_matrix2d",
     [_CENTER, *_SHEARS],
     "product of matrices in NumPy",
     fn="get_shear_matrix2d",
     **_PIXELS,
 )
-_add(
+add_transform(
     "get_affine_matrix2d",
     [_TRANSLATIONS, _CENTER, _SCALE, _BATCHED, *_SHEARS],
     "product of matrices in NumPy",
@@ -166,7 +162,7 @@ _add(
     **_PIXELS,
 )
 _INVERSES: dict[str, Any] = {**_PIXELS, "outputs": [TensorSpec("inverse")]}
-_add(
+add_transform(
     "invert_affine_transform",
     [TensorSpec("matrix", ("B", 2, 3))],
     "OpenCV invertAffineTransform",
@@ -174,7 +170,7 @@ _add(
     fn="invert_affine_transform",
     **_INVERSES,
 )
-_add(
+add_transform(
     "projection_from_Rt",
     [TensorSpec("rmat", ("B", 3, 3)), TensorSpec("tvec", ("B", 3, 1))],
     "definition",
@@ -182,7 +178,7 @@ _add(
     outputs=_MATRIX,
     picture="tensors",
 )
-_add(
+add_transform(
     "get_perspective_transform",
     [
         TensorSpec("points_src", ("B", 4, 2), description="four points (x, y)"),
@@ -199,6 +195,50 @@ _add(
 )
 
 # --- warps --------------------------------------------------------------------------------------------------
+
+
+def _sample_warp(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+    shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
+    return {
+        "src": torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype),
+        "M": homographies(generator, sizes["B"]).to(dtype),
+        "like": torch.zeros((sizes["OH"], sizes["OW"]), dtype=torch.uint8),
+    }
+
+
+_WARPED_FRAMES = (("bilinear", "zeros"), ("nearest", "border"))
+for _mode in ("bilinear", "nearest"):
+    for _padding in ("zeros", "border", "reflection", "fill"):
+        add(
+            Spec(
+                f"geometry.transform.warp_perspective.{_mode}_{_padding}",
+                [
+                    image("src"),
+                    TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"),
+                    like("dsize"),
+                ],
+                [TensorSpec("output", layout="NCHW")],
+                config={"mode": _mode, "padding_mode": _padding},
+                symbols=SIZES,
+                # weights amplify the rounding of coordinates by the contrast, and the gradient by M is a sum
+                # over all pixels
+                tolerances={"float32": Tolerance(1e-3, 1e-3)},
+                gradient_tolerances={"float32": Tolerance(5e-3, 2e-3)},
+                sample=_sample_warp,
+                peer=None if _padding == "fill" else warped("warpPerspective", _mode, _padding),
+                reference="OpenCV warpPerspective",
+                frames=(
+                    Frames(
+                        peer=None if _padding == "fill" else warped("warpPerspective", _mode, _padding, True)
+                    )
+                    if (_mode, _padding) in _WARPED_FRAMES
+                    else None
+                ),
+                picture="warps",
+                errors=(*rejected_sizes("dsize"), *rejected_words("mode", "padding_mode")),
+            ),
+            fn="geometry.transform.warp_perspective",
+        )
 
 # Every mode with every padding is tested eagerly, and deployed in one or another of these ops, which sample
 # alike.
@@ -259,18 +299,18 @@ for _name, (_inputs, _ways, _rest) in _WARPED.items():
     for _way in _ways:
         _mode, _, _padding = _way.partition("_")
         _config = {"mode": _mode, "padding_mode": _padding, "align_corners": True}
-        _add(
+        add_transform(
             f"{_name}.{_way}",
             _inputs,
             config=_config,
-            symbols=_SIZES,
+            symbols=SIZES,
             peer=_warp_peer(_name, _mode, _padding),
             frames=Frames(peer=_warp_peer(_name, _mode, _padding, True)),
             **_rest,
             **(_CUBIC if _mode == "bicubic" else _WARP),
         )
 
-_add(
+add_transform(
     "warp_affine.bilinear_fill",
     [
         image("src"),
@@ -281,12 +321,12 @@ _add(
     "SciPy map_coordinates",
     fn="warp_affine",
     config={"mode": "bilinear", "padding_mode": "fill"},
-    symbols=_SIZES,
+    symbols=SIZES,
     frames=Frames(ranges={"fill_value": (0.0, 255.0)}),
     **_WARP,
     errors=rejected_sizes("dsize"),
 )
-_add(
+add_transform(
     "remap.normalized",
     [
         image("image"),
@@ -297,11 +337,11 @@ _add(
     fn="remap",
     makers={"map_x": "", "map_y": ""},
     config={"normalized_coordinates": True},
-    symbols=_SIZES,
+    symbols=SIZES,
     **_WARP,
 )
 
-_add(
+add_transform(
     "homography_warp",
     [
         image("patch_src"),
@@ -311,11 +351,11 @@ _add(
     "torch.nn.functional.grid_sample",
     fn="homography_warp",
     makers={"src_homo_dst": "normalized"},
-    symbols=_SIZES,
+    symbols=SIZES,
     **_WARP,
     errors=rejected_sizes("dsize"),
 )
-_add(
+add_transform(
     "rotate",
     [image("tensor"), _BATCHED],
     "SciPy map_coordinates",
@@ -324,21 +364,21 @@ _add(
     frames=Frames(config={"mode": "bilinear"}),
     **_CUBIC,
 )
-_add(
+add_transform(
     "affine",
     [image("tensor"), TensorSpec("matrix", ("B", 2, 3), description="from source to destination pixels")],
     "SciPy map_coordinates",
     fn="affine",
     **_WARP,
 )
-_add(
+add_transform(
     "translate",
     [image("tensor"), TensorSpec("translation", ("B", 2), description="pixels to the right and down")],
     "SciPy map_coordinates",
     fn="translate",
     **_WARP,
 )
-_add(
+add_transform(
     "scale",
     [image("tensor"), TensorSpec("scale_factor", ("B", 2), description="factors along x and y"), _CENTER],
     "SciPy map_coordinates",
@@ -346,7 +386,7 @@ _add(
     config={"padding_mode": "border"},
     **_WARP,
 )
-_add(
+add_transform(
     "shear",
     [image("tensor"), TensorSpec("shear", ("B", 2), description="along x and y")],
     "SciPy map_coordinates",
@@ -354,7 +394,7 @@ _add(
     config={"padding_mode": "reflection"},
     **_WARP,
 )
-_add(
+add_transform(
     "warp_grid",
     [
         TensorSpec("grid", ("B", "H", "W", 2), range=(-1, 1), description="points (x, y)"),
@@ -369,7 +409,7 @@ _add(
 )
 
 for _mapping in ("linear", "log"):
-    _add(
+    add_transform(
         f"warp_polar.{_mapping}",
         [
             image("src"),
@@ -380,12 +420,12 @@ for _mapping in ("linear", "log"):
         "OpenCV warpPolar",
         fn="warp_polar",
         config={"mapping": _mapping},
-        symbols=_SIZES,
+        symbols=SIZES,
         frames=Frames(),
         **_WARP,
         errors=(*rejected_sizes("dsize"), *rejected_words("mapping")),
     )
-_add(
+add_transform(
     "elastic_transform2d",
     [
         image("image"),
@@ -403,123 +443,19 @@ _add(
     **_WARP,
 )
 
-# --- flips, sizes, pyramids ---------------------------------------------------------------------------------
-
-for _name, _axis in (("hflip", 1), ("vflip", 0), ("rot180", -1)):
-    _flip = opencv(lambda cv2, x, axis=_axis: cv2.flip(x, axis))
-    _add(
-        _name,
-        [image()],
-        "NumPy",
-        fn=_name,
-        peer=_flip,
-        frames=Frames(("uint8", "int16", "uint16"), peer=_flip),
-    )
-
-_RESIZE = "torch.nn.functional.interpolate"
-_add(
-    "rescale",
-    [image()],
-    _RESIZE,
-    fn="rescale",
-    config={"factor": (1.5, 0.7), "interpolation": "bicubic"},
-    symbols=STENCIL,
-    errors=(
-        ErrorInput("factor", math.nan, "factor: expected positive numbers, got (nan, nan)"),
-        ErrorInput("factor", -1.0, "factor: expected positive numbers, got (-1.0, -1.0)"),
-        ErrorInput("factor", 0.01, "factor: expected to leave a pixel of"),
-    ),
-)
-_add(
-    "rescale.antialias",
-    [image()],
-    "Pillow resize",
-    fn="rescale",
-    config={"factor": (1.5, 0.7), "antialias": True},
-    symbols=STENCIL,
-    special_values=ZERO_WEIGHTS,
-)
-_add(
-    "resize_to_be_divisible",
-    [image()],
-    _RESIZE,
-    fn="resize_to_be_divisible",
-    config={"divisible_factor": 8},
-    symbols=STENCIL,
-    special_values=ZERO_WEIGHTS,
-    errors=rejected("divisible_factor", "a positive number", 0),
-)
-_add(
-    "pyrdown.by_2",
-    [image()],
-    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
-    fn="pyrdown",
-    symbols=STENCIL,
-    special_values=ZERO_WEIGHTS,
-    frames=Frames(
-        config={"sampling": "alternate"},
-        reference="OpenCV pyrDown",
-        peer=opencv(lambda cv2, x: cv2.pyrDown(x)),
-    ),
-)
-_add(
-    "pyrdown.by_1_5",
-    [image()],
-    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
-    fn="pyrdown",
-    config={"border_type": "replicate", "align_corners": True, "factor": 1.5},
-    errors=(*rejected("factor", "a positive number", 0.0, math.nan), *rejected_words("border_type")),
-    symbols=STENCIL,
-    special_values=ZERO_WEIGHTS,
-)
-_add(
-    "pyrup",
-    [image()],
-    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
-    fn="pyrup",
-    symbols=STENCIL,
-    special_values=ZERO_WEIGHTS,
-    frames=Frames(
-        config={"sampling": "alternate"}, reference="OpenCV pyrUp", peer=opencv(lambda cv2, x: cv2.pyrUp(x))
-    ),
-)
-_LEVELS = [TensorSpec(f"level{i}", layout="NCHW", description=f"1/{2**i} of the size") for i in range(3)]
-_HALVES = {"H": (16, 32768), "W": (16, 32768)}
-_add(
-    "build_pyramid",
-    [image()],
-    "composition of pyrdown",
-    fn="build_pyramid",
-    config={"max_level": 3},
-    symbols=_HALVES,
-    special_values=ZERO_WEIGHTS,
-    outputs=_LEVELS,
-    errors=rejected("max_level", "a positive number", 0),
-)
-_add(
-    "build_laplacian_pyramid",
-    [image()],
-    "the image comes back",
-    fn="build_laplacian_pyramid",
-    config={"max_level": 3},
-    symbols=_HALVES,
-    special_values=ZERO_WEIGHTS,
-    outputs=_LEVELS,
-)
-
 # --- crops --------------------------------------------------------------------------------------------------
 
 _BOXES = TensorSpec("boxes", ("B", 4, 2), description="corners (x, y) from the upper left clockwise")
-_add(
+add_transform(
     "center_crop",
     [image("input_tensor"), like("size")],
     "NumPy slices",
     fn="center_crop",
-    symbols=_SIZES,
+    symbols=SIZES,
     **_WARP,
     errors=rejected_sizes("size"),
 )
-_add(
+add_transform(
     "crop_and_resize",
     [image("input_tensor"), _BOXES],
     "OpenCV warpPerspective",
@@ -528,7 +464,7 @@ _add(
     **_WARP,
     errors=rejected_sizes("size"),
 )
-_add(
+add_transform(
     "crop_by_transform_mat",
     [
         image("input_tensor"),
@@ -537,11 +473,11 @@ _add(
     ],
     "OpenCV warpPerspective",
     fn="crop_by_transform_mat",
-    symbols=_SIZES,
+    symbols=SIZES,
     **_WARP,
     errors=rejected_sizes("out_size"),
 )
-_add(
+add_transform(
     "crop_by_boxes",
     [
         image("input_tensor"),
@@ -552,7 +488,7 @@ _add(
     "OpenCV warpPerspective",
     fn="crop_by_boxes",
     config={"validate_boxes": False},
-    symbols=_SIZES,
+    symbols=SIZES,
     **_WARP,
 )
 

@@ -14,6 +14,18 @@ from ..resampling.taps import nearest_index
 from .color_planes import as_pixels, channels_of, from_pixels
 
 
+def paired(u: Tensor, v: Tensor) -> Tensor:
+    """U and V, bytes (B, 1, H, W), as two channels. AOTInductor would leave a concatenation of uint8 tensors
+    to libtorch.
+
+    >>> u = torch.zeros(1, 1, 1, 1, dtype=torch.uint8)
+    >>> paired(u, u + 1).flatten()
+    tensor([0, 1], dtype=torch.uint8)
+    """
+    first = torch.arange(2, device=u.device).reshape(2, 1, 1) == 0
+    return torch.where(first, u, v)
+
+
 @primitive
 def subsampled_to_rgb(luma: Tensor, chroma: Tensor, weights: List[int], swapped: bool) -> Tensor:
     """Bytes (B, 3, H, W) from luma (B, 1, H, W) and chroma (B, 2, h, w): U and V, or V and U if ``swapped``.

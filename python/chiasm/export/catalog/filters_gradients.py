@@ -1,0 +1,168 @@
+"""Filters: derivatives and edges."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..peer import Call, Peer, opencv
+from ..spec import ErrorInput, Frames, Spec, TensorSpec, image
+from . import STENCIL, add, rejected, rejected_words
+from .filters import DEEP, SAME, VOLUME
+from .filters_kernels import NOT_SIGMAS
+
+_ZERO_TAPS = (
+    "ONNX Runtime multiplies by the taps that are 0, which eager code leaves out: NaN of what is not finite"
+)
+
+# --- derivatives --------------------------------------------------------------------------------------------
+
+
+def _gradient_magnitude(cv2: Any, x: Any):
+    dx, dy = (
+        cv2.Sobel(x, cv2.CV_32F, d, 1 - d, ksize=3, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
+        for d in (1, 0)
+    )
+    return cv2.magnitude(dx, dy)
+
+
+add(
+    Spec(
+        "filters.sobel",
+        [image()],
+        [TensorSpec("output", layout="NCHW", description="gradient magnitude")],
+        config={"normalized": True, "eps": 1e-6},
+        symbols=STENCIL,
+        dtypes=("float32", "float64"),
+        special_values=_ZERO_TAPS,
+        peer=opencv(_gradient_magnitude, "planes", atol=2e-3),
+        reference="OpenCV Sobel(BORDER_REPLICATE)",
+        frames=Frames(),
+    )
+)
+
+
+def _derivatives(scale: float, depth: str = "CV_32F"):
+    def call(cv2: Any, x: Any):
+        return [
+            cv2.Sobel(x, getattr(cv2, depth), d, 1 - d, ksize=3, scale=scale, borderType=cv2.BORDER_REPLICATE)
+            for d in (1, 0)
+        ]
+
+    return call
+
+
+add(
+    Spec(
+        "filters.spatial_gradient",
+        [image()],
+        [TensorSpec("output", description="d/dx and d/dy")],
+        config={"mode": "sobel", "order": 1, "normalized": True},
+        symbols=STENCIL,
+        special_values=_ZERO_TAPS,
+        peer=opencv(_derivatives(1 / 8), "planes"),
+        also=({"mode": "diff", "normalized": False}, {"order": 2}, {"mode": "diff", "order": 2}),
+        reference="OpenCV Sobel(BORDER_REPLICATE)",
+        frames=Frames(config={"normalized": False}, peer=opencv(_derivatives(1, "CV_16S"), "planes")),
+        picture="derivatives",
+        errors=(*rejected_words("mode"), *rejected("order", "1 or 2", 3)),
+    )
+)
+
+add(
+    Spec(
+        "filters.spatial_gradient3d",
+        [VOLUME],
+        [TensorSpec("output", description="d/dx, d/dy and d/dz")],
+        config={"mode": "diff", "order": 1},
+        symbols=DEEP,
+        reference="NumPy gradient, SciPy ndimage.correlate",
+        picture="derivatives",
+    )
+)
+
+_EIGHT_NEIGHBOURS = np.array([[1, 1, 1], [1, -8, 1], [1, 1, 1]], np.float32)
+
+
+def _laplacian(scale: float, depth: str = "CV_32F") -> Call:
+    return lambda cv2, x: cv2.filter2D(
+        x, getattr(cv2, depth), _EIGHT_NEIGHBOURS * scale, borderType=cv2.BORDER_REFLECT_101
+    )
+
+
+add(
+    Spec(
+        "filters.laplacian",
+        [image()],
+        SAME,
+        config={"kernel_size": (3, 3)},
+        symbols=STENCIL,
+        peer=opencv(_laplacian(1 / 16)),
+        reference="OpenCV filter2D",
+        frames=Frames(config={"normalized": False}, peer=opencv(_laplacian(1, "CV_16S"))),
+    )
+)
+
+# --- edges --------------------------------------------------------------------------------------------------
+
+
+def _scikit(operator: str, scale: float) -> Peer:
+    return Peer(
+        "skimage.filters",
+        lambda filters, x: getattr(filters, operator)(x),
+        "planes",
+        edge=1,
+        atol=2e-3,
+        after=lambda magnitude: magnitude * scale,
+    )
+
+
+for _name, _reference, _peer in (
+    # scikit-image takes the mean of the squares of two derivatives, but not of the diagonal ones.
+    ("scharr", "OpenCV Scharr, scikit-image scharr", _scikit("scharr", math.sqrt(0.5))),
+    ("prewitt", "scikit-image prewitt", _scikit("prewitt", math.sqrt(0.5))),
+    ("roberts", "scikit-image roberts", _scikit("roberts", 1.0)),
+):
+    add(
+        Spec(
+            f"filters.{_name}",
+            [image()],
+            [TensorSpec("output", layout="NCHW", description="gradient magnitude")],
+            symbols=STENCIL,
+            peer=_peer,
+            reference=_reference,
+        )
+    )
+
+add(
+    Spec(
+        "filters.canny",
+        [image(channels=3, color="RGB")],
+        [
+            TensorSpec(
+                "magnitude", layout="NCHW", description="gradient magnitude on the ridges, 0 elsewhere"
+            ),
+            TensorSpec("edges", layout="NCHW", description="1 on edges, 0 elsewhere"),
+        ],
+        config={
+            "low_threshold": 0.5,
+            "high_threshold": 0.9,
+            "kernel_size": (5, 5),
+            "sigma": (1.0, 1.0),
+            "hysteresis": True,
+        },
+        symbols=STENCIL,
+        reference="OpenCV Canny on the same gradients",
+        frames=Frames(
+            config={"low_threshold": 100.0, "high_threshold": 200.0},
+            reference="OpenCV GaussianBlur and Canny",
+        ),
+        errors=(
+            *NOT_SIGMAS,
+            *(
+                ErrorInput(t, math.nan, "low_threshold: expected 0 <= low_threshold <= high_threshold, got")
+                for t in ("low_threshold", "high_threshold")
+            ),
+        ),
+    )
+)
