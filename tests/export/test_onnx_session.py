@@ -9,16 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import onnx
 import onnxruntime
 import pytest
-from google.protobuf.message import DecodeError
-from onnx import helper
 
 import chiasm.onnx
 from chiasm.export.manifest import BundleError
-from chiasm.onnx import functions, plugin
-from chiasm.onnx.outline import outline
+from chiasm.onnx import plugin
 
 from .conftest import SPEC
 
@@ -94,61 +90,6 @@ def test_what_cannot_be_opened_is_named(light: Callable[[str], Path], tmp_path: 
         (copy / file).write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
         with pytest.raises(BundleError, match=rf"{file}.*sha256"):
             chiasm.onnx.session(copy, fused="fused" in file)
-
-
-def large_model() -> onnx.ModelProto:
-    """Large and small tensors of every kind of contents, among the weights, in nodes and in branches."""
-    count = 3000
-    large = [
-        onnx.TensorProto(name="raw", data_type=1, dims=[count], raw_data=bytes(4 * count)),
-        onnx.TensorProto(name="floats", data_type=1, dims=[count], float_data=[1.0] * count),
-        onnx.TensorProto(name="numbers", data_type=7, dims=[count], int64_data=[1 << 40] * count),
-        onnx.TensorProto(name="text", data_type=8, dims=[1], string_data=[bytes(2 * count)]),
-    ]
-    small = onnx.TensorProto(name="small", data_type=1, dims=[2], float_data=[1.0, 2.0], doc_string="kept")
-    branch = helper.make_graph(
-        [helper.make_node("Constant", [], ["c"], value=large[0])], "branch", [], [], large
-    )
-    nodes = [
-        helper.make_node("Constant", [], ["a"], value=large[1]),
-        helper.make_node("If", ["a"], ["b"], then_branch=branch, else_branch=branch),
-    ]
-    model = helper.make_model(
-        helper.make_graph(nodes, "whole", [], [], [*large, small], doc_string="d" * 9000)
-    )
-    model.functions.add(domain="chiasm", name="f").node.extend(nodes)
-    return model
-
-
-def test_the_outline_of_a_model_lacks_the_contents_of_large_tensors_only() -> None:
-    model = large_model()
-    data = model.SerializeToString()
-    for tensor in functions.tensors(model):
-        if tensor.name not in ("", "small"):  # a node without a tensor yields one without a name
-            for field in ("raw_data", "float_data", "int64_data", "string_data"):
-                tensor.ClearField(field)
-    assert outline(data) == model
-    assert len(outline(data).SerializeToString()) < len(data) / 5
-
-
-def test_the_outline_of_a_damaged_model_is_refused() -> None:
-    data = large_model().SerializeToString()
-    for length in (1, 100, len(data) // 3, len(data) // 2, len(data) - 1):
-        with pytest.raises(DecodeError):
-            outline(data[:length])
-    graph = bytes(5000)
-    for _ in range(2000):  # a graph in an attribute of a node, and so on
-        for tag in (0x32, 0x2A, 0x0A):
-            graph = bytes([tag]) + varint(len(graph)) + graph
-    for odd in (b"\x0b", b"\xff" * 11, b"\x3a" + varint(len(graph)) + graph):
-        with pytest.raises(DecodeError):
-            outline(odd)
-
-
-def varint(number: int) -> bytes:
-    return (b"" if number < 128 else bytes([number & 127 | 128])) + (
-        bytes([number]) if number < 128 else varint(number >> 7)
-    )
 
 
 def test_the_plugin_is_found_where_backends_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import onnx
 from google.protobuf.message import DecodeError
@@ -12,7 +12,6 @@ from chiasm.export.formats.onnx_function import DOMAIN, domain_version, function
 from chiasm.export.manifest import BundleError
 
 from .methods import Artifact, Method
-from .outline import outline
 
 MIN_IR_VERSION = 8  # the first that has functions
 
@@ -23,34 +22,16 @@ def opset(model: onnx.ModelProto | onnx.FunctionProto, domain: str = "") -> int 
     return next((o.version for o in model.opset_import if o.domain in names), None)
 
 
-def read_data(method: Method, artifact: Artifact | None) -> bytes:
-    """An ONNX artifact of the method, whose names are those of the manifest. Its weights are not parsed: an
-    engine does that.
+def read_model(method: Method, artifact: Artifact | None) -> tuple[bytes, onnx.ModelProto]:
+    """An ONNX artifact of the method, and the model in it, whose names are those of the manifest.
 
     Raises:
         BundleError: there is none, it is damaged, or it is a model of another method.
     """
     data = method.read(artifact)
-    _parsed(method, artifact, data, outline)
-    return data
-
-
-def read_model(method: Method, artifact: Artifact | None) -> onnx.ModelProto:
-    """The model in an ONNX artifact of the method, whose names are those of the manifest.
-
-    Raises:
-        BundleError: there is none, it is damaged, or it is a model of another method.
-    """
-    return _parsed(method, artifact, method.read(artifact), onnx.load_from_string)
-
-
-def _parsed(
-    method: Method, artifact: Artifact | None, data: bytes, parse: Callable[[bytes], onnx.ModelProto]
-) -> onnx.ModelProto:
-    """The model in `data`, compared with the manifest."""
     file = method.folder / (artifact or {})["file"]
     try:
-        model = parse(data)
+        model = onnx.load_from_string(data)
     except DecodeError as error:
         raise BundleError(f"{file}: expected an ONNX model: {error}") from None
     function = function_name(method.manifest["name"], method.name)
@@ -76,16 +57,16 @@ def _parsed(
     for tensor in tensors(model):
         if tensor.data_location == onnx.TensorProto.EXTERNAL:
             raise BundleError(f"{file}: the tensor {tensor.name!r} is in another file, expected it inside")
-    return model
+    return data, model
 
 
 def fused_model(method: Method, version: int | None = None) -> onnx.ModelProto:
     """The method's fused model. Its body is raised to the opset `version` if that is given."""
-    model = read_model(method, method.fused() or method.flat())
+    _, model = read_model(method, method.fused() or method.flat())
     name = function_name(method.manifest["name"], method.name)
     if model.functions and version in (None, opset(model.functions[0])):
         return model
-    flat = read_model(method, method.flat())
+    _, flat = read_model(method, method.flat())
     if version is not None and version != opset(flat):
         try:
             flat = version_converter.convert_version(flat, version)

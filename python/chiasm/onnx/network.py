@@ -16,7 +16,7 @@ from chiasm.export.formats.onnx_function import DOMAIN, domain_version, function
 from chiasm.export.manifest import BundleError
 from chiasm.export.sizes import evaluate
 
-from .functions import nodes, read_data
+from .functions import nodes, read_model
 from .merging import embed_methods
 from .methods import Method
 
@@ -52,7 +52,7 @@ class Node(nn.Module):
     ) -> None:
         super().__init__()
         self.opened = Method.open(bundle, method, dtype)
-        read_data(self.opened, self.opened.flat())
+        read_model(self.opened, self.opened.flat())
         self.function = function_name(self.opened.manifest["name"], method)
         script = next((a for a in self.opened.artifacts() if a["format"] == "torchscript"), None)
         self.script = (
@@ -103,7 +103,7 @@ class Node(nn.Module):
             import onnxruntime
 
             self._session = onnxruntime.InferenceSession(
-                read_data(self.opened, self.opened.flat()), providers=["CPUExecutionProvider"]
+                read_model(self.opened, self.opened.flat())[0], providers=["CPUExecutionProvider"]
             )
         named = {t["name"]: x.detach().cpu().contiguous().numpy() for t, x in zip(self.opened.inputs, inputs)}
         return [torch.from_numpy(np.asarray(r)).to(inputs[0].device) for r in self._session.run(None, named)]

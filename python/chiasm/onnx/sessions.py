@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from .functions import read_data
+from .functions import read_model
 from .methods import Method
 from .plugin import library, register
 
@@ -62,7 +62,7 @@ def session(
     artifact = opened.flat()
     if fused and opened.fused() is not None:
         artifact = opened.fused()
-    data = read_data(opened, artifact)
+    data, _ = read_model(opened, artifact)
     if fused:
         problem = _problem(opened)
         if problem:
