@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from torch.utils import deterministic
 
 from ..errors import own_line
 
@@ -37,21 +36,24 @@ def _set_anomaly_detection(flags: tuple[bool, bool]) -> None:
     torch.autograd.set_detect_anomaly(*flags)
 
 
-def _set_filled(flag: bool) -> None:
-    deterministic.fill_uninitialized_memory = flag
+def _set_autocast(flag: bool) -> None:
+    torch.set_autocast_enabled("cpu", flag)
+
+
+def _set_numpy_errors(errors: dict[str, Any]) -> None:
+    np.seterr(**errors)
 
 
 _SETTINGS = (
     _Setting("torch's default dtype", torch.get_default_dtype, torch.set_default_dtype),
     _Setting("torch's default device", torch.get_default_device, _set_default_device),
     _Setting("the number of torch's threads", torch.get_num_threads, torch.set_num_threads),
-    _Setting("whether torch records gradients", torch.is_grad_enabled, torch._C._set_grad_enabled),
+    _Setting("whether torch records gradients", torch.is_grad_enabled, torch.set_grad_enabled),
     _Setting(
         "whether torch is deterministic",
         torch.get_deterministic_debug_mode,
         torch.set_deterministic_debug_mode,
     ),
-    _Setting("whether torch fills new memory", lambda: deterministic.fill_uninitialized_memory, _set_filled),
     _Setting(
         "the precision of torch's matrix products",
         torch.get_float32_matmul_precision,
@@ -66,13 +68,13 @@ _SETTINGS = (
     _Setting(
         "torch's autocast",
         lambda: torch.is_autocast_enabled("cpu"),
-        lambda flag: torch.set_autocast_enabled("cpu", flag),
+        _set_autocast,
     ),
     # torch does not say, but Python's arithmetic is affected too
     _Setting(
         "whether the smallest numbers are taken for zero", lambda: _LEAST / 2 == 0, torch.set_flush_denormal
     ),
-    _Setting("what NumPy does about errors", np.geterr, lambda errors: np.seterr(**errors)),
+    _Setting("what NumPy does about errors", np.geterr, _set_numpy_errors),
     _Setting("the working folder", os.getcwd, os.chdir),
 )
 

@@ -92,9 +92,9 @@ def _truncated(a: Any, b: Any) -> tuple[Any, Any]:
 
 def _divisor(a: Any, b: Any) -> tuple[Any, Any]:
     """A divisor that is safe for ONNX Runtime, with 1 in place of 0 and -1; and a number to add to the
-    result: 0, or the error of a Gather if a divisor is 0. A constant divisor without these stays, and needs no
-    number."""
-    constant = b.const_value.numpy() if isinstance(b, onnx_ir.Value) and b.const_value is not None else b
+    result: 0, or the error of a Gather if a divisor is 0. A constant divisor without these stays, and needs
+    no number."""
+    constant: Any = b.const_value.numpy() if isinstance(b, onnx_ir.Value) and b.const_value is not None else b
     b = _value(a, b)
     if constant is not b and not np.isin(constant, (0, -1)).any():
         return b, None

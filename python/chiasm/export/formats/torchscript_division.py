@@ -41,11 +41,11 @@ def _replaced(a: Tensor, result: Tensor) -> Tensor:
 def guard_quotients(scripted: torch.jit.ScriptModule) -> None:
     """Write the truncated quotients of a program by quotients that are rounded down, unless the divisor is a
     constant other than -1. A program without such quotients stays as it is."""
-    calls = scripted.graph.copy()
+    calls: Any = scripted.graph.copy()
     torch._C._jit_pass_inline(calls)
     if not _unsafe(calls):
         return
-    graph = scripted.graph
+    graph: Any = scripted.graph
     torch._C._jit_pass_inline(graph)
     for node in _unsafe(graph):
         graph.setInsertPoint(node)
@@ -79,6 +79,6 @@ def _may_overflow(divisor: Any, rounding_mode: Any) -> bool:
 
 def _inserted(graph: Any, function: Any, *values: Any) -> Any:
     """The result of a function that is written into the graph at its insert point."""
-    body = torch.jit.script(function).graph.copy()
+    body: Any = torch.jit.script(function).graph.copy()
     torch._C._jit_pass_inline(body)
     return graph.insertGraph(body, list(values))[0]
