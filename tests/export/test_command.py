@@ -245,6 +245,7 @@ def test_bundles_that_are_none(sobel: Path, photo: Path, tmp_path: Path) -> None
         (b"{", "not JSON"),
         (b"\xff\xfe", "not JSON"),
         (b"[" * 100_000, "not JSON"),
+        (b'{"name": "a", "name": "b"}', "the key 'name' occurs twice"),
         (b"[]", "manifest.json"),
         (b'{"schema_version": 99}', "99"),
         (text[:-30], "not JSON"),

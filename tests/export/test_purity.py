@@ -2,12 +2,13 @@
 rejected, with its name and line."""
 
 import copy
+import os
 import random
 import re
 import time
 import warnings
 from pathlib import Path
-from typing import List, Tuple
+from typing import Callable, List, Tuple
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from torch.nn import functional as F
 
 import chiasm.runtime
 from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image
+from chiasm.export.checks.process_state import settings
 from chiasm.export.checks.script_purity import check_script
 
 ANY = ("torchscript", "onnx")
@@ -546,3 +548,87 @@ def test_the_gradient_of_batch_norm_is_in_every_format(tmp_path: Path) -> None:
             atol=1e-6,
             rtol=1e-5,
         )
+
+
+def sets_dtype(input: Tensor) -> Tensor:
+    torch.set_default_dtype(torch.float64)
+    return input + 1
+
+
+def sets_device(input: Tensor) -> Tensor:
+    result = input + 1
+    torch.set_default_device("meta")
+    return result
+
+
+def sets_threads(input: Tensor) -> Tensor:
+    torch.set_num_threads(torch.get_num_threads() + 3)
+    return input + 1
+
+
+def sets_determinism(input: Tensor) -> Tensor:
+    torch.use_deterministic_algorithms(True)
+    return input + 1
+
+
+def sets_anomalies(input: Tensor) -> Tensor:
+    torch.autograd.set_detect_anomaly(True)
+    return input + 1
+
+
+def sets_denormals(input: Tensor) -> Tensor:
+    torch.set_flush_denormal(True)
+    return input + 1
+
+
+def sets_errors(input: Tensor) -> Tensor:
+    np.seterr(all="ignore")
+    return input + 1
+
+
+def sets_folder(input: Tensor) -> Tensor:
+    os.chdir("/")
+    return input + 1
+
+
+SETTINGS = {
+    sets_dtype: "torch's default dtype",
+    sets_device: "torch's default device",
+    sets_threads: "the number of torch's threads",
+    sets_determinism: "whether torch is deterministic",
+    sets_anomalies: "torch's detection of anomalies",
+    sets_denormals: "whether the smallest numbers are taken for zero",
+    sets_errors: "what NumPy does about errors",
+    sets_folder: "the working folder",
+}
+
+
+@pytest.mark.parametrize(("op", "what"), SETTINGS.items(), ids=[op.__name__ for op in SETTINGS])
+def test_settings_of_the_process_are_the_callers(
+    op: Callable[[Tensor], Tensor], what: str, tmp_path: Path
+) -> None:
+    before = settings()
+    line = op.__code__.co_firstlineno
+    with pytest.raises(ExportError, match=f"it changes {what}, which is the process's") as refused:
+        export(op, Spec("test.sets", [image()]), tmp_path, formats=ANY)
+    assert re.search(rf"at {__file__}:({line + 1}|{line + 2}): (torch|np|os)\.", str(refused.value))
+    assert settings() == before
+
+
+def quietly(input: Tensor) -> Tensor:
+    """Settings that change only in the op are its own; those of the trace alone are put back."""
+    torch.manual_seed(3)
+    torch.set_grad_enabled(False)
+    if torch.compiler.is_exporting():
+        torch.set_default_dtype(torch.float64)
+    with torch.no_grad(), np.errstate(all="ignore"):
+        return input + 1
+
+
+def test_settings_are_put_back(tmp_path: Path) -> None:
+    before, numbers = settings(), torch.get_rng_state()
+    try:
+        export(quietly, Spec("test.quietly", [image()]), tmp_path, formats=("onnx",), methods=("forward",))
+    finally:
+        assert settings() == before
+        assert torch.equal(torch.get_rng_state(), numbers)

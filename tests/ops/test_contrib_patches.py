@@ -222,3 +222,27 @@ WRONG = [
 def test_wrong_arguments(call, error, message) -> None:
     with pytest.raises(error, match=message):
         call()
+
+
+@pytest.mark.parametrize(
+    ("padding", "error", "message"),
+    [
+        ([1, 2, 3], ValueError, "expected a whole number, or 2 or 4, got 3"),
+        ((), ValueError, "expected a whole number, or 2 or 4, got 0"),
+        (None, TypeError, "expected a whole number, or 2 or 4, got NoneType"),
+        ("ab", TypeError, "expected a whole number, or 2 or 4, got str"),
+        ((1.0, 2.0), TypeError, "expected whole numbers, got"),
+        ([1, -1], ValueError, "expected no negative number, got"),
+    ],
+)
+def test_a_wrong_padding_is_named(padding: object, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=f"^padding: {message}"):
+        extract_tensor_patches(X, 3, padding=padding)
+    with pytest.raises(error, match=f"^unpadding: {message}"):
+        combine_tensor_patches(torch.zeros(2, 4, 3, 3, 3), (8, 9), 3, unpadding=padding)
+
+
+@pytest.mark.parametrize("padding", [[1, 2], [0, 2, 3, 1], (np.int64(1), np.int64(2))])
+def test_a_padding_may_be_a_list(padding: list[int]) -> None:
+    expected = extract_tensor_patches(X, 3, padding=tuple(map(int, padding)))
+    assert torch.equal(extract_tensor_patches(X, 3, padding=padding), expected)

@@ -5,7 +5,7 @@ from typing import Callable
 import pytest
 import torch
 
-from chiasm import color, enhance, feature, filters, image, metrics, morphology, ops, pipelines
+from chiasm import augmentation, color, enhance, feature, filters, image, metrics, morphology, ops, pipelines
 from chiasm.geometry import conversions, epipolar, homography, subpix, transform
 from chiasm.primitives.core.target import exporting
 from chiasm.primitives.filters.correlation import centred
@@ -372,5 +372,67 @@ def test_the_check_of_a_border_leaves_symbols_alone(border: str, lowest: int) ->
     ],
 )
 def test_empty_tensors_and_short_settings(error: type[Exception], message: str, call: Callable) -> None:
+    with pytest.raises(error, match=f"^{message}"):
+        call()
+
+
+SEED = torch.zeros(1, dtype=torch.int64)
+RANGE = "expected 2 numbers, got"
+
+
+@pytest.mark.parametrize(
+    ("error", "message", "call"),
+    [
+        (ValueError, f"degrees: {RANGE} 1", lambda: augmentation.random_affine(X, SEED, (3.0,))),
+        (ValueError, f"scale: {RANGE} 0", lambda: augmentation.random_affine(X, SEED, (0.0, 1.0), scale=())),
+        (
+            TypeError,
+            f"scale_y: {RANGE} dict",
+            lambda: augmentation.random_affine(X, SEED, (0.0, 1.0), scale_y={}),
+        ),
+        (ValueError, f"degrees: {RANGE} 1", lambda: augmentation.random_rotation(X, SEED, (3.0,))),
+        (TypeError, f"brightness: {RANGE} float", lambda: augmentation.random_brightness(X, SEED, 3.0)),
+        (TypeError, f"brightness: {RANGE} str", lambda: augmentation.random_brightness(X, SEED, "ab")),
+        (ValueError, f"brightness: {RANGE} 1", lambda: augmentation.random_brightness(X, SEED, (1.0,))),
+        (
+            ValueError,
+            "padding: expected 4 numbers, got 2",
+            lambda: augmentation.random_crop(X, SEED, (2, 2), (1, 1)),
+        ),
+        (
+            TypeError,
+            "structuring_element: expected a tensor, got list",
+            lambda: morphology.dilation(X, EYE[0], structuring_element=[1.0]),
+        ),
+        (ValueError, "origin: expected 2 numbers, got 1", lambda: morphology.dilation(X, EYE[0], origin=[1])),
+        (TypeError, "kernel: expected a tensor, got int", lambda: morphology.reconstruction(X, X, kernel=3)),
+        (
+            TypeError,
+            "rgb_weights: expected a tensor, got tuple",
+            lambda: color.rgb_to_grayscale(X, (1.0, 1.0, 1.0)),
+        ),
+        (
+            TypeError,
+            "weights: expected a tensor, got float",
+            lambda: epipolar.normalize_points(torch.zeros(1, 4, 2), weights=1.0),
+        ),
+        (
+            ValueError,
+            "dsize_dst: expected 2 numbers, got 1",
+            lambda: conversions.normalize_homography(EYE, (3, 3), (3,)),
+        ),
+        (
+            TypeError,
+            "stride: expected 3 numbers, got int",
+            lambda: subpix.conv_soft_argmax3d(X[None], (3, 3, 3), 1),
+        ),
+        (
+            TypeError,
+            "alpha: expected 2 numbers, got float",
+            lambda: transform.elastic_transform2d(X, torch.zeros(1, 2, 8, 8), alpha=1.0),
+        ),
+    ],
+)
+def test_what_is_no_pair_is_named(error: type[Exception], message: str, call: Callable) -> None:
     with pytest.raises(error, match=f"^{message}"):
         call()

@@ -259,6 +259,7 @@ def test_bad_device(bundle: runtime.Bundle, device: str) -> None:
         ({"dtype": "float32\0"}, ValueError, "dtype: expected text"),
         ({"options": {"a\0": "b"}}, ValueError, "options: expected text"),
         ({"options": {1: "b"}}, TypeError, "options: expected a str, got 1"),
+        ({"options": [("a", "b"), ("a", "c")]}, TypeError, "options: expected a dict of texts, got"),
     ],
 )
 def test_arguments_that_cpp_does_not_take(

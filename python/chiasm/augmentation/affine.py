@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.transform.matrices import get_affine_matrix2d
+from ..primitives.core.checks import check_interval
 from ..primitives.random.draws import between, uniform
 from .base import Range, check_batch, pair
 from .decisions import below
@@ -25,6 +26,13 @@ def _draw(
     shear_y: Tuple[float, float],
     p: float,
 ) -> Dict[str, Tensor]:
+    check_interval(degrees, "degrees")
+    check_interval(translate, "translate")
+    check_interval(scale, "scale")
+    if scale_y is not None:
+        check_interval(scale_y, "scale_y")
+    check_interval(shear_x, "shear_x")
+    check_interval(shear_y, "shear_y")
     u = uniform(seed, 8)
     factor_x = between(u[:, 4], scale[0], scale[1])
     factor_y = factor_x if scale_y is None else between(u[:, 5], scale_y[0], scale_y[1])

@@ -6,6 +6,7 @@ from typing import Any, Dict, List, Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.checks import check_interval
 from ..primitives.random.draws import between, uniform, words
 from .base import Size, as_size, check_batch
 from .decisions import below
@@ -16,6 +17,8 @@ from .warps import Warp, warped
 def _draw(
     seed: Tensor, shape: List[int], scale: Tuple[float, float], ratio: Tuple[float, float], p: float
 ) -> Dict[str, Tensor]:
+    check_interval(scale, "scale")
+    check_interval(ratio, "ratio")
     height, width = shape[2], shape[3]
     u = uniform(seed, 22).to(torch.float64)
     area = between(u[:, 2:12], scale[0], scale[1]) * (height * width)

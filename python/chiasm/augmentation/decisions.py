@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import where_chosen
+from ..primitives.core.checks import check_interval
 from ..primitives.random import draws
 from ..primitives.random.draws import check_seed, uniform
 
@@ -83,7 +84,8 @@ def applied(changed: Tensor, input: Tensor, chance: Tensor, p: float) -> Tensor:
 
 
 def check_bounds(bounds: Tuple[float, float], least: float, greatest: float, name: str) -> None:
-    """Raise ValueError unless the bounds are in order and within [least, greatest]."""
+    """Raise unless the bounds are two numbers in order and within [least, greatest]."""
+    check_interval(bounds, name)
     if not (bounds[0] >= least and bounds[0] <= bounds[1] and bounds[1] <= greatest):
         raise ValueError(
             f"{name}: expected (least, greatest) within [{least}, {greatest}], got ({bounds[0]}, {bounds[1]})"

@@ -9,7 +9,7 @@ from torch import Tensor
 from ..geometry.transform.elastic import elastic_transform2d
 from ..geometry.transform.remap import remap
 from ..geometry.transform.thin_plate import get_tps_transform, warp_image_tps
-from ..primitives.core.checks import check_floating
+from ..primitives.core.checks import check_floating, check_interval
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.warping import normalized_axis, position_dtype
 from .annotations import moved_mask
@@ -217,6 +217,9 @@ def _drawn_fisheye(
     seed: Tensor, center_x: Tuple[float, float], center_y: Tuple[float, float], gamma: Tuple[float, float]
 ) -> Tensor:
     """(B, 3): the centre and the exponent."""
+    check_interval(center_x, "center_x")
+    check_interval(center_y, "center_y")
+    check_interval(gamma, "gamma")
     u = uniform(seed, 3, 1)
     x, y = between(u[:, 0], center_x[0], center_x[1]), between(u[:, 1], center_y[0], center_y[1])
     return torch.stack([x, y, between(u[:, 2], gamma[0], gamma[1])], -1)

@@ -6,6 +6,7 @@ from typing import Any, Dict, List, Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.checks import check_interval
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.warping import pixel_axes
 from .base import IntensityAugmentationBase2D, check_batch, select
@@ -16,6 +17,8 @@ from .settings import number, symmetric
 def _draw(
     seed: Tensor, shape: List[int], scale: Tuple[float, float], ratio: Tuple[float, float], p: float
 ) -> Dict[str, Tensor]:
+    check_interval(scale, "scale")
+    check_interval(ratio, "ratio")
     height, width = shape[2], shape[3]
     u = uniform(seed, 5).to(torch.float64)
     area = between(u[:, 1], scale[0], scale[1]) * (height * width)

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.transform.matrices import get_rotation_matrix2d, homogeneous
+from ..primitives.core.checks import check_interval
 from ..primitives.random.draws import between, uniform
 from .base import Range, check_batch
 from .decisions import below
@@ -14,6 +15,7 @@ from .warps import Warp, chosen, middle, warped
 
 
 def _draw(seed: Tensor, degrees: Tuple[float, float], p: float) -> Dict[str, Tensor]:
+    check_interval(degrees, "degrees")
     u = uniform(seed, 2)
     return {"batch_prob": below(u[:, 0], p), "degrees": between(u[:, 1], degrees[0], degrees[1])}
 

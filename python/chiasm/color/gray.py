@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_rgb, check_values
+from ..primitives.core.checks import check_rgb, check_tensor, check_values
 from ..primitives.images.color_planes import arranged, check_channels, mix_bytes, mix_channels, rgb_planes
 
 
@@ -39,6 +39,7 @@ def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Ten
     if rgb_weights is None:
         return mix_channels(image, [0.299, 0.587, 0.114], 0.0, "image")
     red, green, blue = rgb_planes(image, "image")
+    check_tensor(rgb_weights, "rgb_weights")
     if rgb_weights.dim() != 1 or rgb_weights.size(0) != 3:
         raise ValueError(f"rgb_weights: expected shape (3,), got {list(rgb_weights.shape)}")
     w = rgb_weights.to(image.dtype)

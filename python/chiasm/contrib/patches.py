@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_image, check_rank
+from ..primitives.core.checks import check_floating, check_image, check_rank, check_sides
 from ..primitives.core.materialise import stored_index
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.filters.windows import windows
@@ -127,6 +127,12 @@ def _four(
     """Above, below, left and right."""
     if isinstance(padding, int):
         top, bottom, left, right = padding, padding, padding, padding
+    elif not torch.jit.is_scripting():
+        check_sides(padding, name)
+        if len(padding) == 4:
+            top, bottom, left, right = padding
+        else:
+            top, bottom, left, right = padding[0], padding[0], padding[1], padding[1]
     elif torch.jit.isinstance(padding, Tuple[int, int]):
         top, bottom, left, right = padding[0], padding[0], padding[1], padding[1]
     else:

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_rank, check_tensor
+from ..primitives.core.checks import check_choice, check_floating, check_optional, check_rank, check_tensor
 from ..primitives.linalg.matrices import small_matmul
 
 
@@ -122,6 +122,7 @@ def image_histogram2d(
     width = (max - min) / n_bins if bandwidth is None else bandwidth
     if not width > 0.0:
         raise ValueError(f"bandwidth: expected a positive number, got {width}")
+    check_optional(centers, "centers")
     if centers is None:
         centers = min + (torch.arange(n_bins, device=image.device).to(image.dtype) + 0.5) * width
     if centers.dim() != 1 or centers.size(0) != n_bins:

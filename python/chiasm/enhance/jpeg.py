@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import in_batch, like_given
-from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.core.checks import check_floating, check_optional, check_rgb
 from ..primitives.core.materialise import materialised
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.numbers.reshaping import reshaped
@@ -129,6 +129,7 @@ def _chroma() -> Tensor:
 def _table(table: Optional[Tensor], default: Tensor, like: Tensor, name: str) -> Tensor:
     """(B or 1, 1, 1, 8, 1, 8), to broadcast against planes, rows of blocks, their rows, columns of blocks,
     and their columns."""
+    check_optional(table, name)
     if table is None:
         table = default.to(like.device)
     if table.dim() < 2 or table.dim() > 3 or table.size(-1) != 8 or table.size(-2) != 8:

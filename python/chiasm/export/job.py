@@ -15,6 +15,7 @@ from torch.fx import GraphModule
 
 from . import samples
 from .checks.branches import Doubt
+from .checks.quotients import SafeQuotients
 from .errors import ExportError
 from .spec import Spec, TensorSpec
 from .tracing.gradient import trace_vjp
@@ -34,7 +35,7 @@ def run_eager(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> tuple[to
 
 def call(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> Any:
     """The module's result, unchanged."""
-    with torch.enable_grad():  # an optimisation step computes gradients itself
+    with torch.enable_grad(), SafeQuotients():  # an optimisation step computes gradients itself
         return module(*inputs.values())
 
 

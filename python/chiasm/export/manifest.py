@@ -62,7 +62,7 @@ def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
     """The manifest in these bytes of a bundle, checked against the schema."""
     file = bundle / "manifest.json"
     try:
-        manifest: dict[str, Any] = json.loads(text)
+        manifest: dict[str, Any] = json.loads(text, object_pairs_hook=_object)
     except (ValueError, RecursionError) as error:
         raise BundleError(f"{file}: not JSON: {error}") from error
     version = _version_of(manifest)
@@ -78,6 +78,16 @@ def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
     except RecursionError as error:
         raise BundleError(f"{file}: nested too deeply") from error
     return manifest
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object whose keys differ, as the runtime wants it: readers that take another of the two would see
+    another manifest."""
+    made = dict(pairs)
+    if len(made) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise ValueError(f"the key {next(key for key in keys if keys.count(key) > 1)!r} occurs twice")
+    return made
 
 
 def _version_of(manifest: Any) -> Any:

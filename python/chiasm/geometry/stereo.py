@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_matrix, check_rank
+from ..primitives.core.checks import check_matrix, check_optional, check_rank
 from ..primitives.geometry.intrinsics import check_depth, focal_lengths, from_pixels, over_depth, with_one
 from ..primitives.linalg.matrices import cross, small_matmul
 from .calibration import undistort_points
@@ -84,6 +84,8 @@ def stereo_rectify(
     across = 1.0 - axis[:, 0:2]
     k1, k2 = K1.to(torch.float64), K2.to(torch.float64)
     focal = 0.5 * (focal_lengths(k1 + k2) * across).sum(-1, keepdim=True)
+    check_optional(dist1, "dist1")
+    check_optional(dist2, "dist2")
     c1 = _principal_point(k1, R1, focal, height, width, dist1)
     c2 = _principal_point(k2, R2, focal, height, width, dist2)
     mean = 0.5 * (c1 + c2)

@@ -5,7 +5,13 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_pixels, check_tensor
+from ..primitives.core.checks import (
+    check_choice,
+    check_optional,
+    check_pixels,
+    check_tensor,
+    check_whole_numbers,
+)
 from ..primitives.core.pixels import pixel_range
 from ..primitives.filters.minmax import morphology, morphology_gradient
 
@@ -68,6 +74,7 @@ def _window(
     kh, kw = kernel.size(0), kernel.size(1)
     if kh < 1 or kw < 1:
         raise ValueError(f"kernel: expected at least one pixel, got [{kh}, {kw}]")
+    check_optional(structuring_element, "structuring_element")
     row, column = _origin(origin, kh, kw)
     dtype = tensor.dtype if tensor.is_floating_point() else torch.float64
     heights = torch.zeros_like(kernel, dtype=dtype)
@@ -111,6 +118,8 @@ def _border(
 def _origin(origin: Optional[List[int]], kh: int, kw: int) -> Tuple[int, int]:
     if origin is None:
         return kh // 2, kw // 2
+    if not torch.jit.is_scripting():
+        check_whole_numbers(origin, 2, "origin")
     row, column = origin[0], origin[1]
     if row < 0 or row >= kh or column < 0 or column >= kw:
         raise ValueError(f"origin: expected a position inside the ({kh}, {kw}) kernel, got [{row}, {column}]")

@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image, check_rank
+from ..primitives.core.checks import check_choice, check_image, check_optional, check_rank
 from ..primitives.features.reconstruction import reconstructed
 
 
@@ -51,6 +51,7 @@ def reconstruction(
         raise ValueError(f"mask: expected seed's shape {list(seed.shape)}, got {list(mask.shape)}")
     if num_iters is not None and num_iters < 0:
         raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
+    check_optional(kernel, "kernel")
     element = (
         torch.ones([3, 3], dtype=seed.dtype, device=seed.device) if kernel is None else kernel.to(seed.dtype)
     )

@@ -153,6 +153,8 @@ class Bundle:
         load.fused, load.warm_up, load.num_threads = fused, warm_up, _number("num_threads", num_threads)
         if dtype is not None:
             load.with_dtype(_text("dtype", _dtype_name(dtype)))
+        if not isinstance(options, Mapping | None):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"options: expected a dict of texts, got {options!r}")
         for key, value in (options or {}).items():
             load.with_option(_text("options", key), _text("options", str(value)))
         return self._handle.method(_text("name", name), load)

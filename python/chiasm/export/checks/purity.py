@@ -26,6 +26,8 @@ from torch.utils._pytree import tree_iter, tree_map
 from ..errors import ExportError, own_line
 from ..internals import is_operator, schema_of
 from ..text import one_line
+from .process_state import changed, line_of_change, restore, settings
+from .quotients import safe
 
 _STATE = (
     "instead: make the state an input and an output of the op (of a module that learns, such as BatchNorm:"
@@ -103,7 +105,7 @@ class _Watch(TorchDispatchMode):
         drawing = is_random(func)
         before = torch.get_rng_state()
         result = (
-            func(*args, **kwargs)
+            safe(func, kwargs)(*args, **kwargs)
             if getattr(func, "namespace", "") != "chiasm"
             else _shaped(func, args, kwargs)
         )
@@ -163,16 +165,16 @@ def check_op(
 
     Returns for each result whether it is itself an input or an earlier result.
     """
+    process = settings()
     first, taken = _watched(name, run, inputs)
+    _check_process(name, run, inputs, process)
     before = _state(state)
     second = run({key: t.clone() for key, t in inputs.items()})
-    changed = [
-        key for key, value in _state(state).items() if key not in before or not _same(value, before[key])
-    ]
+    kept = [key for key, value in _state(state).items() if key not in before or not _same(value, before[key])]
     if not all(map(_same, first, second)):
         what = (
-            f"it keeps state in {changed[0]!r}: the same inputs give other results"
-            if changed
+            f"it keeps state in {kept[0]!r}: the same inputs give other results"
+            if kept
             else "the same inputs give other results when it is called again"
         )
         raise impure(
@@ -182,16 +184,37 @@ def check_op(
             None,
             (
                 _STATE
-                if changed
+                if kept
                 else (
                     "instead: make what changes between calls (random numbers, a counter, the time) an input"
                     " of the op"
                 )
             ),
         )
-    if any(key in dict(state.named_buffers()) for key in changed):
-        raise impure(name, f"it changes its buffer {changed[0]!r}", None, None, _STATE)
+    if any(key in dict(state.named_buffers()) for key in kept):
+        raise impure(name, f"it changes its buffer {kept[0]!r}", None, None, _STATE)
     return taken
+
+
+def _check_process(
+    name: str,
+    run: Callable[[Mapping[str, Tensor]], object],
+    inputs: Mapping[str, Tensor],
+    process: Mapping[str, Any],
+) -> None:
+    """Reject an op that has changed settings of the process."""
+    found = changed(process)
+    if found:
+        restore(process)
+        where = line_of_change(lambda: run({key: t.clone() for key, t in inputs.items()}), found[0])
+        raise impure(
+            name,
+            f"it changes {found[0]}, which is the process's",
+            where,
+            None,
+            "instead: remove the call: pass what depends on it as an argument (dtype=..., device=...), or"
+            " change it in a with block that ends in the op",
+        )
 
 
 def _watched(
@@ -258,7 +281,7 @@ def _content(value: Any) -> Any:
 @contextmanager
 def preserved(fn: Any) -> Generator[None]:
     """Puts a module into evaluation mode inside the block, and restores it exactly afterwards, as well as the
-    process's random number generators."""
+    process's settings and random number generators."""
     modules = list(fn.modules()) if isinstance(fn, nn.Module) else []
     tensors = [t for m in modules for t in (*m.parameters(recurse=False), *m.buffers(recurse=False))]
     values = [(t, t.detach().clone(), t.requires_grad, t.grad if t.is_leaf else None) for t in tensors]
@@ -268,6 +291,7 @@ def preserved(fn: Any) -> Generator[None]:
         for m in modules
         if not isinstance(m, torch.jit.ScriptModule)
     ]
+    process = settings()
     numbers = torch.get_rng_state(), random.getstate(), np.random.get_state()
     try:
         try:
@@ -297,6 +321,7 @@ def preserved(fn: Any) -> Generator[None]:
             if tensor.is_leaf:
                 tensor.requires_grad_(requires_grad)
                 tensor.grad = gradient
+        restore(process)
         torch.set_rng_state(numbers[0])
         random.setstate(numbers[1])
         np.random.set_state(numbers[2])

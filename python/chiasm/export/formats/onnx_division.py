@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import onnx_ir
 import torch
 from torch.fx import Graph, Node
@@ -84,20 +85,28 @@ def _truncated(a: Any, b: Any) -> tuple[Any, Any]:
     divisor, valid = _divisor(a, b)
     if valid is None:
         return op.Div(a, divisor), divisor
+    b = _value(a, b)
     dividend = op.Where(op.Equal(b, _number(a, -1)), op.Neg(a), a) if a.dtype.is_signed() else a
     return op.Add(op.Div(dividend, divisor), valid), b
 
 
 def _divisor(a: Any, b: Any) -> tuple[Any, Any]:
     """A divisor that is safe for ONNX Runtime, with 1 in place of 0 and -1; and a number to add to the
-    result: 0, or the error of a Gather if a divisor is 0. A constant divisor stays, and needs no number."""
-    if not isinstance(b, onnx_ir.Value) or b.const_value is not None:
-        return (b if isinstance(b, onnx_ir.Value) else _number(a, b)), None
+    result: 0, or the error of a Gather if a divisor is 0. A constant divisor without these stays, and needs
+    no number."""
+    constant: Any = b.const_value.numpy() if isinstance(b, onnx_ir.Value) and b.const_value is not None else b
+    b = _value(a, b)
+    if constant is not b and not np.isin(constant, (0, -1)).any():
+        return b, None
     one, zero = _number(a, 1), _number(a, 0)
     none = op.Equal(b, zero)
     unsafe = op.Or(none, op.Equal(b, _number(a, -1))) if a.dtype.is_signed() else none
     index = op.ReduceMax(op.Cast(none, to=onnx_ir.DataType.INT64), keepdims=0)
     return op.Where(unsafe, one, b), op.CastLike(op.Gather(op.Constant(value_ints=[0]), index), a)
+
+
+def _value(like: Any, number: Any) -> Any:
+    return number if isinstance(number, onnx_ir.Value) else _number(like, number)
 
 
 def _number(like: Any, value: int) -> Any:

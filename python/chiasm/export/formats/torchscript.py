@@ -16,6 +16,7 @@ from ..checks.script_purity import check_script
 from ..errors import ExportError, explain
 from ..job import Artifact, ExportJob, Method
 from ..spec import Spec
+from .torchscript_division import guard_quotients
 
 
 def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
@@ -53,6 +54,7 @@ def to_torchscript(module: nn.Module, spec: Spec) -> bytes:
     check_script(
         spec.name, scripted, {t.name: spec.dtypes if t.dtype == "T" else (t.dtype,) for t in spec.inputs}
     )
+    guard_quotients(scripted)
     buffer = io.BytesIO()
     try:
         torch.jit.save(scripted, buffer)

@@ -4,7 +4,7 @@ from typing import Tuple
 
 from torch import Tensor
 
-from ...primitives.core.checks import check_matrix, check_rank
+from ...primitives.core.checks import check_matrix, check_pair, check_rank, check_size3d
 from ...primitives.linalg.matrices import small_matmul
 from .pixels import normal_transform_pixel, normal_transform_pixel3d, pixel_transform_normal
 
@@ -36,6 +36,8 @@ def normalize_homography(
         tensor([ 0.5000,  0.0000, -0.5000])
     """
     m = _checked(dst_pix_trans_src_pix, 3, "dst_pix_trans_src_pix")
+    check_pair(dsize_src, "dsize_src")
+    check_pair(dsize_dst, "dsize_dst")
     normal_dst = normal_transform_pixel(dsize_dst[0], dsize_dst[1], 1e-14, m.device, m.dtype, align_corners)
     return small_matmul(
         small_matmul(normal_dst, m), pixel_transform_normal([dsize_src[1], dsize_src[0]], align_corners, m)
@@ -71,6 +73,8 @@ def denormalize_homography(
         tensor([2., 0., 0.])
     """
     m = _checked(dst_pix_trans_src_pix, 3, "dst_pix_trans_src_pix")
+    check_pair(dsize_src, "dsize_src")
+    check_pair(dsize_dst, "dsize_dst")
     normal_src = normal_transform_pixel(dsize_src[0], dsize_src[1], 1e-14, m.device, m.dtype, align_corners)
     return small_matmul(
         small_matmul(pixel_transform_normal([dsize_dst[1], dsize_dst[0]], align_corners, m), m), normal_src
@@ -100,6 +104,8 @@ def normalize_homography3d(
         tensor([ 0.5000,  0.0000,  0.0000, -0.5000])
     """
     m = _checked(dst_pix_trans_src_pix, 4, "dst_pix_trans_src_pix")
+    check_size3d(dsize_src, "dsize_src")
+    check_size3d(dsize_dst, "dsize_dst")
     normal_dst = normal_transform_pixel3d(dsize_dst[0], dsize_dst[1], dsize_dst[2], 1e-14, m.device, m.dtype)
     return small_matmul(
         small_matmul(normal_dst, m),
@@ -130,6 +136,8 @@ def denormalize_homography3d(
         tensor([2., 0., 0., 0.])
     """
     m = _checked(dst_pix_trans_src_pix, 4, "dst_pix_trans_src_pix")
+    check_size3d(dsize_src, "dsize_src")
+    check_size3d(dsize_dst, "dsize_dst")
     normal_src = normal_transform_pixel3d(dsize_src[0], dsize_src[1], dsize_src[2], 1e-14, m.device, m.dtype)
     return small_matmul(
         small_matmul(pixel_transform_normal([dsize_dst[2], dsize_dst[1], dsize_dst[0]], True, m), m),

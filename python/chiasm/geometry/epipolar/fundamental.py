@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_floating, check_matrix, check_tensor
+from ...primitives.core.checks import check_choice, check_floating, check_matrix, check_optional, check_tensor
 from ...primitives.linalg.direct_linear import hartley, normal_matrix
 from ...primitives.linalg.matrices import inverse3x3, small_matmul, smallest_eigenvector
 from ...primitives.linalg.qr import null_vector, pointed
@@ -123,6 +123,7 @@ def normalize_points(
                  [ 1.4142,  0.0000]]])
     """
     _check_points(points, "points")
+    check_optional(weights, "weights")
     if weights is not None and weights.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
     return hartley(points, weights, eps)

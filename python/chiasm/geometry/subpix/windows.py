@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_image
+from ...primitives.core.checks import check_image, check_size3d
 from ...primitives.features.extrema import largest
 from ...primitives.filters.padding import padded
 from ...primitives.resampling.volumes import check_volume
@@ -118,6 +118,9 @@ def conv_soft_argmax3d(
         (tensor([1., 0., 2.]), tensor([50.]))
     """
     check_volume(input, "input")
+    check_size3d(kernel_size, "kernel_size")
+    check_size3d(stride, "stride")
+    check_size3d(padding, "padding")
     _check_windows(
         [kernel_size[0], kernel_size[1], kernel_size[2]],
         [stride[0], stride[1], stride[2]],

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ...filters.gaussian import gaussian_blur2d
-from ...primitives.core.checks import check_floating, check_image
+from ...primitives.core.checks import check_floating, check_image, check_interval
 from ...primitives.resampling.warping import (
     check_sampling,
     from_normalized,
@@ -68,6 +68,7 @@ def elastic_transform2d(
             raise ValueError(f"alpha: expected shape (B, 2), got {list(alpha.shape)}")
         factor = alpha.to(precision).reshape(-1, 2)
     else:
+        check_interval(alpha, "alpha")
         factor = torch.tensor([alpha[0], alpha[1]], dtype=precision, device=noise.device)[None]
     moved = gaussian_blur2d(noise.to(precision), kernel_size, sigma, "constant")
     column = normalized_axis(image.size(3), align_corners, precision, image.device)[None, None, :]

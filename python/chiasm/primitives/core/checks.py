@@ -3,7 +3,7 @@ data."""
 
 from collections.abc import Sequence
 from numbers import Integral, Real
-from typing import List, Tuple, Union
+from typing import List, Optional, Tuple, Union, cast
 
 import torch
 from torch import Tensor
@@ -41,6 +41,12 @@ def check_pair(value: Tuple[int, int], name: str) -> None:
         _check_whole(value, name)
 
 
+def check_whole_numbers(value: object, count: int, name: str) -> None:
+    """Raise unless ``value`` has this many whole numbers. Not for TorchScript, which knows the type."""
+    _check_length(value, count, name)
+    _check_whole(cast("Sequence[object]", value), name)
+
+
 def check_size3d(value: Tuple[int, int, int], name: str) -> None:
     """Raise unless ``value`` has three whole numbers, the sizes of a volume."""
     if not torch.jit.is_scripting():
@@ -48,10 +54,34 @@ def check_size3d(value: Tuple[int, int, int], name: str) -> None:
         _check_whole(value, name)
 
 
+def check_sides(value: object, name: str) -> None:
+    """Raise unless ``value``, no number, has two or four whole numbers. Not for TorchScript, which knows the
+    type."""
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise TypeError(f"{name}: expected a whole number, or 2 or 4, got {type(value).__name__}")
+    if len(value) not in (2, 4):
+        raise ValueError(f"{name}: expected a whole number, or 2 or 4, got {len(value)}")
+    _check_whole(value, name)
+
+
 def check_triple(value: Tuple[float, float, float], name: str) -> None:
     """Raise unless ``value`` has three numbers. TorchScript knows its length."""
     if not torch.jit.is_scripting():
         _check_length(value, 3, name)
+
+
+def check_interval(value: Tuple[float, float], name: str) -> None:
+    """Raise unless ``value`` has two numbers. TorchScript knows its length and type."""
+    if not torch.jit.is_scripting():
+        _check_length(value, 2, name)
+        for number in value:
+            _check_number(number, name)
+
+
+def check_optional(value: Optional[Tensor], name: str) -> None:
+    """``check_tensor`` for an argument that may be None."""
+    if value is not None:
+        check_tensor(value, name)
 
 
 def check_sigmas(sigma: Tuple[float, float], name: str) -> None:
@@ -68,7 +98,7 @@ def _check_number(value: object, name: str) -> None:
 
 
 def _check_length(value: object, length: int, name: str) -> None:
-    if not isinstance(value, Sequence):
+    if not isinstance(value, Sequence) or isinstance(value, str):
         raise TypeError(f"{name}: expected {length} numbers, got {type(value).__name__}")
     if len(value) != length:
         raise ValueError(f"{name}: expected {length} numbers, got {len(value)}")
