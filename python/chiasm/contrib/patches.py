@@ -5,9 +5,9 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_image, check_rank, check_sides
+from ..primitives.core.checks import check_floating, check_image, check_rank
 from ..primitives.core.materialise import stored_index
-from ..primitives.core.window_sizes import positive_pair
+from ..primitives.core.window_sizes import four_sides, positive_pair
 from ..primitives.filters.windows import windows
 from ..primitives.numbers.reshaping import reshaped
 
@@ -49,7 +49,7 @@ def extract_tensor_patches(
     check_image(input, "input")
     rows, columns = positive_pair(window_size, "window_size")
     down, right = positive_pair(stride, "stride")
-    top, bottom, left, beyond = _four(padding, "padding")
+    top, bottom, left, beyond = four_sides(padding, "padding")
     if input.size(2) + top + bottom < rows or input.size(3) + left + beyond < columns:
         raise ValueError(
             f"window_size: expected one within the padded input {list(input.shape)}, got ({rows}, {columns})"
@@ -100,7 +100,7 @@ def combine_tensor_patches(
     height, width = positive_pair(original_size, "original_size")
     rows, columns = positive_pair(window_size, "window_size")
     down, right = (rows, columns) if stride is None else positive_pair(stride, "stride")
-    top, bottom, left, beyond = _four(unpadding, "unpadding")
+    top, bottom, left, beyond = four_sides(unpadding, "unpadding")
     if height + top + bottom < rows or width + left + beyond < columns:
         raise ValueError(
             f"window_size: expected one within the padded image of ({height}, {width}), got ({rows},"
@@ -119,28 +119,6 @@ def combine_tensor_patches(
     if eps is None:
         return image / count.clamp(min=1.0)
     return image / (count + eps)
-
-
-def _four(
-    padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]], name: str
-) -> Tuple[int, int, int, int]:
-    """Above, below, left and right."""
-    if isinstance(padding, int):
-        top, bottom, left, right = padding, padding, padding, padding
-    elif not torch.jit.is_scripting():
-        check_sides(padding, name)
-        if len(padding) == 4:
-            top, bottom, left, right = padding
-        else:
-            top, bottom, left, right = padding[0], padding[0], padding[1], padding[1]
-    elif torch.jit.isinstance(padding, Tuple[int, int]):
-        top, bottom, left, right = padding[0], padding[0], padding[1], padding[1]
-    else:
-        assert torch.jit.isinstance(padding, Tuple[int, int, int, int])
-        top, bottom, left, right = padding  # pyright: ignore[reportAssignmentType]: torch.jit's isinstance narrows
-    if top < 0 or bottom < 0 or left < 0 or right < 0:
-        raise ValueError(f"{name}: expected no negative number, got ({top}, {bottom}, {left}, {right})")
-    return top, bottom, left, right
 
 
 def _windows(

@@ -7,10 +7,10 @@ from torch import Tensor
 
 from ..primitives.core.checks import (
     check_choice,
+    check_indices,
     check_optional,
     check_pixels,
     check_tensor,
-    check_whole_numbers,
 )
 from ..primitives.core.pixels import pixel_range
 from ..primitives.filters.minmax import morphology, morphology_gradient
@@ -118,8 +118,7 @@ def _border(
 def _origin(origin: Optional[List[int]], kh: int, kw: int) -> Tuple[int, int]:
     if origin is None:
         return kh // 2, kw // 2
-    if not torch.jit.is_scripting():
-        check_whole_numbers(origin, 2, "origin")
+    check_indices(origin, "origin")
     row, column = origin[0], origin[1]
     if row < 0 or row >= kh or column < 0 or column >= kw:
         raise ValueError(f"origin: expected a position inside the ({kh}, {kw}) kernel, got [{row}, {column}]")

@@ -3,7 +3,7 @@ data."""
 
 from collections.abc import Sequence
 from numbers import Integral, Real
-from typing import List, Optional, Tuple, Union, cast
+from typing import List, Optional, Tuple, Union
 
 import torch
 from torch import Tensor
@@ -41,10 +41,11 @@ def check_pair(value: Tuple[int, int], name: str) -> None:
         _check_whole(value, name)
 
 
-def check_whole_numbers(value: object, count: int, name: str) -> None:
-    """Raise unless ``value`` has this many whole numbers. Not for TorchScript, which knows the type."""
-    _check_length(value, count, name)
-    _check_whole(cast("Sequence[object]", value), name)
+def check_indices(value: List[int], name: str) -> None:
+    """Raise unless ``value`` has two whole numbers, of a row and a column."""
+    if not torch.jit.is_scripting():
+        _check_length(value, 2, name)
+        _check_whole(value, name)
 
 
 def check_size3d(value: Tuple[int, int, int], name: str) -> None:
@@ -54,14 +55,28 @@ def check_size3d(value: Tuple[int, int, int], name: str) -> None:
         _check_whole(value, name)
 
 
-def check_sides(value: object, name: str) -> None:
-    """Raise unless ``value``, no number, has two or four whole numbers. Not for TorchScript, which knows the
-    type."""
+def check_sides(value: Sequence[int], name: str) -> None:
+    """Raise unless ``value`` has two or four whole numbers. Not for TorchScript, which knows its type."""
+    expected = f"{name}: expected a whole number, or 2 or 4, got"
     if not isinstance(value, Sequence) or isinstance(value, str):
-        raise TypeError(f"{name}: expected a whole number, or 2 or 4, got {type(value).__name__}")
+        raise TypeError(f"{expected} {type(value).__name__}")
     if len(value) not in (2, 4):
-        raise ValueError(f"{name}: expected a whole number, or 2 or 4, got {len(value)}")
+        raise ValueError(f"{expected} {len(value)}")
     _check_whole(value, name)
+
+
+def check_margins(value: Tuple[int, int, int, int], name: str) -> None:
+    """Raise unless ``value`` has four whole numbers, one for each side of an image."""
+    if not torch.jit.is_scripting():
+        _check_length(value, 4, name)
+        _check_whole(value, name)
+
+
+def check_margins3d(value: Tuple[int, int, int, int, int, int], name: str) -> None:
+    """Raise unless ``value`` has six whole numbers, one for each side of a volume."""
+    if not torch.jit.is_scripting():
+        _check_length(value, 6, name)
+        _check_whole(value, name)
 
 
 def check_triple(value: Tuple[float, float, float], name: str) -> None:

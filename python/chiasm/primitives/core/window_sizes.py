@@ -2,7 +2,9 @@
 
 from typing import Tuple, Union
 
-from .checks import check_pair
+import torch
+
+from .checks import check_pair, check_sides
 
 
 def any_pair(size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, int]:
@@ -27,6 +29,33 @@ def positive_pair(size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, in
     if ky < 1 or kx < 1:
         raise ValueError(f"{name}: expected positive sizes, got ({ky}, {kx})")
     return ky, kx
+
+
+def four_sides(
+    padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]], name: str
+) -> Tuple[int, int, int, int]:
+    """``padding`` as numbers above, below, left and right; raise ValueError if one is negative.
+
+    >>> four_sides((1, 2), "padding")
+    (1, 1, 2, 2)
+    """
+    if isinstance(padding, int):
+        top, bottom, left, right = padding, padding, padding, padding
+    elif torch.jit.is_scripting():
+        if torch.jit.isinstance(padding, Tuple[int, int]):
+            top, bottom, left, right = padding[0], padding[0], padding[1], padding[1]
+        else:
+            assert torch.jit.isinstance(padding, Tuple[int, int, int, int])
+            top, bottom, left, right = padding  # pyright: ignore[reportAssignmentType]: isinstance narrows
+    else:
+        check_sides(padding, name)
+        if len(padding) == 2:
+            top, bottom, left, right = padding[0], padding[0], padding[1], padding[1]
+        else:
+            top, bottom, left, right = padding
+    if top < 0 or bottom < 0 or left < 0 or right < 0:
+        raise ValueError(f"{name}: expected no negative number, got ({top}, {bottom}, {left}, {right})")
+    return top, bottom, left, right
 
 
 def as_ratio(value: float) -> Tuple[int, int]:
