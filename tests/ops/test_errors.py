@@ -5,7 +5,20 @@ from typing import Callable
 import pytest
 import torch
 
-from chiasm import augmentation, color, enhance, feature, filters, image, metrics, morphology, ops, pipelines
+from chiasm import (
+    augmentation,
+    color,
+    contrib,
+    enhance,
+    feature,
+    filters,
+    image,
+    losses,
+    metrics,
+    morphology,
+    ops,
+    pipelines,
+)
 from chiasm.geometry import conversions, epipolar, homography, subpix, transform
 from chiasm.primitives.core.target import exporting
 from chiasm.primitives.filters.correlation import centred
@@ -430,6 +443,36 @@ RANGE = "expected 2 numbers, got"
             TypeError,
             "alpha: expected 2 numbers, got float",
             lambda: transform.elastic_transform2d(X, torch.zeros(1, 2, 8, 8), alpha=1.0),
+        ),
+        (ValueError, f"times: {RANGE} 1", lambda: augmentation.random_rotation90(X, SEED, (1,))),
+        (TypeError, f"grid: {RANGE} int", lambda: augmentation.random_jigsaw(X, SEED, 2)),
+        (ValueError, f"bits: {RANGE} 1", lambda: augmentation.random_posterize(X, SEED, (3,))),
+        (TypeError, f"drop_width: {RANGE} int", lambda: augmentation.random_rain(X, SEED, drop_width=1)),
+        (
+            TypeError,
+            f"degrees: {RANGE} float",
+            lambda: augmentation.random_rotation3d(X[None], SEED, [1.0, 1.0, 1.0]),
+        ),
+        (TypeError, f"K: {RANGE} float", lambda: losses.ms_ssim_loss(X, X, [0.5], K=0.01)),
+        (
+            TypeError,
+            f"normalize_range: {RANGE} float",
+            lambda: contrib.diamond_square(X, normalize_range=1.0),
+        ),
+        (
+            ValueError,
+            r"kernel: expected at least one number, got \[0, 3\]",
+            lambda: filters.filter2d(X, torch.zeros(0, 3)),
+        ),
+        (
+            ValueError,
+            r"kernel_y: expected at least one number, got \[0\]",
+            lambda: filters.filter2d_separable(X, torch.ones(3), torch.ones(0)),
+        ),
+        (
+            TypeError,
+            f"size: {RANGE} int",
+            lambda: ops.decode_detr(torch.zeros(1, 2, 3), torch.zeros(1, 2, 4), 8, 1),
         ),
     ],
 )

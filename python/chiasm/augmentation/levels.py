@@ -12,7 +12,7 @@ from ..enhance.equalization import autocontrast, equalize
 from ..enhance.normalize import denormalize, normalize, normalize_min_max
 from ..enhance.sharp import sharpness as sharpened
 from ..enhance.tone import posterize, solarize
-from ..primitives.core.checks import check_image, check_pixels
+from ..primitives.core.checks import check_image, check_pair, check_pixels
 from .decisions import applied, between, check_bounds, check_chance, drawn, white_of, whole_between
 
 
@@ -169,6 +169,7 @@ def random_posterize(input: Tensor, seed: Tensor, bits: Tuple[int, int] = (3, 8)
         tensor([[[[ 32., 224.]]]])
     """
     check_pixels(input, "input")
+    check_pair(bits, "bits")
     if bits[0] < 0 or bits[1] > 8 or bits[0] > bits[1]:
         raise ValueError(f"bits: expected (least, greatest) within [0, 8], got ({bits[0]}, {bits[1]})")
     check_chance(p)

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from ..enhance.arithmetic import add_weighted
-from ..primitives.core.checks import check_pixels, check_tensor
+from ..primitives.core.checks import check_pair, check_pixels, check_tensor
 from ..primitives.random.draws import ranks, uniform
 from ..primitives.random.philox import key_of, philox4x32
 from ..primitives.resampling.volumes import check_voxels
@@ -162,6 +162,7 @@ def random_jigsaw(
         tensor([[[[1., 0.]]]])
     """
     check_pixels(input, "input")
+    check_pair(grid, "grid")
     check_chance(p)
     order = jigsaw_order(seed, grid, ensure_perm, drawn(seed, 1, input)[:, 0] < p)
     return put_together(input, order, grid)

@@ -5,6 +5,7 @@ from typing import Any, Dict, List, Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.checks import check_pair
 from ..primitives.random.draws import integers, uniform
 from .base import check_batch
 from .decisions import below
@@ -68,6 +69,7 @@ def random_rotation90(
                 [1., 3.]])
     """
     check_batch(input, seed)
+    check_pair(times, "times")
     if times[0] > times[1]:
         raise ValueError(f"times: expected (least, greatest), got {times}")
     height, width = input.size(2), input.size(3)

@@ -13,6 +13,7 @@ from ..geometry.transform.matrices3d import (
     get_projective_transform,
 )
 from ..geometry.transform.volume import warp_perspective3d
+from ..primitives.core.checks import check_interval, check_triple
 from ..primitives.linalg.matrices import inverse
 from ..primitives.random.draws import between, check_seed, uniform
 from ..primitives.resampling.volumes import check_volume
@@ -166,8 +167,10 @@ def _middle(like: Tensor, shape: List[int]) -> Tensor:
     return torch.stack(sides, -1)
 
 
-def _each_between(u: Tensor, bounds: List[Tuple[float, float]]) -> Tensor:
+def _each_between(u: Tensor, bounds: List[Tuple[float, float]], name: str) -> Tensor:
     """Uniform numbers (B, N) in [0, 1), mapped to each column's bounds: (B, N)."""
+    for interval in bounds:
+        check_interval(interval, name)
     columns = [between(u[:, i], bounds[i][0], bounds[i][1]) for i in range(len(bounds))]
     return torch.stack(columns, -1)
 
@@ -183,6 +186,7 @@ def _draw_affine(
 ) -> Dict[str, Tensor]:
     u = uniform(seed, 16)
     _check_count(len(degrees), [3], "degrees")
+    check_triple(translate, "translate")
     sides = [
         between(u[:, 4], -translate[0], translate[0]) * shape[4],
         between(u[:, 5], -translate[1], translate[1]) * shape[3],
@@ -191,14 +195,14 @@ def _draw_affine(
     factors = torch.ones_like(u[:, 7:10])
     if scale is not None:
         _check_count(len(scale), [1, 3], "scale")
-        factors = _each_between(u[:, 7 : 7 + len(scale)], scale).expand(-1, 3)
+        factors = _each_between(u[:, 7 : 7 + len(scale)], scale, "scale").expand(-1, 3)
     angles = torch.zeros_like(u[:, 10:16])
     if shears is not None:
         _check_count(len(shears), [6], "shears")
-        angles = _each_between(u[:, 10:16], shears)
+        angles = _each_between(u[:, 10:16], shears, "shears")
     return {
         "batch_prob": below(u[:, 0], p),
-        "angles": _each_between(u[:, 1:4], degrees),
+        "angles": _each_between(u[:, 1:4], degrees, "degrees"),
         "translations": torch.stack(sides, -1),
         "scale": factors,
         "shears": angles,
@@ -226,7 +230,7 @@ def _affine_matrix(params: Dict[str, Tensor]) -> Tensor:
 def _draw_rotation(seed: Tensor, degrees: List[Tuple[float, float]], p: float) -> Dict[str, Tensor]:
     u = uniform(seed, 4)
     _check_count(len(degrees), [3], "degrees")
-    return {"batch_prob": below(u[:, 0], p), "angles": _each_between(u[:, 1:], degrees)}
+    return {"batch_prob": below(u[:, 0], p), "angles": _each_between(u[:, 1:], degrees, "degrees")}
 
 
 def _rotation_matrix(params: Dict[str, Tensor], shape: List[int]) -> Tensor:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..color.hls import hls_to_rgb, rgb_to_hls
-from ..primitives.core.checks import check_image, check_rgb
+from ..primitives.core.checks import check_image, check_pair, check_rgb
 from ..primitives.random.draws import uniform
 from .decisions import applied, between, check_bounds, check_chance, drawn, whole_between
 
@@ -44,6 +44,9 @@ def random_rain(
         (tensor(0.7843), tensor(5))
     """
     check_image(input, "input")
+    check_pair(number_of_drops, "number_of_drops")
+    check_pair(drop_height, "drop_height")
+    check_pair(drop_width, "drop_width")
     if number_of_drops[0] < 0 or number_of_drops[0] > number_of_drops[1]:
         raise ValueError(
             "number_of_drops: expected (least, greatest), not negative, got"

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..enhance.normalize import normalize_min_max
-from ..primitives.core.checks import check_image, check_number
+from ..primitives.core.checks import check_image, check_interval, check_number
 from ..primitives.images.diamond_square import midpoint_displacement
 
 
@@ -62,6 +62,7 @@ def diamond_square(
     state = midpoint_displacement(random, factor, scale)
     if normalize_range is None:
         return state
+    check_interval(normalize_range, "normalize_range")
     return normalize_min_max(state, normalize_range[0], normalize_range[1])
 
 

@@ -13,6 +13,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from ..primitives.core.checks import check_pair
 from ..primitives.features.matching import two_smallest
 from ..primitives.numbers.ranking import stable_topk
 from .laf import check_laf, determinants
@@ -225,6 +226,7 @@ def _area(
             raise ValueError(f"{name}: expected shape (2,) or (B, 2), got {list(hw.shape)}")
         size = hw.detach().to(torch.float64) + torch.zeros_like(centre[:, 0])
         return size[:, :1] * size[:, 1:]
+    check_pair(hw, name)
     return torch.ones_like(centre[:, 0, :1]) * (hw[0] * hw[1])
 
 

@@ -54,7 +54,7 @@ def _checked(mask: Tensor, desc: Tensor, name: str) -> Tensor:
     check_tensor(mask, name)
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
-    if mask.dim() > 2 or mask.size(-1) != desc.size(1):
+    if mask.dim() < 1 or mask.dim() > 2 or mask.size(-1) != desc.size(1):
         raise ValueError(
             f"{name}: expected one entry for each of {desc.size(1)} descriptors, got {list(mask.shape)}"
         )

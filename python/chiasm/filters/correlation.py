@@ -266,6 +266,9 @@ def _ready(
             f"{name}: expected a first dimension of 1 or input's {input.size(0)}, got {list(kernel.shape)}"
         )
     axes: List[int] = [i for i in range(1, rank + 1)]
+    for axis in axes:
+        if k.size(axis) < 1:
+            raise ValueError(f"{name}: expected at least one number, got {list(kernel.shape)}")
     if normalized:
         k = k / k.abs().sum(axes, keepdim=True)
     if flip:

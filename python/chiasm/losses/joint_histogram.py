@@ -79,7 +79,12 @@ def _mask(mask: Optional[Tensor], signal: Tensor, name: str) -> Tensor:
     check_tensor(mask, name)
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
-    if mask.dim() > signal.dim() or mask.size(-1) != signal.size(-1) or not broadcastable(mask, signal):
+    if (
+        mask.dim() < 1
+        or mask.dim() > signal.dim()
+        or mask.size(-1) != signal.size(-1)
+        or not broadcastable(mask, signal)
+    ):
         raise ValueError(f"{name}: expected the signals' shape {list(signal.shape)}, got {list(mask.shape)}")
     return mask.expand(signal.shape)
 

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
-from ..primitives.core.checks import check_image, check_reduction, check_same_shape
+from ..primitives.core.checks import check_image, check_interval, check_reduction, check_same_shape
 from ..primitives.filters.stencil import separable_scales, separable_shared
 from ..primitives.numbers.loss_reduction import reduced
 
@@ -60,6 +60,7 @@ def ms_ssim_loss(
     check_reduction(reduction)
     scales = [0.5, 1.0, 2.0, 4.0, 8.0] if sigmas is None else sigmas
     _check_sigmas(scales)
+    check_interval(K, "K")
     reach = int(2.0 * scales[-1])
     if img1.size(2) <= reach or img1.size(3) <= reach:
         raise ValueError(

@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.checks import check_floating, check_pair, check_rank
 from ..primitives.geometry.boxes import boxes_at
 from ..primitives.numbers.ranking import stable_topk
 from .boxes import box_convert
@@ -136,6 +136,7 @@ def decode_detr(
             f"pred_boxes: expected shape (B, Q, 4) for logits {list(logits.shape)}, got"
             f" {list(pred_boxes.shape)}"
         )
+    check_pair(size, "size")
     if max_output < 1 or max_output > logits.size(1) * logits.size(2):
         raise ValueError(f"max_output: expected a number from 1 to Q * C, got {max_output}")
     values, places = stable_topk(logits.flatten(1), max_output)

@@ -5,7 +5,13 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_broadcastable, check_last, check_matrix, check_tensor
+from ...primitives.core.checks import (
+    check_broadcastable,
+    check_last,
+    check_matrix,
+    check_optional,
+    check_tensor,
+)
 from ...primitives.geometry.intrinsics import with_one
 from ...primitives.linalg.matrices import cofactors, inverse3x3, small_matmul
 from ...primitives.linalg.qr import null_vector, pointed
@@ -223,6 +229,7 @@ def motion_from_essential_choose_solution(
     shape = list(P2.shape[:-2]) + [x1.size(-2), 2]
     X = triangulate_points(P1, P2, p1.expand(shape), p2.expand(shape))
     seen = (X[..., 2] > 0) & (depth_from_point(Rs, Ts, X) > 0)
+    check_optional(mask, "mask")
     if mask is not None:
         seen = seen & mask[..., None, :]
     best = torch.argmax(seen.to(torch.int32).sum(-1), dim=-1)
