@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 
 #include "base/dtype.h"
@@ -60,16 +61,17 @@ constexpr struct {
     {'V', 2, bfloat16},         {'f', 4, number<float>},   {'f', 8, number<double>},
 };
 
-constexpr Element element_of(const base::DTypeEntry& type) {
-  for (const auto& element : kElements) {
-    if (element.kind == type.numpy_kind && element.size == type.size) return element.read;
+/** The index in kElements, or -1. */
+constexpr int32_t element_of(const base::DTypeEntry& type) {
+  for (int32_t i = 0; i < static_cast<int32_t>(std::size(kElements)); ++i) {
+    if (kElements[i].kind == type.numpy_kind && kElements[i].size == type.size) return i;
   }
-  return nullptr;
+  return -1;
 }
 
 constexpr bool all_are_read() {
   for (const base::DTypeEntry& type : base::kDTypes) {
-    if (element_of(type) == nullptr) return false;
+    if (element_of(type) < 0) return false;
   }
   return true;
 }
@@ -81,7 +83,7 @@ Comparison compare(const void* actual, const void* expected, size_t count, int32
                    const Tolerance& tolerance) {
   Comparison result;
   double worst_excess = 0;
-  const Element element = element_of(base::kDTypes[dtype]);
+  const Element element = kElements[element_of(base::kDTypes[dtype])].read;
   for (size_t i = 0; i < count; ++i) {
     const double a = element(actual, i), b = element(expected, i);
     const bool same = a == b || (std::isnan(a) && std::isnan(b));
