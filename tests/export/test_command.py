@@ -250,6 +250,7 @@ def test_bundles_that_are_none(sobel: Path, photo: Path, tmp_path: Path) -> None
         (b'{"schema_version": 99}', "99"),
         (text[:-30], "not JSON"),
         (text.replace(b'"min": 8', b'"min": "' + b"x" * 5000 + b'"'), "min"),
+        (text.replace(b'"dtype": "T"', b'"dtype": "float99"'), "float99"),
     ):
         (sobel / "manifest.json").write_bytes(damage)
         for command in (["info", sobel], ["verify", sobel], ["run", sobel, photo, out]):

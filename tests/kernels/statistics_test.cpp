@@ -31,11 +31,6 @@ int64_t expected_index(const P* x, int64_t n, bool greatest) {
   return std::max<int64_t>(best, 0);
 }
 
-template <class P>
-class Statistics : public ::testing::Test {};
-using Pixels = ::testing::Types<uint8_t, int16_t, uint16_t, float, double>;
-TYPED_TEST_SUITE(Statistics, Pixels);
-
 // Channel `c` of interleaved pixels.
 template <class P>
 std::vector<P> channel(const std::vector<P>& x, int64_t pixels, int64_t step, int64_t c) {
@@ -43,6 +38,24 @@ std::vector<P> channel(const std::vector<P>& x, int64_t pixels, int64_t step, in
   for (int64_t i = 0; i < pixels; ++i) values.push_back(x[static_cast<size_t>(i * step + c)]);
   return values;
 }
+
+// The places of the extremes of each channel of interleaved pixels are those of a plain loop.
+template <class P>
+void expect_first_extremes(const std::vector<P>& x, int64_t pixels, int64_t step) {
+  std::vector<int64_t> index(static_cast<size_t>(2 * step), -1);
+  extreme_indices(x.data(), 1, step * pixels, step, index.data());
+  for (int64_t c = 0; c < step; ++c) {
+    const std::vector<P> values = channel(x, pixels, step, c);
+    const auto at = static_cast<size_t>(2 * c);
+    ASSERT_EQ(index[at], expected_index(values.data(), pixels, false)) << step << ", " << pixels;
+    ASSERT_EQ(index[at + 1], expected_index(values.data(), pixels, true)) << step << ", " << pixels;
+  }
+}
+
+template <class P>
+class Statistics : public ::testing::Test {};
+using Pixels = ::testing::Types<uint8_t, int16_t, uint16_t, float, double>;
+TYPED_TEST_SUITE(Statistics, Pixels);
 
 TYPED_TEST(Statistics, TheFirstExtremesAreFound) {
   using P = TypeParam;
@@ -54,14 +67,7 @@ TYPED_TEST(Statistics, TheFirstExtremesAreFound) {
           use_threads(threads);
           std::vector<P> x = row_of<P>(step * pixels, seed, seed % 2 == 1);
           if (seed == 0) std::fill(x.begin(), x.end(), x[0]);
-          std::vector<int64_t> index(static_cast<size_t>(2 * step), -1);
-          extreme_indices(x.data(), 1, step * pixels, step, index.data());
-          for (int64_t c = 0; c < step; ++c) {
-            const std::vector<P> values = channel(x, pixels, step, c);
-            const auto at = static_cast<size_t>(2 * c);
-            ASSERT_EQ(index[at], expected_index(values.data(), pixels, false)) << step << ", " << pixels;
-            ASSERT_EQ(index[at + 1], expected_index(values.data(), pixels, true)) << step << ", " << pixels;
-          }
+          ASSERT_NO_FATAL_FAILURE(expect_first_extremes(x, pixels, step));
         }
   use_threads(1);
 }
@@ -77,14 +83,7 @@ TYPED_TEST(Statistics, EachPartOfARowMayHaveABetterValue) {
         const int64_t height = 100 * i / (kPixels * step);
         x.push_back(static_cast<P>((rises ? height : 100 - height) + static_cast<int64_t>(engine() % 3)));
       }
-      std::vector<int64_t> index(static_cast<size_t>(2 * step), -1);
-      extreme_indices(x.data(), 1, kPixels * step, step, index.data());
-      for (int64_t c = 0; c < step; ++c) {
-        const std::vector<P> values = channel(x, kPixels, step, c);
-        const auto at = static_cast<size_t>(2 * c);
-        ASSERT_EQ(index[at], expected_index(values.data(), kPixels, false)) << step << ", " << rises;
-        ASSERT_EQ(index[at + 1], expected_index(values.data(), kPixels, true)) << step << ", " << rises;
-      }
+      ASSERT_NO_FATAL_FAILURE(expect_first_extremes(x, kPixels, step)) << rises;
     }
 }
 

@@ -9,12 +9,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ..export.manifest import SUFFIX, BundleError, read_manifest
+from ..export.manifest import SUFFIX, BundleError, read_manifest, schema
 
 #: A model's name is a folder's name, and part of URLs.
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
-#: Element types of both NumPy and Triton: numbers, and no strings
-_NUMBERS = re.compile(r"bool|bfloat16|float(16|32|64)|u?int(8|16|32|64)")
+#: Element types of bundles, which Triton has too: numbers, and no strings
+_DTYPE = re.compile(schema()["$defs"]["dtype"]["pattern"])
 
 
 class RepositoryError(BundleError):
@@ -126,7 +126,7 @@ def _of_network(file: Path) -> tuple[list[Tensor], list[Tensor]]:
         kind = value.type.tensor_type
         known = kind.elem_type in onnx.helper.get_all_tensor_dtypes()
         dtype = onnx.helper.tensor_dtype_to_np_dtype(kind.elem_type).name if known else ""
-        if not kind.HasField("shape") or not _NUMBERS.fullmatch(dtype):
+        if not kind.HasField("shape") or not _DTYPE.fullmatch(dtype):
             raise RepositoryError(f"{file}: '{value.name}' is no tensor of a known rank and type of numbers")
         dims = tuple(d.dim_value if d.dim_value > 0 else -1 for d in kind.shape.dim)
         if not dims:

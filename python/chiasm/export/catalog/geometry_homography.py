@@ -120,7 +120,7 @@ add(
             TensorSpec("points2", _POINTS, range=(0, 200), description="the same points in the second image"),
         ],
         [TensorSpec("homography")],
-        symbols={"N": (4, 1 << 20)},
+        symbols=_FOUR,
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
         sample=_sample_points,
         reference="OpenCV findHomography; NumPy SVD in float64",
