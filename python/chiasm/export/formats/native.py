@@ -30,7 +30,7 @@ from ..internals import Operator, schema_of
 from ..job import Artifact, ExportJob, Method
 from ..patches.cuda import gpu_compiler, on_gpu
 from ..patches.index_checks import checked_native_code
-from ..patches.inductor import fast_gradients, fast_inductor, known_vectors, short_minima
+from ..patches.inductor import fast_inductor, known_vectors, short_minima, stacked_planes
 from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
 from . import compiler, isas
@@ -314,7 +314,7 @@ def _inductor(
             fast_tracing(),
             known_vectors(ISAS[isa].machine),
             fast_inductor(build.run),
-            fast_gradients() if gradient else nullcontext(),
+            stacked_planes() if gradient else nullcontext(),
             minima,
             checks,
             warnings.catch_warnings(),

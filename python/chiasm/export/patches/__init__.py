@@ -55,7 +55,7 @@ PATCHES: Mapping[str, Patch] = {
         "d89165e1cc27",
     ),
     "torch._inductor.ir:Pointwise.make_loader": Patch(
-        "evaluates what is used twice twice, and so on: minutes for a gradient of 180 operations",
+        "evaluates what is used twice twice, and so on: minutes for 180 operations",
         "c60d89ceeb98",
     ),
     "torch._inductor.ir:is_contiguous_for_memory_format_or_false": Patch(
