@@ -335,6 +335,14 @@ class NeverEvaluates(nn.Module):
         raise RuntimeError("no train")
 
 
+class Unreadable(nn.Module):
+    def forward(self, input: Tensor) -> Tensor:
+        return input + 1
+
+    def __getattr__(self, name: str) -> Tensor:
+        raise RuntimeError(f"no {name}")
+
+
 class Holds(nn.Module):
     """A module with a buffer that is no plain tensor."""
 
@@ -358,6 +366,11 @@ class Labelled(Tensor):
         (Holds(torch.nested.as_nested_tensor([torch.ones(2), torch.ones(3)])), "'table' is nested"),
         (Holds(torch.ones(3).as_subclass(Labelled)), "'table' is a Labelled.*as_subclass"),
         (by_python, r"return Doubled.apply\(input\)\n.*\n.*cannot hold an autograd.Function"),
+        pytest.param(
+            Unreadable(),
+            r"fn: reading the attributes of Unreadable raises RuntimeError: no \w+: its __getattr__ should",
+            id="Unreadable",  # pytest would read its name
+        ),
         (NeverEvaluates(), r"NeverEvaluates.eval\(\) raises RuntimeError: no train: make it work"),
         (nn.Conv2d(3, 2, 1, device="meta"), "'weight' is on the device meta, expected cpu: give it values"),
         (nn.LazyConv2d(2, 1), "'weight' has no shape yet: call it once with an example"),

@@ -114,6 +114,7 @@ WRONG = [
     (lambda: unsharp_mask(X[0], 3, (1.0, 1.0)), ValueError, "input: expected shape"),
     (lambda: unsharp_mask(X, 3, torch.ones(3)), ValueError, "sigma: expected shape"),
     (lambda: difference_of_gaussians(X, 2.0, 1.0), ValueError, "high_sigma: expected .* got 2.0 and 1.0"),
+    (lambda: difference_of_gaussians(X, 2.0, 1e30), ValueError, "sigma: .* at most 65535 taps, got 8000000"),
     (lambda: difference_of_gaussians(X, 0.0), ValueError, "high_sigma: expected 0 < low_sigma"),
 ]
 

@@ -107,7 +107,10 @@ def gaussian_blur2d(
 
 
 def gaussian_taps(kernel_size: int, sigma: float) -> List[float]:
-    """The weights of ``get_gaussian_kernel1d`` as numbers."""
+    """The weights of ``get_gaussian_kernel1d`` as numbers; raise ValueError if they are more than any image
+    has pixels along an axis, as for a sigma of 1e30."""
+    if kernel_size > 65535:
+        raise ValueError(f"kernel_size, sigma: expected a window of at most 65535 taps, got {kernel_size}")
     weights = [math.exp(-0.5 * ((i - (kernel_size - 1) * 0.5) / sigma) ** 2) for i in range(kernel_size)]
     total = 0.0
     for weight in weights:

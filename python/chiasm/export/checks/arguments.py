@@ -21,6 +21,7 @@ from ..dates import given_time
 from ..errors import ExportError
 from ..manifest import FORMATS, METHODS
 from ..spec import DEFAULT_SYMBOLS, Spec, TensorSpec, Tolerance
+from ..text import one_line
 from ..tracing.module import results_of
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -60,7 +61,15 @@ def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> Non
     if "forward" not in methods:
         raise ExportError(f"{spec.name}: methods: {tuple(methods)} lacks 'forward', which every bundle has")
     check_spec(spec)
-    _check_function(fn, spec)
+    try:
+        _check_function(fn, spec)
+    except ExportError:
+        raise
+    except Exception as error:  # from the attributes of an object of the user's class
+        raise ExportError(
+            f"{spec.name}: fn: reading the attributes of {type(fn).__name__} raises {type(error).__name__}:"
+            f" {one_line(error)}: its __getattr__ should raise AttributeError for a name it does not know"
+        ) from error
 
 
 def check_spec(spec: Spec) -> None:
