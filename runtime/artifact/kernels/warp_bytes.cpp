@@ -12,8 +12,8 @@ namespace {
 constexpr int64_t kRows = 32;
 constexpr int32_t kFurthest = 1 << 24;  // in pixels: the limit of positions
 
-// The images that are read. A pixel has `step` values, and `wide` bytes can be loaded at any pixel that
-// counts as inside.
+// The images that are read. A pixel has `step` values, and `wide` bytes, which the taps' loaded() says, can be
+// loaded at any pixel that counts as inside.
 struct Source {
   int64_t height, width, step, wide;
   Padding padding;
@@ -95,23 +95,35 @@ struct Places {
 };
 
 struct Nearest : Places {
+  static int64_t loaded(int64_t step) { return step == 3 ? 4 : step; }
+
   void find(const double* at_x, const double* at_y, int64_t n, const Source& s) {
     quantise(at_x, n, s.width, 1, s.padding, s.align_corners, x);
     quantise(at_y, n, s.height, 1, s.padding, s.align_corners, y);
     for (int64_t i = 0; i < n; i += kLanes<int32_t>) {
       const Lanes<int32_t> d;
-      put(i, hn::LoadU(d, x + i), hn::LoadU(d, y + i), s.width, s.height, s.height * s.row(), s);
+      // inside only if that many bytes can be loaded
+      put(i, hn::LoadU(d, x + i), hn::LoadU(d, y + i), s.width, s.height, s.height * s.row() - s.wide + 1, s);
     }
   }
 
   template <int kStep>
   void read(const uint8_t* image, const Source& s, int64_t n, uint8_t* out) const {
-    const auto step = static_cast<size_t>(kStep > 0 ? kStep : s.step);
-    for (int64_t i = 0; i < n; ++i, out += step)
-      if (inside[i])
-        std::memcpy(out, image + index[i], step);
-      else
-        std::memset(out, 0, step);
+    const int64_t step = kStep > 0 ? kStep : s.step;
+    const auto bytes = static_cast<size_t>(step);
+    for (int64_t i = 0; i < n;) {
+      const int64_t last = end(i, n);
+      if (inside[i]) {
+        if constexpr (kStep == 3)  // the next position overwrites the excess byte
+          for (; i + 1 < last; ++i) std::memcpy(out + i * step, image + index[i], 4);
+        for (; i < last; ++i) std::memcpy(out + i * step, image + index[i], bytes);
+      }
+      for (; i < last; ++i)
+        if (x[i] >= 0 && x[i] < s.width && y[i] >= 0 && y[i] < s.height)
+          std::memcpy(out + i * step, image + y[i] * s.row() + x[i] * step, bytes);
+        else
+          std::memset(out + i * step, 0, bytes);
+    }
   }
 };
 
@@ -121,6 +133,8 @@ struct Bilinear : Places {
   // The weights of the second pixel: across in 1/64 * 2^15, for 16-bit products, and down in 1/32; with room
   // for vectors that run over the end.
   int16_t across[kRun + 64], down[kRun + 64];
+
+  static int64_t loaded(int64_t step) { return step == 1 ? 4 : 8; }
 
   void find(const double* at_x, const double* at_y, int64_t n, const Source& s) {
     quantise(at_x, n, s.width, kScale, s.padding, s.align_corners, x);
@@ -311,6 +325,8 @@ struct Order {
 
 struct Bicubic : Places {
   static constexpr int32_t kUnknown = INT32_MIN;
+
+  static int64_t loaded(int64_t step) { return step == 1 ? 4 : 16; }
 
   void find(const double* at_x, const double* at_y, int64_t n, const Source& s) {
     find_axis(at_x, n, s.width, s.padding, x);
@@ -535,8 +551,8 @@ void read_at(const uint8_t* images, int64_t n, int64_t items, Source source, int
              int64_t out_width, Interpolation mode, uint8_t* out, const Positions& positions) {
   const auto by = [&](auto step) {
     constexpr int kStep = decltype(step)::value;
-    source.wide = kStep == 1 ? 4 : mode == Interpolation::kBicubic ? 16 : 8;
     const auto read = [&](auto taps) {
+      source.wide = decltype(taps)::type::loaded(source.step);
       read_by<typename decltype(taps)::type, kStep>(images, items, n / items, source, out_height, out_width,
                                                     out, positions);
     };
