@@ -9,7 +9,7 @@ from torch import Generator, Tensor
 
 from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance, image
 from . import ZERO_WEIGHTS, add
-from .rigid import linalg
+from .rigid import linalg, uniform
 
 _FRAMES = ("B", "N", 2, 3)
 #: Positions in pixels: differences are relative to the image's size.
@@ -47,7 +47,7 @@ def _sample(first: str, **others: Maker) -> Sampler:
 def _uniform(low: float, high: float, *shape: int | str) -> Maker:
     def make(generator: Generator, sizes: dict[str, int]):
         size = [sizes[d] if isinstance(d, str) else d for d in shape]
-        return low + (high - low) * torch.rand(size, generator=generator, dtype=torch.float64)
+        return uniform(generator, low, high, *size)
 
     return make
 

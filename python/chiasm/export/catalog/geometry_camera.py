@@ -1,26 +1,20 @@
 """Cameras: projection, lens distortion, depth maps, and homographies of views."""
 
-from collections.abc import Sequence
-
 import torch
 from torch import Generator, Tensor
 
 from ..spec import Sampler, Spec, TensorSpec, Tolerance, image, like
 from . import add
-from .rigid import linalg
+from .rigid import linalg, uniform
 
 _DOUBLE = torch.float64
-
-
-def _uniform(generator: Generator, shape: Sequence[int], low: float = 0.0, high: float = 1.0):
-    return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
 def _camera_matrices(generator: Generator, count: int):
     """Focal lengths about 500, principal point about (320, 240)."""
     focal, centre = (
-        _uniform(generator, (count, 2), 450, 550),
-        _uniform(generator, (count, 2), -10, 10) + torch.tensor([320.0, 240.0]),
+        uniform(generator, 450, 550, count, 2),
+        uniform(generator, -10, 10, count, 2) + torch.tensor([320.0, 240.0]),
     )
     matrix = torch.eye(3, dtype=_DOUBLE).repeat(count, 1, 1)
     matrix[:, 0, 0], matrix[:, 1, 1], matrix[:, :2, 2] = focal[:, 0], focal[:, 1], centre
@@ -32,7 +26,7 @@ def _cast(dtype: torch.dtype, **tensors: Tensor):
 
 
 def _points_in_front(generator: Generator, count: int):
-    return torch.cat([_uniform(generator, (count, 2), -2, 2), _uniform(generator, (count, 1), 2, 6)], -1)
+    return torch.cat([uniform(generator, -2, 2, count, 2), uniform(generator, 2, 6, count, 1)], -1)
 
 
 _CAMERA_MATRIX = TensorSpec("camera_matrix", ("N", 3, 3), description="camera matrices")
@@ -104,8 +98,8 @@ add(
         [TensorSpec("points")],
         sample=lambda g, s, dtype: _cast(
             dtype,
-            point_2d=_uniform(g, (s["N"], 2), 0, 480),
-            depth=_uniform(g, (s["N"], 1), 1, 5),
+            point_2d=uniform(g, 0, 480, s["N"], 2),
+            depth=uniform(g, 1, 5, s["N"], 1),
             camera_matrix=_camera_matrices(g, s["N"]),
         ),
         reference="the inverse of OpenCV projectPoints",
@@ -127,7 +121,7 @@ def _sample_pixel2cam(generator: Generator, sizes: dict[str, int], dtype: torch.
     grid = torch.stack([column, row, torch.ones_like(row)], -1).repeat(b, 1, 1, 1)
     return _cast(
         dtype,
-        depth=_uniform(generator, (b, 1, h, w), 1, 5),
+        depth=uniform(generator, 1, 5, b, 1, h, w),
         intrinsics_inv=_proper_inverse_intrinsics(generator, b),
         pixel_coords=grid,
     )
@@ -138,7 +132,7 @@ def _sample_cam2pixel(generator: Generator, sizes: dict[str, int], dtype: torch.
     points = _points_in_front(generator, b * h * w).reshape(b, h, w, 3)
     projection = torch.eye(4, dtype=_DOUBLE).repeat(b, 1, 1)
     projection[:, :3, :3] = _camera_matrices(generator, b)
-    projection[:, :3, 3] = _uniform(generator, (b, 3), -1, 1)
+    projection[:, :3, 3] = uniform(generator, -1, 1, b, 3)
     return _cast(dtype, cam_coords_src=points, dst_proj_src=projection)
 
 
@@ -177,7 +171,7 @@ def _pinhole_params(generator: Generator, count: int):
 
 
 def _fisheye_params(generator: Generator, count: int):
-    return torch.cat([_pinhole_params(generator, count), _uniform(generator, (count, 4), -0.02, 0.02)], -1)
+    return torch.cat([_pinhole_params(generator, count), uniform(generator, -0.02, 0.02, count, 4)], -1)
 
 
 def _lens_params(model: str, generator: Generator, count: int):
@@ -186,7 +180,7 @@ def _lens_params(model: str, generator: Generator, count: int):
 
 def _sampler_of_params(model: str, points: str, low: float, high: float) -> Sampler:
     return lambda g, s, dtype: _cast(
-        dtype, **{points: _uniform(g, (s["N"], 2), low, high), "params": _lens_params(model, g, s["N"])}
+        dtype, **{points: uniform(g, low, high, s["N"], 2), "params": _lens_params(model, g, s["N"])}
     )
 
 
@@ -227,13 +221,13 @@ _K = TensorSpec("K", ("B", 3, 3), description="camera matrix of the distorted im
 
 
 def _distortion(generator: Generator, batch: int, size: int):
-    return _uniform(generator, (batch, 14), -1, 1)[:, :size] * _STRENGTH[:size]
+    return uniform(generator, -1, 1, batch, 14)[:, :size] * _STRENGTH[:size]
 
 
 def _sampler_of_lens(size: int) -> Sampler:
     return lambda g, s, dtype: _cast(
         dtype,
-        points=_uniform(g, (s["B"], s["N"], 2), 0, 1) * torch.tensor([640.0, 480.0]),
+        points=uniform(g, 0, 1, s["B"], s["N"], 2) * torch.tensor([640.0, 480.0]),
         K=_camera_matrices(g, s["B"]),
         dist=_distortion(g, s["B"], size),
         new_K=_camera_matrices(g, s["B"]),
@@ -285,7 +279,10 @@ def _sample_undistort_image(
         0.5 * h - 0.7,
     )
     return _cast(
-        dtype, image=_uniform(generator, (b, sizes["C"], h, w)), K=camera, dist=_distortion(generator, b, 5)
+        dtype,
+        image=uniform(generator, 0.0, 1.0, b, sizes["C"], h, w),
+        K=camera,
+        dist=_distortion(generator, b, 5),
     )
 
 
@@ -311,10 +308,10 @@ def _image_camera(generator: Generator, sizes: dict[str, int], size: int = 3):
     """A camera whose principal point is near the image's middle."""
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     matrix = torch.eye(size, dtype=_DOUBLE).repeat(b, 1, 1)
-    matrix[:, 0, 0] = matrix[:, 1, 1] = 30.0 + _uniform(generator, (b,), 0, 5)
+    matrix[:, 0, 0] = matrix[:, 1, 1] = 30.0 + uniform(generator, 0, 5, b)
     matrix[:, 0, 2], matrix[:, 1, 2] = (
-        0.5 * w + _uniform(generator, (b,)),
-        0.5 * h + _uniform(generator, (b,)),
+        0.5 * w + uniform(generator, 0.0, 1.0, b),
+        0.5 * h + uniform(generator, 0.0, 1.0, b),
     )
     return matrix
 
@@ -328,17 +325,17 @@ def _depth(generator: Generator, sizes: dict[str, int]):
         + 0.01 * row
         + 0.02 * column
         + 0.1 * torch.sin(0.5 * column)
-        + _uniform(generator, (b, 1, h, w), 0, 0.1)
+        + uniform(generator, 0, 0.1, b, 1, h, w)
     )
 
 
 def _motion(generator: Generator, batch: int):
     """A small turn and shift."""
     turn = torch.zeros((batch, 4, 4), dtype=_DOUBLE)
-    v = _uniform(generator, (batch, 3), -0.05, 0.05)
+    v = uniform(generator, -0.05, 0.05, batch, 3)
     turn[:, 0, 1], turn[:, 0, 2], turn[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
     motion = linalg.matrix_exp(turn - turn.transpose(1, 2))
-    motion[:, :3, 3] = _uniform(generator, (batch, 3), -0.2, 0.2)
+    motion[:, :3, 3] = uniform(generator, -0.2, 0.2, batch, 3)
     return motion
 
 
@@ -375,9 +372,9 @@ add(
         gradient_tolerances=_SUMS,
         sample=lambda g, s, dtype: _cast(
             dtype,
-            plane_normals=_uniform(g, (s["B"], 3), -0.2, 0.2) + torch.tensor([0.0, 0.0, 1.0]),
-            plane_offsets=_uniform(g, (s["B"], 1), 2, 5),
-            points_uv=_uniform(g, (s["B"], s["N"], 2), 100, 400),
+            plane_normals=uniform(g, -0.2, 0.2, s["B"], 3) + torch.tensor([0.0, 0.0, 1.0]),
+            plane_offsets=uniform(g, 2, 5, s["B"], 1),
+            points_uv=uniform(g, 100, 400, s["B"], s["N"], 2),
             camera_matrix=_camera_matrices(g, s["B"]),
         ),
         reference="definition",
@@ -459,7 +456,7 @@ add(
             intrinsics_src=_image_camera(g, s),
             extrinsics_src=_motion(g, s["B"]),
             depth_src=_depth(g, s),
-            patch_dst=_uniform(g, (s["B"], s["C"], s["H"], s["W"])),
+            patch_dst=uniform(g, 0.0, 1.0, s["B"], s["C"], s["H"], s["W"]),
         ),
         picture="depth images",
     )
@@ -479,7 +476,7 @@ add(
         reference="OpenCV projectPoints and remap",
         sample=lambda g, s, dtype: _cast(
             dtype,
-            image_src=_uniform(g, (s["B"], s["C"], s["H"], s["W"])),
+            image_src=uniform(g, 0.0, 1.0, s["B"], s["C"], s["H"], s["W"]),
             depth_dst=_depth(g, s),
             src_trans_dst=_motion(g, s["B"]),
             camera_matrix=_image_camera(g, s),

@@ -1,30 +1,24 @@
 """Views of one scene: fundamental and essential matrices, triangulation, poses."""
 
-from collections.abc import Sequence
-
 import torch
 from torch import Generator, Tensor
 
 from ..spec import Sampler, Spec, TensorSpec, Tolerance, image
 from . import add
-from .rigid import lengths, linalg
+from .rigid import lengths, linalg, uniform
 
 _DOUBLE = torch.float64
 _MATRICES, _VECTORS = ("B", 3, 3), ("B", 3, 1)
-
-
-def _uniform(generator: Generator, shape: Sequence[int], low: float = 0.0, high: float = 1.0):
-    return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
 def _cameras(generator: Generator, batch: int, scale: float):
     """Camera matrices with focal lengths and principal points of about `scale`."""
     matrix = torch.eye(3, dtype=_DOUBLE).repeat(batch, 1, 1)
     matrix[:, 0, 0], matrix[:, 1, 1] = (
-        _uniform(generator, (batch,), 0.9, 1.1) * scale,
-        _uniform(generator, (batch,), 0.9, 1.1) * scale,
+        uniform(generator, 0.9, 1.1, batch) * scale,
+        uniform(generator, 0.9, 1.1, batch) * scale,
     )
-    matrix[:, :2, 2] = _uniform(generator, (batch, 2), 0.4, 0.6) * scale
+    matrix[:, :2, 2] = uniform(generator, 0.4, 0.6, batch, 2) * scale
     return matrix
 
 
@@ -58,9 +52,7 @@ def scene(
     R = _rotations(generator, batch, 0.3)
     t = torch.randn((batch, 3, 1), generator=generator, dtype=_DOUBLE)
     t = t / lengths(t, 1)
-    X = torch.cat(
-        [_uniform(generator, (batch, count, 2), -2, 2), _uniform(generator, (batch, count, 1), 4, 8)], -1
-    )
+    X = torch.cat([uniform(generator, -2, 2, batch, count, 2), uniform(generator, 4, 8, batch, count, 1)], -1)
     eye, zero = torch.eye(3, dtype=_DOUBLE).expand(batch, 3, 3), torch.zeros((batch, 3, 1), dtype=_DOUBLE)
     blur = torch.randn((2, batch, count, 2), generator=generator, dtype=_DOUBLE) * noise * scale
     E = _skew(t[..., 0]) @ R
@@ -79,7 +71,7 @@ def scene(
         "r2": _seen(X, eye, R, t) + blur[1] / scale,
         "P1": K1 @ torch.cat([eye, zero], -1),
         "P2": K2 @ torch.cat([R, t], -1),
-        "weights": _uniform(generator, (batch, count), 0.5, 1.5),
+        "weights": uniform(generator, 0.5, 1.5, batch, count),
     }
 
 
@@ -251,7 +243,7 @@ def _sample_near_essential(
     generator: Generator, sizes: dict[str, int], dtype: torch.dtype
 ) -> dict[str, Tensor]:
     E = scene(generator, sizes["B"], 1)["E"]
-    return {"E_mat": (E + _uniform(generator, E.shape, -0.1, 0.1)).to(dtype)}
+    return {"E_mat": (E + uniform(generator, -0.1, 0.1, *E.shape)).to(dtype)}
 
 
 add(

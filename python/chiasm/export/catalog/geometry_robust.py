@@ -1,6 +1,5 @@
 """Views of one scene with some wrong correspondences, poses by least squares, and stereo pairs."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -10,14 +9,10 @@ from ..spec import Sampler, Spec, TensorSpec, Tolerance, like
 from . import add
 from .geometry_epipolar import scene
 from .geometry_homography import homographies, mapped
-from .rigid import linalg
+from .rigid import linalg, uniform
 
 _DOUBLE = torch.float64
 _LOOSE = {"float32": Tolerance(1e-3, 1e-3)}
-
-
-def _uniform(generator: Generator, shape: Sequence[int], low: float = 0.0, high: float = 1.0):
-    return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
 def _points(name: str, batch: str = "B"):
@@ -44,18 +39,18 @@ def _with_wrong_ones(generator: Generator, points: Tensor, size: float):
     """From the eleventh on, a quarter of the points are random."""
     count = points.shape[1]
     wrong = (torch.arange(count) >= 10) & (torch.arange(count) % 4 == 2)
-    return torch.where(wrong[:, None], _uniform(generator, points.shape, 0.0, size), points)
+    return torch.where(wrong[:, None], uniform(generator, 0.0, size, *points.shape), points)
 
 
 def _sample_plane(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-    p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
+    p = uniform(generator, 0, 200, sizes["B"], sizes["N"], 2)
     q = mapped(homographies(generator, sizes["B"]), p) + 0.05 * torch.randn(
         p.shape, generator=generator, dtype=_DOUBLE
     )
     made = {
         "points1": p,
         "points2": _with_wrong_ones(generator, q, 200),
-        "uniforms": _uniform(generator, (sizes["B"], sizes["S"], 4)),
+        "uniforms": uniform(generator, 0.0, 1.0, sizes["B"], sizes["S"], 4),
     }
     return {name: value.to(dtype) for name, value in made.items()}
 
@@ -71,7 +66,7 @@ def _sampler_of_scenes(size: int, batch: str = "B", **more: str) -> Sampler:
             "points2": _with_wrong_ones(generator, parts["x2"], 500.0),
             **{name: parts[part] for name, part in more.items()},
         }
-        made["uniforms"] = _uniform(generator, (sizes[batch], sizes["S"], size))
+        made["uniforms"] = uniform(generator, 0.0, 1.0, sizes[batch], sizes["S"], size)
         return {name: value.to(dtype) for name, value in made.items()}
 
     return sample
@@ -165,7 +160,7 @@ add(
 def _sample_pose(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points, and a pose near the true one."""
     parts = scene(generator, sizes["B"], sizes["N"])
-    pose = torch.cat([parts["R"], parts["t"]], -1) + _uniform(generator, (sizes["B"], 3, 4), -0.03, 0.03)
+    pose = torch.cat([parts["R"], parts["t"]], -1) + uniform(generator, -0.03, 0.03, sizes["B"], 3, 4)
     made = {
         "world_points": parts["X"],
         "img_points": parts["x2"],
@@ -203,11 +198,11 @@ add(
 def _sample_rig(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Two cameras side by side, with small rotations."""
     parts = scene(generator, sizes["B"], 1, 50.0)
-    v = _uniform(generator, (sizes["B"], 3), -0.05, 0.05)
+    v = uniform(generator, -0.05, 0.05, sizes["B"], 3)
     skew = torch.zeros((sizes["B"], 3, 3), dtype=_DOUBLE)
     skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    shift = torch.tensor([[-0.5], [0.0], [0.0]], dtype=_DOUBLE) + _uniform(
-        generator, (sizes["B"], 3, 1), -0.03, 0.03
+    shift = torch.tensor([[-0.5], [0.0], [0.0]], dtype=_DOUBLE) + uniform(
+        generator, -0.03, 0.03, sizes["B"], 3, 1
     )
     made = {
         "K1": parts["K1"],
@@ -243,15 +238,15 @@ def _sample_disparity(generator: Generator, sizes: dict[str, int], dtype: torch.
     """Disparities of 5 to 60 pixels, of rigs with focal lengths of about 500."""
     batch = sizes["B"]
     Q = torch.eye(4, dtype=_DOUBLE).repeat(batch, 1, 1)
-    Q[:, :2, 3] = -_uniform(generator, (batch, 2), 10.0, 20.0)
+    Q[:, :2, 3] = -uniform(generator, 10.0, 20.0, batch, 2)
     Q[:, 2, 2], Q[:, 2, 3], Q[:, 3, 2], Q[:, 3, 3] = (
         0.0,
-        _uniform(generator, (batch,), 400, 600),
-        _uniform(generator, (batch,), 2, 10),
+        uniform(generator, 400, 600, batch),
+        uniform(generator, 2, 10, batch),
         1.0,
     )
     return {
-        "disparity": _uniform(generator, (batch, 1, sizes["H"], sizes["W"]), 5, 60).to(dtype),
+        "disparity": uniform(generator, 5, 60, batch, 1, sizes["H"], sizes["W"]).to(dtype),
         "Q": Q.to(dtype),
     }
 

@@ -10,6 +10,7 @@ from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
 from ..spec import Frames, Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, add, rejected_sizes, rejected_words
 from .geometry_homography import homographies
+from .rigid import uniform
 
 SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
@@ -27,15 +28,11 @@ _CUBIC: dict[str, Any] = {
 }
 
 
-def _uniform(generator: Generator, shape: Sequence[int], low: float, high: float):
-    return torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low
-
-
 def _boxes(generator: Generator, sizes: dict[str, int]):
     """Quadrilaterals (B, 4, 2) inside the image, corners from the upper left clockwise."""
     corners = torch.tensor([[0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8]], dtype=torch.float64)
     extent = torch.tensor([sizes.get("W", 40), sizes.get("H", 30)], dtype=torch.float64)
-    return (corners + _uniform(generator, (sizes["B"], 4, 2), -0.15, 0.15)) * extent
+    return (corners + uniform(generator, -0.15, 0.15, sizes["B"], 4, 2)) * extent
 
 
 #: Makers of arguments for which independent uniform values are not suitable.
@@ -45,14 +42,14 @@ _MAKERS: dict[str, Maker] = {
     "transform": lambda g, s: homographies(g, s["B"]),
     "homography": lambda g, s: homographies(g, s["B"]),
     # between coordinates in [-1, 1]
-    "normalized": lambda g, s: torch.eye(3, dtype=torch.float64) + _uniform(g, (s["B"], 3, 3), -0.1, 0.1),
-    "angle": lambda g, s: _uniform(g, (s["B"],), -40, 40),
-    "scale_factor": lambda g, s: _uniform(g, (s["B"], 2), 0.6, 1.6),
-    "translation": lambda g, s: _uniform(g, (s["B"], 2), -5, 5),
-    "shear": lambda g, s: _uniform(g, (s["B"], 2), -0.4, 0.4),
-    "center": lambda g, s: _uniform(g, (s["B"], 2), 3, 30),
-    "scale": lambda g, s: _uniform(g, (s["B"], 2), 0.6, 1.6),
-    "max_radius": lambda g, s: _uniform(g, (s["B"],), 5, 30),
+    "normalized": lambda g, s: torch.eye(3, dtype=torch.float64) + uniform(g, -0.1, 0.1, s["B"], 3, 3),
+    "angle": lambda g, s: uniform(g, -40, 40, s["B"]),
+    "scale_factor": lambda g, s: uniform(g, 0.6, 1.6, s["B"], 2),
+    "translation": lambda g, s: uniform(g, -5, 5, s["B"], 2),
+    "shear": lambda g, s: uniform(g, -0.4, 0.4, s["B"], 2),
+    "center": lambda g, s: uniform(g, 3, 30, s["B"], 2),
+    "scale": lambda g, s: uniform(g, 0.6, 1.6, s["B"], 2),
+    "max_radius": lambda g, s: uniform(g, 5, 30, s["B"]),
     "boxes": _boxes,
     "src_box": _boxes,
     "dst_box": (
@@ -63,14 +60,14 @@ _MAKERS: dict[str, Maker] = {
     # some positions lie outside, none near enough to a border between pixels for rounding to decide
     "map_x": (
         lambda g, s: (
-            torch.floor(_uniform(g, (s["B"], s["OH"], s["OW"]), -3, s["W"] + 3))
-            + _uniform(g, (s["B"], s["OH"], s["OW"]), 0.05, 0.45)
+            torch.floor(uniform(g, -3, s["W"] + 3, s["B"], s["OH"], s["OW"]))
+            + uniform(g, 0.05, 0.45, s["B"], s["OH"], s["OW"])
         )
     ),
     "map_y": (
         lambda g, s: (
-            torch.floor(_uniform(g, (s["B"], s["OH"], s["OW"]), -3, s["H"] + 3))
-            + _uniform(g, (s["B"], s["OH"], s["OW"]), 0.55, 0.95)
+            torch.floor(uniform(g, -3, s["H"] + 3, s["B"], s["OH"], s["OW"]))
+            + uniform(g, 0.55, 0.95, s["B"], s["OH"], s["OW"])
         )
     ),
 }
@@ -89,7 +86,7 @@ def _with(inputs: Sequence[TensorSpec], **makers: str) -> Sampler:
             elif maker is not None:
                 made[t.name] = maker(generator, sizes).to(dtype).contiguous()
             else:
-                made[t.name] = _uniform(generator, shape, *(t.range or (0.0, 1.0))).to(dtype)
+                made[t.name] = uniform(generator, *(t.range or (0.0, 1.0)), *shape).to(dtype)
         return made
 
     return sample
@@ -496,13 +493,13 @@ add_transform(
 def _sample_whole_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Images, and boxes of whole pixels in them."""
     batch, extent = sizes["B"], torch.tensor([sizes["W"], sizes["H"]])
-    low = (_uniform(generator, (batch, 2), 0.0, 0.4) * extent).long()
-    high = (_uniform(generator, (batch, 2), 0.5, 1.0) * extent).long()
+    low = (uniform(generator, 0.0, 0.4, batch, 2) * extent).long()
+    high = (uniform(generator, 0.5, 1.0, batch, 2) * extent).long()
     box = torch.stack(
         [low, torch.stack([high[:, 0], low[:, 1]], -1), high, torch.stack([low[:, 0], high[:, 1]], -1)], 1
     )
     shape = (batch, sizes["C"], sizes["H"], sizes["W"])
-    return {"input_tensor": _uniform(generator, shape, 0, 1).to(dtype), "src_box": box}
+    return {"input_tensor": uniform(generator, 0, 1, *shape).to(dtype), "src_box": box}
 
 
 for _name, _config in {

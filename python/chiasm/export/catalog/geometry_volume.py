@@ -8,6 +8,7 @@ from torch import Generator, Tensor
 
 from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
 from . import add, rejected_sizes, rejected_words
+from .rigid import uniform
 
 _SIZES = {"D": (2, 4096), "OD": (1, 4096), "OH": (1, 32768), "OW": (1, 32768)}
 _SHAPE = ("OD", "OH", "OW")
@@ -28,21 +29,17 @@ _CORNERS = torch.tensor(
 )
 
 
-def _uniform(generator: Generator, shape: Sequence[int], low: float, high: float):
-    return torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low
-
-
 def _homographies(generator: Generator, batch: int, shift: float, depth: float):
     """Mild homographies of space, near the identity."""
     scale = torch.full((4, 4), 0.1, dtype=torch.float64)
     scale[:3, 3], scale[3, :3], scale[3, 3] = shift, depth, 0.0
-    return torch.eye(4, dtype=torch.float64) + _uniform(generator, (batch, 4, 4), -1, 1) * scale
+    return torch.eye(4, dtype=torch.float64) + uniform(generator, -1, 1, batch, 4, 4) * scale
 
 
 def _boxes(generator: Generator, sizes: dict[str, int]):
     """Boxes (B, 8, 3), a little bent, inside the volume."""
     extent = torch.tensor([sizes.get("W", 30), sizes.get("H", 20), sizes.get("D", 10)], dtype=torch.float64)
-    return (0.2 + 0.6 * _CORNERS + _uniform(generator, (sizes["B"], 8, 3), -0.1, 0.1)) * extent
+    return (0.2 + 0.6 * _CORNERS + uniform(generator, -0.1, 0.1, sizes["B"], 8, 3)) * extent
 
 
 #: Makers of arguments for which independent uniform values are not suitable.
@@ -73,7 +70,7 @@ def _with(inputs: Sequence[TensorSpec], makers: Mapping[str, str]) -> Sampler:
             elif maker is not None:
                 made[t.name] = maker(generator, sizes).to(dtype).contiguous()
             else:
-                made[t.name] = _uniform(generator, shape, *(t.range or (0.0, 1.0))).to(dtype)
+                made[t.name] = uniform(generator, *(t.range or (0.0, 1.0)), *shape).to(dtype)
         return made
 
     return sample
@@ -300,7 +297,7 @@ def _sample_splines(generator: Generator, sizes: dict[str, int], dtype: torch.dt
     anchors = torch.tensor(
         [[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8], [0.0, 0.0], [0.1, -0.7]], dtype=torch.float64
     )
-    noise = _uniform(generator, (2, sizes["B"], 6, 2), -0.1, 0.1)
+    noise = uniform(generator, -0.1, 0.1, 2, sizes["B"], 6, 2)
     return {"points_src": (anchors + noise[0]).to(dtype), "points_dst": (anchors + noise[1]).to(dtype)}
 
 

@@ -8,13 +8,10 @@ from torch import Generator, Tensor
 
 from ..spec import Sampler, Spec, TensorSpec, image
 from . import STENCIL, add, rejected_words
+from .rigid import uniform
 
 _LOSS = [TensorSpec("loss")]
 _PAIR = [image("img1"), image("img2")]
-
-
-def _uniform(generator: Generator, shape: Sequence[int], low: float, high: float, dtype: torch.dtype):
-    return (torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low).to(dtype)
 
 
 def _plane(sizes: dict[str, int]):
@@ -138,7 +135,7 @@ add(
 
 def _heatmaps(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["N"], sizes["H"], sizes["W"])
-    made = {name: _uniform(generator, shape, 0.1, 1.0, torch.float64) for name in ("pred", "target")}
+    made = {name: uniform(generator, 0.1, 1.0, *shape) for name in ("pred", "target")}
     return {name: (x / x.sum([-2, -1], keepdim=True)).to(dtype) for name, x in made.items()}
 
 
@@ -164,10 +161,10 @@ def _signals(kind: Sequence[str], masked: bool) -> Sampler:
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         shape = tuple(sizes[d] for d in kind)
-        x = _uniform(generator, shape, 0.0, 1.0, torch.float64)
+        x = uniform(generator, 0.0, 1.0, *shape)
         made = {
             "input": x.to(dtype),
-            "target": (x * x + _uniform(generator, shape, 0.0, 0.3, torch.float64)).to(dtype),
+            "target": (x * x + uniform(generator, 0.0, 0.3, *shape)).to(dtype),
         }
         for name in ("input_mask", "target_mask") if masked else ():
             made[name] = torch.rand(shape, generator=generator) < 0.8
@@ -222,11 +219,11 @@ def _segmentation(ignored: float = 0.2, **more: Any) -> Sampler:
     """Logits, labels with some -100, and further inputs, given as (shape, low, high)."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-        logits = _uniform(generator, (sizes["B"], sizes["C"], sizes["H"], sizes["W"]), -3.0, 3.0, dtype)
+        logits = uniform(generator, -3.0, 3.0, sizes["B"], sizes["C"], sizes["H"], sizes["W"]).to(dtype)
         labels = torch.randint(0, sizes["C"], _plane(sizes), generator=generator)
         left_out = torch.rand(_plane(sizes), generator=generator) < ignored
         made = {"pred": logits, "target": torch.where(left_out, -100, labels)}
-        return made | {name: _uniform(generator, (sizes["C"],), 0.5, 2.0, dtype) for name in more}
+        return made | {name: uniform(generator, 0.5, 2.0, sizes["C"]).to(dtype) for name in more}
 
     return sample
 
@@ -276,13 +273,13 @@ _add_segmentation(
 
 
 def _binary(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-    logits = _uniform(generator, (sizes["B"], sizes["C"], sizes["H"], sizes["W"]), -3.0, 3.0, dtype)
+    logits = uniform(generator, -3.0, 3.0, sizes["B"], sizes["C"], sizes["H"], sizes["W"]).to(dtype)
     drawn = torch.rand(logits.shape, generator=generator)
     target = torch.where(drawn < 0.2, -100, (drawn < 0.6).to(torch.int64))
     return {
         "pred": logits,
         "target": target,
-        **{n: _uniform(generator, (sizes["C"],), 0.5, 2.0, dtype) for n in ("pos_weight", "weight")},
+        **{n: uniform(generator, 0.5, 2.0, sizes["C"]).to(dtype) for n in ("pos_weight", "weight")},
     }
 
 
@@ -332,7 +329,7 @@ add(
 def _probabilities(channels: str | int, axes: Sequence[str]) -> Sampler:
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         classes, extent = sizes["C"] if channels == "C" else 1, [sizes[d] for d in axes]
-        pred = _uniform(generator, (sizes["B"], classes, *extent), 0.0, 1.0, dtype)
+        pred = uniform(generator, 0.0, 1.0, sizes["B"], classes, *extent).to(dtype)
         target = torch.randint(0, max(classes, 2), (sizes["B"], 1, *extent), generator=generator)
         # The first third of the rows is one class that the prediction misses, so that erosions have an
         # effect.

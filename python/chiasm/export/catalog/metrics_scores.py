@@ -7,13 +7,9 @@ from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec
 from . import add, rejected
-from .rigid import linalg
+from .rigid import linalg, uniform
 
 _DOUBLE = torch.float64
-
-
-def _uniform(generator: Generator, low: float, high: float, *shape: int):
-    return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
 def _whole(generator: Generator, low: int, high: int, *shape: int) -> Tensor:
@@ -27,7 +23,7 @@ def _whole(generator: Generator, low: int, high: int, *shape: int) -> Tensor:
 def _sample_accuracy(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     batch, classes = sizes["B"], sizes["C"]
     # one in eight scores is a tie, and some labels are outside the classes
-    scores = torch.floor(_uniform(generator, 0, 8, batch, classes)) / 8
+    scores = torch.floor(uniform(generator, 0, 8, batch, classes)) / 8
     return {"pred": scores.to(dtype), "target": _whole(generator, -1, classes, batch)}
 
 
@@ -98,8 +94,8 @@ add(
 
 
 def _boxes(generator: Generator, *shape: int):
-    corner = _uniform(generator, 0, 10, *shape, 2)
-    return torch.cat([corner, corner + _uniform(generator, 1, 8, *shape, 2)], -1)
+    corner = uniform(generator, 0, 10, *shape, 2)
+    return torch.cat([corner, corner + uniform(generator, 1, 8, *shape, 2)], -1)
 
 
 def _sample_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -132,16 +128,16 @@ def _sample_detections(generator: Generator, sizes: dict[str, int], dtype: torch
     gt_boxes, gt_labels = _boxes(generator, batch, there), _whole(generator, 0, 4, batch, there)
     pred_boxes, pred_labels = _boxes(generator, batch, found), _whole(generator, 0, 4, batch, found)
     both = min(found, there) * 3 // 4
-    pred_boxes[:, :both] = gt_boxes[:, :both] + _uniform(generator, -1, 1, batch, both, 4)
+    pred_boxes[:, :both] = gt_boxes[:, :both] + uniform(generator, -1, 1, batch, both, 4)
     pred_labels[:, :both] = gt_labels[:, :both]
     return {
         "pred_boxes": pred_boxes.to(dtype),
         "pred_labels": pred_labels,
-        "pred_scores": _uniform(generator, 0, 1, batch, found).to(dtype),
+        "pred_scores": uniform(generator, 0, 1, batch, found).to(dtype),
         "gt_boxes": gt_boxes.to(dtype),
         "gt_labels": gt_labels,
-        "pred_mask": _uniform(generator, 0, 1, batch, found) < 0.8,
-        "gt_mask": _uniform(generator, 0, 1, batch, there) < 0.8,
+        "pred_mask": uniform(generator, 0, 1, batch, found) < 0.8,
+        "gt_mask": uniform(generator, 0, 1, batch, there) < 0.8,
     }
 
 
@@ -239,7 +235,7 @@ def _sample_rotations(generator: Generator, sizes: dict[str, int], dtype: torch.
 def _sample_poses(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     def pose():
         return torch.cat(
-            [_rotations(generator, sizes["B"]), _uniform(generator, -1, 1, sizes["B"], 3, 1)], 2
+            [_rotations(generator, sizes["B"]), uniform(generator, -1, 1, sizes["B"], 3, 1)], 2
         ).to(dtype)
 
     return {"P": pose(), "P_gt": pose()}
