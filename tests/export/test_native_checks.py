@@ -284,6 +284,28 @@ def test_code_that_needs_libtorch_checks_too(tmp_path: Path) -> None:
             method(table, torch.tensor([0, wrong]))
 
 
+def by_libtorch(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
+    """A write that libtorch makes."""
+    rows = index[:, None].expand(index.shape[0], 4)
+    greatest = table.scatter_reduce(0, rows, torch.ones_like(rows, dtype=table.dtype), "amax")
+    return greatest, greatest + 1.0
+
+
+def test_what_libtorch_refuses_is_an_error(tmp_path: Path) -> None:
+    bundle = looked_up_by(by_libtorch, "by_libtorch", tmp_path)
+    method = runtime.open(bundle).method("forward", backend="torch")
+    assert method.artifact.endswith(".pt2")
+    table = torch.rand(SIZE, 4)
+    index = torch.tensor([3, 15, 0])
+    for mine, eager in zip(method(table, index), by_libtorch(table, index), strict=True):
+        torch.testing.assert_close(mine, eager)
+    for wrong in (SIZE, 1 << 40, -1):
+        with pytest.raises(RuntimeError, match="out of bounds"):
+            by_libtorch(table, torch.tensor([0, wrong]))
+        with pytest.raises(runtime.ChiasmError, match=r"index -?\d+ is out of bounds"):
+            method(table, torch.tensor([0, wrong]))
+
+
 def rounded_up(table: Tensor, place: Tensor) -> Tensor:
     """float32 cannot represent the limit of the clamp, and the nearest number is too large by one."""
     return table[place.clamp(0, 2**24 + 3).to(torch.int64)]

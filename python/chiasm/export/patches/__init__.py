@@ -99,6 +99,12 @@ PATCHES: Mapping[str, Patch] = {
     "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": Patch(
         "trusts an index that is an expression of sizes", "730f2d5667e1"
     ),
+    "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._generate_scatter_fallback": Patch(
+        "ignores whether libtorch's call failed", "249b94d36f52"
+    ),
+    "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._generate_index_put_fallback": Patch(
+        "as _generate_scatter_fallback", "104e1b0a9b8b"
+    ),
     "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": Patch(
         "what is needed of that header is compiled with the package", "74a66899070f"
     ),

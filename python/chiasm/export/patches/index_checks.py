@@ -15,6 +15,7 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import sympy
 
@@ -73,10 +74,32 @@ def checked_native_code(header: Path | None = None) -> Generator[None]:
             "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(truncdiv),
             "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(truncdiv),
         }
+        | {
+            f"{_WRAPPER}.{name}": _reporting(name)
+            for name in ("_generate_scatter_fallback", "_generate_index_put_fallback")
+        }
         # The needed part of it is compiled with the package (runtime/artifact/aoti/entry.cpp).
         | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": nothing})
     ):
         yield
+
+
+def _reporting(name: str) -> Callable[..., None]:
+    """For the wrapper's method `name`, which calls libtorch and ignores whether the call failed: with a wrong
+    index, nothing would be written and the run would succeed."""
+    from torch._inductor.codegen.cpp_wrapper_cpu import CppWrapperCpu
+
+    unchecked = getattr(CppWrapperCpu, name)
+
+    def generate(self: Any, *arguments: Any, **keywords: Any) -> None:
+        lines: list[str] = []
+        with patch.object(self, "writeline", lines.append):
+            unchecked(self, *arguments, **keywords)
+        for line in lines:
+            is_call = line.startswith("aoti_torch_")
+            self.writeline(f"AOTI_TORCH_ERROR_CODE_CHECK({line.removesuffix(';')});" if is_call else line)
+
+    return generate
 
 
 def indirect_indexing_with(
