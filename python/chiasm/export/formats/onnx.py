@@ -26,6 +26,7 @@ from .onnx_clamps import keep_infinities
 from .onnx_division import TRANSLATIONS
 from .onnx_function import domain_version, function_name, fuse
 from .onnx_indices import check_indices
+from .onnx_order import keep_order
 from .onnx_scatter import add_in_order
 from .onnx_shifts import SHIFTS
 
@@ -89,6 +90,7 @@ def to_onnx(
             _simplify(made.model)
             add_in_order(made.model)
             keep_infinities(made.model)
+            keep_order(made.model)
             _keep_tiny_terms(made.model)
     except Exception as error:
         raise explain(spec.name, "ONNX", error) from error

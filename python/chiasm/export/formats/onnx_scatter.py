@@ -24,7 +24,7 @@ def add_in_order(model: onnx_ir.Model) -> None:
         count = indices.shape[-1] if indices.shape is not None else None
         if not isinstance(count, int):
             raise ValueError(f"ScatterND of {indices.name}: how many dimensions it indexes is not known")
-        steps = _Steps(node.outputs[0].name or "scattered")
+        steps = Steps(node.outputs[0].name or "scattered")
         result = _scattered(steps, data, indices, updates, count)
         result.type, result.shape = node.outputs[0].type, node.outputs[0].shape
         node.graph.insert_before(node, steps.nodes)
@@ -32,7 +32,7 @@ def add_in_order(model: onnx_ir.Model) -> None:
         node.graph.remove(node, safe=True)
 
 
-class _Steps:
+class Steps:
     """Adds nodes, and gives their values new names."""
 
     def __init__(self, name: str) -> None:
@@ -51,7 +51,7 @@ class _Steps:
 
 
 def _scattered(
-    step: _Steps, data: onnx_ir.Value, indices: onnx_ir.Value, updates: onnx_ir.Value, count: int
+    step: Steps, data: onnx_ir.Value, indices: onnx_ir.Value, updates: onnx_ir.Value, count: int
 ) -> onnx_ir.Value:
     """The result of ScatterND by ONNX's definition: `updates` belong to the first `count` dimensions of
     `data`."""
