@@ -136,3 +136,18 @@ def test_what_cannot_be_negative_costs_nothing(fn: Callable, checked: bool, tmp_
     [artifact] = [a for a in read_manifest(bundle)["methods"]["forward"]["artifacts"] if "function" not in a]
     nodes = onnx.load(bundle / artifact["file"]).graph.node
     assert any(n.op_type == "Where" for n in nodes) == checked
+
+
+def taken(table: Tensor, index: Tensor) -> Tensor:
+    return torch.take_along_dim(table.reshape(-1), index)
+
+
+def test_flat_places_are_not_counted_from_the_end(tmp_path: Path) -> None:
+    method, table = method_of(exported(taken, tmp_path)), torch.rand(ROWS, COLUMNS)
+    right = torch.tensor([2, 0, ROWS * COLUMNS - 1])
+    torch.testing.assert_close(torch.as_tensor(method(table, right)), taken(table, right))
+    for wrong in (-1, ROWS * COLUMNS):
+        with pytest.raises((IndexError, RuntimeError)):
+            taken(table, torch.tensor([2, wrong]))
+        with pytest.raises(runtime.ChiasmError, match="Out of range"):
+            method(table, torch.tensor([2, wrong]))

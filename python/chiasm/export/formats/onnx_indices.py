@@ -23,6 +23,7 @@ aten = torch.ops.aten
 #: The place of the index among the arguments.
 _INDEX = {
     aten.gather.default: 2,
+    aten.take_along_dim.default: 1,
     aten.index_select.default: 2,
     aten.index_add.default: 2,
     aten.index_add_.default: 2,
