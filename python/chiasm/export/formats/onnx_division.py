@@ -61,11 +61,21 @@ def mark_natural_quotients(graph: Graph) -> None:
 
 def remainder(self: Any, other: Any) -> Any:
     """aten::remainder, which has the divisor's sign."""
+    other = _operand(self, other)
     if not self.dtype.is_integer():
         return torch_onnx.aten_remainder(self, other)
     divisor, valid = _divisor(self, other)
     rest = op.Mod(self, divisor)
     return rest if valid is None else op.Add(rest, valid)
+
+
+def rest_of_truncated(self: Any, other: Any) -> Any:
+    """aten::fmod, which has the dividend's sign. ONNX Runtime computes Mod with fmod=1 in float64."""
+    other = _operand(self, other)
+    if not self.dtype.is_integer():
+        return op.Mod(self, other, fmod=1)
+    whole, divisor = _truncated(self, other)
+    return op.Sub(self, op.Mul(whole, divisor))
 
 
 def _floor(a: Any, b: Any) -> Any:
@@ -105,6 +115,13 @@ def _divisor(a: Any, b: Any) -> tuple[Any, Any]:
     return op.Where(unsafe, one, b), op.CastLike(op.Gather(op.Constant(value_ints=[0]), index), a)
 
 
+def _operand(like: Any, other: Any) -> Any:
+    """A number or a size beside a tensor, in the tensor's dtype."""
+    if isinstance(other, onnx_ir.Value):
+        return other if other.dtype == like.dtype else op.CastLike(other, like)
+    return other if like.dtype.is_integer() else op.Constant(value=onnx_ir.tensor(other, dtype=like.dtype))
+
+
 def _value(like: Any, number: Any) -> Any:
     return number if isinstance(number, onnx_ir.Value) else _number(like, number)
 
@@ -119,6 +136,9 @@ TRANSLATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     aten.div.Scalar_mode: quotient,
     aten.floor_divide.default: floor_quotient,
     aten.remainder.Tensor: remainder,
+    aten.remainder.Scalar: remainder,
+    aten.fmod.Tensor: rest_of_truncated,
+    aten.fmod.Scalar: rest_of_truncated,
     FLOOR_DIVISION: size_quotient,
     natural_quotient: natural_quotient,
 }
