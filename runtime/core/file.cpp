@@ -68,12 +68,6 @@ Bytes read_whole(int descriptor, const std::string& path, uint64_t limit) {
   return bytes;
 }
 
-/** An untrusted name, made safe to print. */
-std::string printable(std::string text) {
-  for (char& c : text) c = static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? '?' : c;
-  return text;
-}
-
 /** The path of an open file by /proc; "" if unknown. */
 std::string place_of(int descriptor) {
   char place[PATH_MAX];

@@ -31,12 +31,14 @@ class Builder final : public Json::json_sax_t {
   bool end_object() override { return close(); }
   bool end_array() override { return close(); }
   bool key(std::string& key) override {
-    if (open_.back()->contains(key)) fail(CHIASM_CORRUPT, origin_ + ": the key '" + key + "' occurs twice");
+    if (open_.back()->contains(key)) {
+      fail(CHIASM_CORRUPT, origin_ + ": the key '" + printable(key) + "' occurs twice");
+    }
     key_ = std::move(key);
     return true;
   }
   bool parse_error(size_t, const std::string&, const Json::exception& error) override {
-    fail(CHIASM_CORRUPT, origin_ + ": not JSON: " + error.what());
+    fail(CHIASM_CORRUPT, origin_ + ": not JSON: " + printable(error.what()));
   }
 
  private:
@@ -79,6 +81,8 @@ void take_apart(Json& value) noexcept {
 JsonDocument::~JsonDocument() { take_apart(value); }
 
 JsonDocument parse_json(std::string_view text, const std::string& origin) {
+  // The parser takes it for the end, and other readers would see another document behind it.
+  if (text.find('\0') != std::string_view::npos) fail(CHIASM_CORRUPT, origin + ": not JSON: has a zero byte");
   JsonDocument document;
   Builder builder(document.value, origin);
   Json::sax_parse(text.begin(), text.end(), &builder);
@@ -86,7 +90,7 @@ JsonDocument parse_json(std::string_view text, const std::string& origin) {
 }
 
 void JsonNode::refuse(const std::string& what, chiasm_code code) const {
-  fail(code, *origin_ + ": " + (path_.empty() ? "" : path_ + ": ") + what);
+  fail(code, *origin_ + ": " + printable((path_.empty() ? "" : path_ + ": ") + what));
 }
 
 void JsonNode::expected(const std::string& what) const {

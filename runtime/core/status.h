@@ -27,6 +27,9 @@ chiasm_status* guarded(Body&& body) noexcept {
   }
 }
 
+/** An untrusted text for an error: without control characters, and shortened if it is very long. */
+std::string printable(std::string text);
+
 int32_t status_code(const chiasm_status* status);
 const char* status_message(const chiasm_status* status);
 void status_free(chiasm_status* status);

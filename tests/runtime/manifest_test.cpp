@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/manifest.h"
 #include "core/status.h"
 #include "support.h"
@@ -207,7 +209,8 @@ TEST(Manifest, RefusesWhatIsNoJson) {
   for (const std::string& text :
        {std::string(), std::string("{"), std::string("[]"), std::string("null"), std::string("\"x\""),
         std::string("\xef\xbb\xbf"), std::string("{\"a\": \"\xff\"}"), std::string("{\"a\": 1e999}"),
-        std::string(100000, '['), std::string("{\"name\":1,\"name\":2}"), std::string(1000, '\0')}) {
+        std::string(100000, '['), std::string("{\"name\":1,\"name\":2}"), std::string(1000, '\0'),
+        manifest().dump() + '\0', manifest().dump() + std::string("\0{}", 3)}) {
     EXPECT_THAT(refusal<Error>(CHIASM_CORRUPT, [&] { core::parse_manifest(text, "the-file"); }),
                 HasSubstr("the-file"));
   }
@@ -218,6 +221,19 @@ TEST(Manifest, RefusesWhatIsNoJson) {
   EXPECT_THAT(
       refusal<Error>(CHIASM_CORRUPT, [&] { core::parse_manifest(std::string((16u << 20) + 1, ' '), "f"); }),
       HasSubstr("longer than"));
+}
+
+TEST(Manifest, ErrorsAreOneLineOfText) {
+  const std::string odd = "a\n\x1b[31m" + std::string(100000, 'x');
+  Json root = manifest();
+  root[odd] = 1;
+  const std::string twice =
+      "{\"a\\u001b" + std::string(100000, 'x') + "\":1,\"a\\u001b" + std::string(100000, 'x') + "\":2}";
+  for (const std::string& text : {root.dump(), twice, "{" + Json(odd).dump() + "}"}) {
+    const std::string said = refusal<Error>(CHIASM_CORRUPT, [&] { core::parse_manifest(text, "the-file"); });
+    EXPECT_LT(said.size(), 2000u);
+    EXPECT_TRUE(std::all_of(said.begin(), said.end(), [](unsigned char c) { return c >= ' '; })) << said;
+  }
 }
 
 TEST(Manifest, EveryPrefixIsRefusedAndNoneCrashes) {
