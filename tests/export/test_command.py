@@ -20,13 +20,13 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from PIL import Image
+from PIL import EpsImagePlugin, Image
 
 from chiasm.export import ExportError, cli
 from chiasm.export.bundle import Writer, clean_up
 from chiasm.export.cli import main
 from chiasm.export.images import read_image, to_array
-from chiasm.export.manifest import sha256
+from chiasm.export.manifest import BundleError, sha256
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND = [sys.executable, "-m", "chiasm.export"]
@@ -128,6 +128,22 @@ def test_images_that_cannot_be_read_or_written(light: Folder, photo: Path, tmp_p
     ):
         refused(run("run", bundle, photo, tmp_path / name), part)
     assert not list(tmp_path.glob("out*")) and not list(tmp_path.glob(".writing*"))
+
+
+def test_no_program_is_started_for_an_image(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pillow gives PostScript to Ghostscript, whatever the file is called."""
+    started = tmp_path / "started"
+    gs = tmp_path / "gs"
+    gs.write_text(f"#!/bin/sh\ntouch {started}\n")
+    gs.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr(EpsImagePlugin, "gs_binary", None)  # found at its first use
+    monkeypatch.setattr(EpsImagePlugin, "gs_windows_binary", None)
+    image = tmp_path / "photo.png"
+    image.write_text("%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 10 10\n%%EndComments\n")
+    with pytest.raises(BundleError, match="PostScript"):
+        read_image(image)
+    assert not started.exists()
 
 
 def test_pipes_and_devices_are_refused(sobel: Path, photo: Path, tmp_path: Path, alarm: None) -> None:

@@ -96,6 +96,8 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
             with image:
                 # By default a decoder gets 64 KiB at a time, and a JPEG of 140 KB takes it twice as long
                 image.decodermaxblock = len(data)
+                if image.format == "EPS":  # a program, for which Pillow starts Ghostscript
+                    raise BundleError(f"{path}: PostScript, which is a program: convert it to an image first")
                 deep_pgm = (image.format, image.mode) == ("PPM", "I")  # Pillow's form of 16 bits there
                 if image.mode in ("I", "F") and not deep_pgm:
                     raise BundleError(
