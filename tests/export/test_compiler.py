@@ -18,7 +18,7 @@ import torch
 from torch import Tensor
 
 from chiasm.export import Spec, TensorSpec, export, samples
-from chiasm.export.formats import compiler
+from chiasm.export.formats import compiler, isas
 from chiasm.export.formats.compiler import Build
 from chiasm.export.formats.isas import LIBRARIES
 from chiasm.export.formats.native import to_native
@@ -169,3 +169,13 @@ def test_an_export_that_ends_early_leaves_no_compiler_at_work(tmp_path: Path) ->
     assert process.poll() is None and (tmp_path / "op.o").exists()
     build.close()
     assert process.poll() is not None and not build.folder.exists()
+
+
+def test_a_package_in_a_folder_with_a_space(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "site packages"
+    folder.symlink_to(LIBRARIES)
+    monkeypatch.setattr(isas, "LIBRARIES", folder)
+    monkeypatch.setenv("CHIASM_CACHE", str(tmp_path / "cache"))
+    bundle = export(scaled_difference, SPEC, tmp_path, formats=("native",), methods=("forward",))
+    [artifact] = read_manifest(bundle)["methods"]["forward"]["artifacts"]
+    assert artifact["backend"] == "native"

@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import torch
@@ -208,8 +209,8 @@ def _begin(
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as
     # they are.
     link = (
-        f"{'' if sm else 'chiasm_kernels -l'}chiasm_aoti -L{library_folder(isa)}"
-        f" -Wl,--version-script={isas.LIBRARIES / 'symbols.map'} {LINK_OF[ISAS[isa].machine]}"
+        f"{'' if sm else 'chiasm_kernels -l'}chiasm_aoti -L{quote(str(library_folder(isa)))}"
+        f" -Wl,--version-script={quote(str(isas.LIBRARIES / 'symbols.map'))} {LINK_OF[ISAS[isa].machine]}"
     )
     options = {
         "aot_inductor.link_libtorch": False,
