@@ -432,6 +432,12 @@ def test_wrong_words() -> None:
         assert "\x1b" not in done.stderr
 
 
+def test_a_backend_that_is_no_text(light: Folder, photo: Path, tmp_path: Path) -> None:
+    refused(
+        run("run", light("filters.sobel"), photo, tmp_path / "out.png", "-b", "\udcff"), "backend", "UTF-8"
+    )
+
+
 def test_an_error_of_ours_says_how_to_see_it(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object, **__: object) -> dict:
         raise KeyError("surprise")

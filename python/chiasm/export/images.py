@@ -59,7 +59,7 @@ def run_on_image(bundle: Path, source: Path, target: Path, backend: str, setting
     try:
         loaded = chiasm.runtime.open(bundle).method("forward", backend=backend)
         result = loaded(*inputs)
-    except chiasm.runtime.ChiasmError as error:
+    except (chiasm.runtime.ChiasmError, ValueError) as error:  # ValueError: a name that is not UTF-8
         raise BundleError(str(error)) from error
     index = gives_image[0]
     # An only output is no tuple
