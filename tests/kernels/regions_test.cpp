@@ -1,4 +1,4 @@
-// Maxima and means of the bins of boxes, against plain loops.
+// Maxima and means of the bins of boxes, and means of points in them, against plain loops.
 #include <cmath>
 #include <limits>
 
@@ -87,6 +87,44 @@ TYPED_TEST(Regions, MeansMatchTheDefinition) {
   });
 }
 
+// The weight of a pixel at a position along an axis: the border pixels reach one pixel further out.
+double share(double position, int64_t pixel, int64_t size) {
+  if (!(position >= -1 && position <= double(size))) return 0;
+  return std::max(0.0, 1 - std::abs(std::clamp(position, 0.0, double(size - 1)) - double(pixel)));
+}
+
+TYPED_TEST(Regions, BilinearMeansMatchTheDefinition) {
+  using T = TypeParam;
+  constexpr int64_t kDown = 2, kAcross = 3, kBins = kRows * kColumns;
+  constexpr double kNear = sizeof(T) == sizeof(float) ? 1e-5 : 1e-13;
+  auto rows = this->random(kBoxes * kRows * kDown, -2, kHeight + 1),
+       columns = this->random(kBoxes * kColumns * kAcross, -2, kWidth + 1);
+  // corners, borders, and what is no position
+  const T odd[] = {T(0),        T(-1),        T(kHeight - 1), T(kHeight), std::numeric_limits<T>::quiet_NaN(),
+                   T(INFINITY), T(-INFINITY), T(1e30)};
+  std::copy(std::begin(odd), std::end(odd), rows.begin());
+  std::copy(std::begin(odd), std::end(odd), columns.begin() + 5);
+  for (const int64_t planes : {int64_t{1}, int64_t{2}, kBins}) {
+    const auto x = this->random(kBatch * kChannels * planes * kHeight * kWidth, -1, 1);
+    std::vector<T> out(size_t(kBoxes * kChannels * kBins), T(7));
+    bilinear_means(x.data(), kBatch, kChannels, planes, kHeight, kWidth, this->image.data(), kBoxes,
+                   rows.data(), kRows, kDown, columns.data(), kColumns, kAcross, kBins / planes, out.data());
+    for (int64_t i = 0; i < kBoxes * kChannels * kBins; ++i) {
+      const int64_t bin = i % kBins, c = i / kBins % kChannels, box = i / kBins / kChannels;
+      const int64_t plane = (this->image[size_t(box)] * kChannels + c) * planes + bin / (kBins / planes);
+      double sum = 0;
+      for (int64_t j = 0; j < kDown * kAcross; ++j) {
+        const T y = rows[size_t((box * kRows + bin / kColumns) * kDown + j / kAcross)],
+                h = columns[size_t((box * kColumns + bin % kColumns) * kAcross + j % kAcross)];
+        for (int64_t pixel = 0; pixel < kHeight * kWidth; ++pixel)
+          sum += share(double(y), pixel / kWidth, kHeight) * share(double(h), pixel % kWidth, kWidth) *
+                 double(x[size_t(plane * kHeight * kWidth + pixel)]);
+      }
+      EXPECT_NEAR(double(out[size_t(i)]), sum / (kDown * kAcross), kNear) << i;
+    }
+  }
+}
+
 // Untrusted numbers: they are limited to the images.
 TYPED_TEST(Regions, NumbersOutsideTheImagesAreLimited) {
   using T = TypeParam;
@@ -99,6 +137,10 @@ TYPED_TEST(Regions, NumbersOutsideTheImagesAreLimited) {
     box_means(x.data(), kBatch, 1, 1, kHeight, kWidth, &image, 1, &low, 1, &high, &low, 1, &high, &mean);
     const auto first = x.begin() + (far > 0 ? kHeight * kWidth : 0);
     EXPECT_EQ(most, *std::max_element(first, first + kHeight * kWidth));
+    const T at = 2;
+    T point = 0;
+    bilinear_means(x.data(), kBatch, 1, 1, kHeight, kWidth, &image, 1, &at, 1, 1, &at, 1, 1, 1, &point);
+    EXPECT_EQ(point, first[2 * kWidth + 2]);
     EXPECT_GT(mean, T(1));
     EXPECT_LT(mean, T(2));
   }
@@ -108,10 +150,12 @@ struct Setting {
   std::vector<float> x = std::vector<float>(size_t{16} * 49 * 100 * 100, 0.5f);
   std::vector<int64_t> image = std::vector<int64_t>(300, 0), low = std::vector<int64_t>(300 * 7),
                        high = std::vector<int64_t>(300 * 7);
+  std::vector<float> points = std::vector<float>(300 * 7 * 2);
   std::vector<float> out = std::vector<float>(size_t{300} * 16 * 49);
 
   Setting() {
     for (int64_t i = 0; i < 300 * 7; ++i) low[size_t(i)] = i % 7 * 10, high[size_t(i)] = i % 7 * 10 + 11;
+    for (size_t i = 0; i < points.size(); ++i) points[i] = 5.5f * float(i % 14) + 2.75f;
   }
 };
 
@@ -128,5 +172,11 @@ KERNEL_CALL_BENCHMARK(box_means, [] {
   return [s = Setting()]() mutable {
     box_means(s.x.data(), 1, 16, 49, 100, 100, s.image.data(), 300, s.low.data(), 7, s.high.data(),
               s.low.data(), 7, s.high.data(), s.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(bilinear_means, [] {
+  return [s = Setting()]() mutable {
+    bilinear_means(s.x.data(), 1, 16, 1, 100, 100, s.image.data(), 300, s.points.data(), 7, 2,
+                   s.points.data(), 7, 2, 49, s.out.data());
   };
 });

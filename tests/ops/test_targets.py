@@ -156,6 +156,11 @@ def bins() -> Example:
     return integers(2, 5), rows, rows.flip(0), columns, columns.flip(0)
 
 
+def points(dtype: torch.dtype) -> Example:
+    """Positions of 3 x 2 points in 2 x 3 bins of 5 boxes, some of them outside an image of 9 x 11."""
+    return numbers(dtype, 5, 2, 3) * 15 - 3, numbers(dtype, 5, 3, 2) * 17 - 3
+
+
 def curves(dtype: torch.dtype) -> Example:
     first, second = integers(2, 12), integers(2, 17)
     return (numbers(torch.float32, 2, 4 * 256), 2, integers(256, 2, 12, 17).to(torch.int32)) + tuple(
@@ -552,6 +557,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in (planes, planes.permute(0, 2, 3, 1).contiguous().permute(0, 3, 1, 2))
     ],
     "regions.box_maxima": lambda t: [(numbers(t, 2, 3, 9, 11), *bins())],
+    "regions.bilinear_means": lambda t: [
+        (numbers(t, 2, 3, planes, 9, 11), integers(2, 5), *points(t), 6 // planes) for planes in (1, 2, 6)
+    ],
     "regions.box_means": lambda t: [(numbers(t, 2, 3, 6, 9, 11), *bins())],
     "fixed_point.laplacian_bytes": lambda t: [
         (x, *size, name)

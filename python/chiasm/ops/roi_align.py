@@ -7,13 +7,14 @@ from torch import Tensor
 
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.geometry.regions import (
+    bilinear_means,
     check_bin_channels,
     checked_regions,
     image_numbers,
     scaled_sides,
 )
 from ..primitives.linalg.matrices import small_matmul
-from ..primitives.numbers.rounding import known_or, to_index
+from ..primitives.numbers.rounding import known_or
 
 
 def roi_align(
@@ -69,9 +70,7 @@ def roi_align(
             _points(down, rows, sampling_ratio, shift, least),
             _points(across, columns, sampling_ratio, shift, least),
         )
-        flat = input.transpose(0, 1).reshape(input.size(1), input.size(0) * height * width)
-        plane = image[:, None, None, None, None].expand(-1, rows, 1, columns, 1)
-        return _gathered(flat, plane, y, x, height, width)
+        return bilinear_means(input[:, :, None], image, y, x, rows * columns)
     y, x = _weights(down, rows, shift, least, height), _weights(across, columns, shift, least, width)
     y, x = y.to(input.dtype), x.to(input.dtype)
     # All images are stacked vertically, and each box reads its own image.
@@ -131,10 +130,7 @@ def ps_roi_align(
             _points(down, rows, sampling_ratio, 0.5, least),
             _points(across, columns, sampling_ratio, 0.5, least),
         )
-        flat = planes.transpose(0, 1).reshape(channels, batch * rows * columns * height * width)
-        place = torch.arange(rows * columns, device=input.device).reshape(rows, 1, columns, 1)
-        plane = image[:, None, None, None, None] * (rows * columns) + place
-        return _gathered(flat, plane, y, x, height, width)
+        return bilinear_means(planes.flatten(2, 3), image, y, x, 1)
     y, x = _weights(down, rows, 0.5, least, height), _weights(across, columns, 0.5, least, width)
     y, x = y.to(input.dtype), x.to(input.dtype)
     own = _own_image(y, image, batch).transpose(0, 1)
@@ -155,34 +151,6 @@ def _points(sides: Tensor, bins: int, per_bin: int, shift: float, least: float) 
     number = torch.arange(bins, device=sides.device).to(sides.dtype)
     inner = torch.arange(per_bin, device=sides.device).to(sides.dtype) + 0.5
     return (first + number * size)[:, :, None] + (inner * size / per_bin)[:, None]
-
-
-def _taps(position: Tensor, size: int) -> Tuple[List[Tensor], List[Tensor]]:
-    """The two pixels of an axis around each position, and their weights."""
-    inside = (position >= -1.0) & (position <= size)
-    at = position.clamp(0, size - 1)
-    low = to_index(at, size)
-    part = at - low
-    zero = torch.zeros_like(at)
-    weights = [torch.where(inside, 1.0 - part, zero), torch.where(inside, part, zero)]
-    return [low, (low + 1).clamp(max=size - 1)], weights
-
-
-def _gathered(flat: Tensor, plane: Tensor, y: Tensor, x: Tensor, height: int, width: int) -> Tensor:
-    """The means (K, C, PH, PW) of points y (K, PH, n) and x (K, PW, n) in planes of numbers (K, PH, 1, PW,
-    1); flat is (C, planes * height * width)."""
-    channels = flat.size(0)
-    row, down = _taps(y, height)
-    column, across = _taps(x, width)
-    shape = [channels, y.size(0), y.size(1), y.size(2), x.size(1), x.size(2)]
-    total = torch.zeros([1], dtype=flat.dtype, device=flat.device)
-    for i in range(2):
-        start = (plane * height + row[i][:, :, :, None, None]) * width
-        for j in range(2):
-            index = (start + column[j][:, None, None]).reshape(1, -1).expand(channels, -1)
-            weight = (down[i][:, :, :, None, None] * across[j][:, None, None]).to(flat.dtype)
-            total = total + flat.gather(1, index).reshape(shape) * weight
-    return total.mean(5).mean(3).transpose(0, 1)
 
 
 def _weights(sides: Tensor, bins: int, shift: float, least: float, size: int) -> Tensor:

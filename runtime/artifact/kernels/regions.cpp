@@ -1,4 +1,4 @@
-// Maxima and means of the pixels in the bins of boxes.
+// Maxima and means of the pixels, and means of points between pixels, in the bins of boxes.
 #include <limits>
 
 #include "rows.h"
@@ -36,6 +36,22 @@ void over_bins(const Images& images, int64_t boxes, const Bins& bins, const Plan
                   std::clamp<int64_t>(bins.right[x], 0, images.width));
       }
   }
+}
+
+// A position along an axis: its two pixels, and their weights.
+template <class T>
+struct Tap {
+  int64_t near, far;
+  T of_near, of_far;
+};
+
+template <class T>
+Tap<T> tap(T position, int64_t size) {
+  const bool inside = position >= T(-1) && position <= static_cast<T>(size);
+  const T at = position == position ? std::clamp(position, T(0), static_cast<T>(size - 1)) : T(0);
+  const int64_t near = std::min(static_cast<int64_t>(at), size - 1);  // T may round size - 1 up
+  const T part = at - static_cast<T>(near);
+  return {near, std::min(near + 1, size - 1), inside ? 1 - part : T(0), inside ? part : T(0)};
 }
 
 }  // namespace
@@ -80,7 +96,43 @@ void box_means(const T* x, int64_t count, int64_t channels, int64_t planes, int6
       out);
 }
 
+template <class T>
+void bilinear_means(const T* x, int64_t count, int64_t channels, int64_t planes, int64_t height,
+                    int64_t width, const int64_t* image, int64_t boxes, const T* rows, int64_t bin_rows,
+                    int64_t points_y, const T* columns, int64_t bin_columns, int64_t points_x, int64_t shared,
+                    T* out) {
+  const int64_t tall = bin_rows * points_y, wide = bin_columns * points_x, area = height * width;
+  if (count == 0) {
+    std::fill_n(out, boxes * channels * bin_rows * bin_columns, T(0));
+    return;
+  }
+  std::vector<Tap<T>> down(static_cast<size_t>(boxes * tall)), across(static_cast<size_t>(boxes * wide));
+  for (size_t i = 0; i < down.size(); ++i) down[i] = tap(rows[i], height);
+  for (size_t i = 0; i < across.size(); ++i) across[i] = tap(columns[i], width);
+#pragma omp parallel for
+  for (int64_t i = 0; i < boxes * channels; ++i) {
+    const int64_t box = i / channels, item = std::clamp<int64_t>(image[box], 0, count - 1);
+    const T* const channel = x + (item * channels + i % channels) * planes * area;
+    for (int64_t bin = 0; bin < bin_rows * bin_columns; ++bin) {
+      const T* const plane = channel + bin / shared * area;
+      const Tap<T>* const y = down.data() + box * tall + bin / bin_columns * points_y;
+      const Tap<T>* const h = across.data() + box * wide + bin % bin_columns * points_x;
+      T sum = 0;
+      for (int64_t j = 0; j < points_y; ++j) {
+        const T *const upper = plane + y[j].near * width, *const lower = plane + y[j].far * width;
+        T of_row = 0;
+        for (int64_t k = 0; k < points_x; ++k)
+          of_row += y[j].of_near * (h[k].of_near * upper[h[k].near] + h[k].of_far * upper[h[k].far]) +
+                    y[j].of_far * (h[k].of_near * lower[h[k].near] + h[k].of_far * lower[h[k].far]);
+        sum += of_row / static_cast<T>(points_x);
+      }
+      out[i * bin_rows * bin_columns + bin] = sum / static_cast<T>(points_y);
+    }
+  }
+}
+
 CHIASM_INSTANTIATE(box_maxima)
+CHIASM_INSTANTIATE(bilinear_means)
 CHIASM_INSTANTIATE(box_means)
 
 }  // namespace chiasm::kernels

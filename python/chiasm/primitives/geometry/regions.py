@@ -146,6 +146,51 @@ box_means.lowering("native", when=kernels.has_kernel)(kernels.box_means)
 
 
 @primitive
+def bilinear_means(x: Tensor, image: Tensor, rows: Tensor, columns: Tensor, shared: int) -> Tensor:
+    """The means (K, C, PH, PW) of points in bins, each read by bilinear interpolation. Box k is in the image
+    ``image`` (K,), int64, of x (B, C, Q, H, W); its points are at ``rows`` (K, PH, N) and ``columns`` (K, PW,
+    M). Each of the Q planes serves ``shared`` bins in turn: Q * shared = PH * PW. A point up to one pixel
+    outside the centres of the border pixels reads the nearest pixel; a point further outside counts as 0.
+
+    >>> x, half = torch.arange(4.0).reshape(1, 1, 1, 1, 4), torch.tensor([[[0.5, 1.5]]])
+    >>> bilinear_means(x, torch.tensor([0]), torch.zeros(1, 1, 1), half, 1)
+    tensor([[[[1.]]]])
+    """
+    channels, planes, height, width = x.size(1), x.size(2), x.size(3), x.size(4)
+    bin_rows, bin_columns = rows.size(1), columns.size(1)
+    flat = x.transpose(0, 1).reshape(channels, x.size(0) * planes * height * width)
+    plane = image[:, None, None, None, None]
+    if planes > 1:
+        place = torch.arange(bin_rows * bin_columns, device=x.device).reshape(bin_rows, 1, bin_columns, 1)
+        plane = plane * planes + place // shared
+    row, down = _taps(rows, height)
+    column, across = _taps(columns, width)
+    shape = [channels, rows.size(0), bin_rows, rows.size(2), bin_columns, columns.size(2)]
+    total = torch.zeros([1], dtype=flat.dtype, device=flat.device)
+    for i in range(2):
+        start = (plane * height + row[i][:, :, :, None, None]) * width
+        for j in range(2):
+            index = (start + column[j][:, None, None]).reshape(1, -1).expand(channels, -1)
+            weight = (down[i][:, :, :, None, None] * across[j][:, None, None]).to(flat.dtype)
+            total = total + flat.gather(1, index).reshape(shape) * weight
+    return total.mean(5).mean(3).transpose(0, 1)
+
+
+bilinear_means.lowering("native", when=kernels.has_kernel)(kernels.bilinear_means)
+
+
+def _taps(position: Tensor, size: int) -> Tuple[List[Tensor], List[Tensor]]:
+    """The two pixels of an axis around each position, and their weights."""
+    inside = (position >= -1.0) & (position <= size)
+    at = position.clamp(0, size - 1)
+    low = to_index(at, size)
+    part = at - low
+    zero = torch.zeros_like(at)
+    weights = [torch.where(inside, 1.0 - part, zero), torch.where(inside, part, zero)]
+    return [low, (low + 1).clamp(max=size - 1)], weights
+
+
+@primitive
 def window_maxima(rows: Tensor, image: Tensor, first: Tensor, last: Tensor) -> Tensor:
     """The maxima (M, D) of the rows from ``first`` (M,) up to, but without, ``last`` (M,) of ``rows`` (B, H,
     D), each in the image ``image`` (M,): all int64, 0 <= first < last <= H.
