@@ -85,6 +85,25 @@ def test_what_is_there_is_left_alone_and_what_is_half_is_not(bundles: list[Path]
     assert list(tmp_path.iterdir()) == [wheel]
 
 
+def test_a_wheel_that_cannot_be_read_is_written_again(bundles: list[Path], tmp_path: Path) -> None:
+    wheel, _ = pack("colors", bundles[:1], tmp_path)
+    whole = wheel.read_bytes()
+    with zipfile.ZipFile(wheel) as archive:
+        record = archive.getinfo("chiasm_bundles_colors-0.1.0.dist-info/RECORD")
+    start = record.header_offset + 30 + len(record.filename)
+    directory = whole.rindex(b"PK\x01\x02")
+    for place, value in ((start, 0xFF), (directory + 6, 0xFF)):  # its content, and the version it needs
+        damaged = bytearray(whole)
+        damaged[place] = value
+        wheel.write_bytes(damaged)
+        pack("colors", bundles[:1], tmp_path)
+        assert wheel.read_bytes() == whole
+    wheel.unlink()
+    os.mkfifo(wheel)
+    assert pack("colors", bundles[:1], tmp_path) == (wheel, True)
+    assert wheel.read_bytes() == whole
+
+
 def test_native_code_names_the_glibc(bundles: list[Path], tmp_path: Path) -> None:
     bundle = tmp_path / "bundle"
     bundle.mkdir()
@@ -114,6 +133,14 @@ def test_refusals(bundles: list[Path], tmp_path: Path) -> None:
     next(damaged.glob("*.onnx")).write_bytes(b"no model")
     with pytest.raises(BundleError, match="bytes, the manifest says"):
         pack("colors", [damaged], tmp_path)
+    for name, match in (("golden.safetensors", "sha256 differs"), ("more.txt", "does not name")):
+        before = (damaged / name).read_bytes() if (damaged / name).exists() else b" "
+        (damaged / name).write_bytes(before[:-1] + b"?")
+        for file in bundles[0].glob("*.onnx"):
+            (damaged / file.name).write_bytes(file.read_bytes())
+        with pytest.raises(BundleError, match=match):
+            pack("colors", [damaged], tmp_path)
+        (damaged / name).write_bytes(before)
     assert not list(tmp_path.glob("*.whl"))
 
 

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import io
 import os
 import platform
 import re
 import time
 import zipfile
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -22,8 +24,9 @@ from chiasm import __version__
 from ..packs import GROUP, SUFFIX
 from .dates import given_time
 from .errors import ExportError
-from .files import MOST_OF_FILE
-from .manifest import BundleError, read_file, read_inside, read_manifest
+from .files import MOST_OF_FILE, read_regular
+from .manifest import BundleError, read_inside, read_manifest
+from .signing import check_files
 
 #: The first and the last time that a zip archive can store, in seconds since 1970. The first is the default.
 _EPOCH, _LAST = 315532800, 4354819198
@@ -79,10 +82,8 @@ def pack(name: str, bundles: Sequence[Path], output: Path, version: str = __vers
 
 
 def _contents(bundle: Path, manifest: dict[str, Any], folder: str) -> dict[str, bytes]:
-    """Every file of the bundle; those in the manifest have been checked against it."""
-    for method in manifest["methods"].values():
-        for artifact in method["artifacts"]:
-            read_file(bundle, artifact)
+    """Every file of the bundle. They are those of the manifest, or no runtime would open the bundle."""
+    check_files(bundle, manifest)
     names = sorted(file.relative_to(bundle).as_posix() for file in bundle.rglob("*") if file.is_file())
     try:
         return {f"{folder}/{name}": read_inside(bundle, name, MOST_OF_FILE) for name in names}
@@ -112,10 +113,11 @@ def _record(files: dict[str, bytes], own: str) -> bytes:
 def _holds(wheel: Path, path: str, record: bytes) -> bool:
     """Whether a complete wheel with this list of hashes exists."""
     try:
-        with zipfile.ZipFile(wheel) as archive:
+        # Opening a pipe would wait for its writer
+        with zipfile.ZipFile(io.BytesIO(read_regular(wheel, MOST_OF_FILE))) as archive:
             return archive.read(path) == record
-    except (FileNotFoundError, KeyError, zipfile.BadZipFile):
-        return False
+    except (OSError, EOFError, KeyError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error):
+        return False  # the last ones: damaged
 
 
 def _write(target: Path, files: dict[str, bytes]) -> None:

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from .errors import ExportError
 from .files import MOST_OF_KEY, read_regular, write_whole
@@ -186,7 +187,11 @@ def read_public_key(key: str) -> str:
 
 def _prove(folder: Path, message: bytes) -> None:
     """Reject a bundle unless its files are exactly those in its manifest `message`."""
-    manifest = parse_manifest(folder, message)
+    check_files(folder, parse_manifest(folder, message))
+
+
+def check_files(folder: Path, manifest: dict[str, Any]) -> None:
+    """Reject a bundle (BundleError) unless its files are exactly those in its manifest."""
     entries = [a for method in manifest["methods"].values() for a in method["artifacts"]]
     entries += [manifest["golden"], *manifest.get("documents", {}).values()]
     for entry in entries:
