@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,6 +14,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+import chiasm.runtime
 from chiasm.export import ExportError, Spec, TensorSpec, documents, export, image
 
 
@@ -50,3 +54,14 @@ def test_a_full_disk_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     with pytest.raises(ExportError, match=r"No space left on device\n  instead: make room on the disk"):
         export(torch.sigmoid, Spec("test.full", [image()]), tmp_path, formats=["onnx"], methods=["forward"])
     assert not list(tmp_path.iterdir())
+
+
+def test_what_an_op_raises_is_one_line(light: Callable[[str], Path], tmp_path: Path) -> None:
+    """In TorchScript, whose own message is a stack with source lines."""
+    bundle = Path(shutil.copytree(light("filters.gaussian_blur2d"), tmp_path / "blur.chiasm"))
+    manifest = json.loads((bundle / "manifest.json").read_text())
+    manifest["symbols"]["H"]["min"] = 1
+    (bundle / "manifest.json").write_text(json.dumps(manifest))
+    method = chiasm.runtime.open(bundle).method(backend="torch")
+    with pytest.raises(chiasm.runtime.ChiasmError, match=r"failed: input: expected at least 3 rows [^\n]*\Z"):
+        method(torch.zeros(1, 1, 1, 9), torch.ones(1, 2))

@@ -314,7 +314,9 @@ class LoadedProgram {
       throw Error(CHIASM_OUT_OF_MEMORY,
                   "out of memory: " + bytes.substr(0, bytes.find(' ')) + " bytes were asked for");
     if (text.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
-    const std::string reason = after("\nRuntimeError: ");  // what stands before it is TorchScript's stack
+    std::string reason = after("\nRuntimeError: ");  // what stands before it is TorchScript's stack
+    if (reason.empty()) reason = after("\nbuiltins.ValueError: ");  // which an op raises
+    if (reason.empty()) reason = after("\nbuiltins.TypeError: ");
     throw Error(CHIASM_INTERNAL, reason.empty() ? text : reason.substr(0, reason.find('\n')));
   }
 
