@@ -534,12 +534,12 @@ _declare(
     ["Q == PH * PW"],
 )
 _declare(
-    """bilinear_means(T[B, C, Q, H, W] x, int64[K] image, T[K, PH, N] rows, T[K, PW, M] columns, int shared) ->
-    T[K, C, PH, PW]""",
+    """bilinear_means(T[B, C, Q, H, W] x, int64[K] image, T[K, PH, N] rows, T[K, PW, M] columns, int shared)
+    -> T[K, C, PH, PW]""",
     "regions.cpp",
-    """The means of points in the bins of boxes, read by bilinear interpolation; each plane of a channel serves
-    shared bins in turn. Numbers of images outside the batch are limited. A point up to one pixel outside the
-    centres of the border pixels reads the nearest pixel; a point further outside counts as 0.""",
+    """The means of points in the bins of boxes, read by bilinear interpolation; each plane of a channel
+    serves shared bins in turn. Numbers of images outside the batch are limited. A point up to one pixel
+    outside the centres of the border pixels reads the nearest pixel; a point further outside counts as 0.""",
     ["1 <= N", "1 <= M", "1 <= shared", "Q * shared == PH * PW"],
 )
 _declare(
