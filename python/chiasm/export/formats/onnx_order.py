@@ -1,7 +1,7 @@
 """The order of integers of 64 bits.
 
 ONNX Runtime compares their lower halves as signed numbers if the upper halves are equal: in Min, Max, Clip,
-Sign, ReduceMax and ReduceMin of more than one element, 2**31 is less than 7. Its Less and ArgMax are right.
+Sign, ReduceMax and ReduceMin of more than one element, 2**31 is less than 7. Its Less and TopK are right.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _sign(step: Steps, node: onnx_ir.Node) -> onnx_ir.Value:
     return step("Sub", step("Cast", above, to=int64), step("Cast", below, to=int64))
 
 
-def _reduced(place: str) -> Callable[..., onnx_ir.Value]:
+def _reduced(largest: int) -> Callable[..., onnx_ir.Value]:
     def rule(step: Steps, node: onnx_ir.Node) -> onnx_ir.Value:
         result, given = (*node.inputs, None)[:2]
         assert result is not None
@@ -79,7 +79,7 @@ def _reduced(place: str) -> Callable[..., onnx_ir.Value]:
             return result
         axes = range(len(result.shape)) if known is None else known.numpy().tolist()
         for axis in axes:
-            result = step("GatherElements", result, step(place, result, axis=axis), axis=axis)
+            result = step("TopK", result, step.numbers(1), outputs=2, axis=axis, largest=largest)
         keeps = node.attributes.get("keepdims")
         if keeps is None or keeps.as_int() or not axes:
             return result
@@ -93,6 +93,6 @@ _RULES: dict[str, Callable[[Steps, onnx_ir.Node], onnx_ir.Value]] = {
     "Min": _extreme(_less),
     "Clip": _clip,
     "Sign": _sign,
-    "ReduceMax": _reduced("ArgMax"),
-    "ReduceMin": _reduced("ArgMin"),
+    "ReduceMax": _reduced(largest=1),
+    "ReduceMin": _reduced(largest=0),
 }

@@ -39,10 +39,12 @@ class Steps:
         self.name, self.nodes = name, list[onnx_ir.Node]()
 
     def __call__(
-        self, op: str, *inputs: onnx_ir.Value, **attributes: int | str | onnx_ir.Tensor[Any]
+        self, op: str, *inputs: onnx_ir.Value, outputs: int = 1, **attributes: int | str | onnx_ir.Tensor[Any]
     ) -> onnx_ir.Value:
-        node = onnx_ir.node(op, inputs, attributes=attributes)
-        node.outputs[0].name = f"{self.name}_{len(self.nodes)}"
+        """The first of the node's outputs."""
+        node = onnx_ir.node(op, inputs, attributes=attributes, num_outputs=outputs)
+        for i, output in enumerate(node.outputs):
+            output.name = f"{self.name}_{len(self.nodes)}{'_' * i}"
         self.nodes.append(node)
         return node.outputs[0]
 
