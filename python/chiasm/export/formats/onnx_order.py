@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import onnx_ir
-from onnx_ir import convenience
 
-from .onnx_scatter import Steps
+from .onnx_steps import Steps
 
 
 def keep_order(model: onnx_ir.Model) -> None:
@@ -22,16 +21,10 @@ def keep_order(model: onnx_ir.Model) -> None:
             continue
         if all(_is_single(value) for value in (*node.inputs, *node.outputs)):  # arithmetic of sizes
             continue
-        step, output = Steps(f"{node.outputs[0].name}_ordered"), node.outputs[0]
+        step = Steps(f"{node.outputs[0].name}_ordered")
         result = rule(step, node)
-        if not step.nodes:
-            continue
-        result.type, result.shape = output.type, output.shape
-        assert node.graph is not None
-        node.graph.insert_before(node, step.nodes)
-        convenience.replace_all_uses_with(output, result, replace_graph_outputs=True)
-        node.graph.remove(node, safe=True)
-        result.name, output.name = output.name, None  # an output of the graph keeps its name
+        if step.nodes:
+            step.replace(node, result)
 
 
 def _is_single(value: onnx_ir.Value | None) -> bool:

@@ -6,11 +6,10 @@ sometimes lacks a term (its issues 18048 and 23396); its ScatterElements adds on
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import onnx_ir
-from onnx_ir import convenience
+
+from .onnx_steps import Steps
 
 
 def add_in_order(model: onnx_ir.Model) -> None:
@@ -25,31 +24,7 @@ def add_in_order(model: onnx_ir.Model) -> None:
         if not isinstance(count, int):
             raise ValueError(f"ScatterND of {indices.name}: how many dimensions it indexes is not known")
         steps = Steps(node.outputs[0].name or "scattered")
-        result = _scattered(steps, data, indices, updates, count)
-        result.type, result.shape = node.outputs[0].type, node.outputs[0].shape
-        node.graph.insert_before(node, steps.nodes)
-        convenience.replace_all_uses_with(node.outputs[0], result, replace_graph_outputs=True)
-        node.graph.remove(node, safe=True)
-
-
-class Steps:
-    """Adds nodes, and gives their values new names."""
-
-    def __init__(self, name: str) -> None:
-        self.name, self.nodes = name, list[onnx_ir.Node]()
-
-    def __call__(
-        self, op: str, *inputs: onnx_ir.Value, outputs: int = 1, **attributes: int | str | onnx_ir.Tensor[Any]
-    ) -> onnx_ir.Value:
-        """The first of the node's outputs."""
-        node = onnx_ir.node(op, inputs, attributes=attributes, num_outputs=outputs)
-        for i, output in enumerate(node.outputs):
-            output.name = f"{self.name}_{len(self.nodes)}{'_' * i}"
-        self.nodes.append(node)
-        return node.outputs[0]
-
-    def numbers(self, *values: int) -> onnx_ir.Value:
-        return self("Constant", value=onnx_ir.Tensor(np.array(values, np.int64)))
+        steps.replace(node, _scattered(steps, data, indices, updates, count))
 
 
 def _scattered(
