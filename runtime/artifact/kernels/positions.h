@@ -14,19 +14,6 @@ constexpr int64_t kRun = 256;
 inline float rounded(float x) { return (x + 12582912.0f) - 12582912.0f; }
 inline double rounded(double x) { return (x + 6755399441055744.0) - 6755399441055744.0; }
 
-// Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges.
-template <class T>
-inline void reflect(T* x, int64_t n, int64_t size, bool align_corners) {
-  const T low = align_corners ? T(0) : T(-0.5),
-          span = static_cast<T>(align_corners ? std::max<int64_t>(size - 1, 1) : size),
-          last = static_cast<T>(size - 1);
-  for (int64_t i = 0; i < n; ++i) {
-    const T t = std::abs(x[i] - low), turns = std::floor(t / span), rest = t - turns * span;
-    const T folded = (turns - 2 * std::floor(turns * T(0.5)) > T(0.5) ? span - rest : rest) + low;
-    x[i] = std::min(std::max(folded, T(0)), last);
-  }
-}
-
 // Runs of positions have room for whole vectors: values after their end are computed, too, and not used.
 
 // Limits positions; NaN stays.
@@ -35,6 +22,28 @@ inline void limit(T* x, int64_t n, T low, T high) {
   const Lanes<T> d;
   for (int64_t i = 0; i < n; i += kLanes<T>)
     hn::StoreU(smaller(hn::Set(d, high), larger(hn::Set(d, low), hn::LoadU(d, x + i))), d, x + i);
+}
+
+// Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges. Vectors of
+// positions inside of it, which are most, need no division.
+template <class T>
+inline void reflect(T* x, int64_t n, int64_t size, bool align_corners) {
+  const Lanes<T> d;
+  const auto all = [=](auto value) { return hn::Set(d, static_cast<T>(value)); };
+  const auto low = all(align_corners ? 0 : -0.5), last = all(size - 1),
+             span = all(align_corners ? std::max<int64_t>(size - 1, 1) : size);
+  for (int64_t i = 0; i < n; i += kLanes<T>) {
+    const auto given = hn::LoadU(d, x + i);
+    auto rest = hn::Abs(hn::Sub(given, low));
+    if (!hn::AllTrue(d, hn::And(hn::Ge(given, all(0)), hn::Le(given, last)))) {
+      const auto turns = hn::Floor(hn::Div(rest, span));
+      rest = hn::Sub(rest, hn::Mul(turns, span));
+      const auto half_turns = hn::Floor(hn::Mul(turns, all(0.5)));
+      const auto is_odd = hn::Gt(hn::Sub(turns, hn::Add(half_turns, half_turns)), all(0.5));
+      rest = hn::IfThenElse(is_odd, hn::Sub(span, rest), rest);
+    }
+    hn::StoreU(smaller(last, larger(all(0), hn::Add(rest, low))), d, x + i);
+  }
 }
 
 template <class T>

@@ -10,29 +10,32 @@
 namespace chiasm::kernels {
 namespace {
 
-// Calls body(place, channel, values, count, first) for runs of `count` values of a channel, the first of which
-// is pixel `first` of the channel. Rows are divided among threads: all runs of a place, i.e. of `strips` in
-// each row, are in one thread, in their order.
+// Calls body(place, values, count, first) for runs of `count` pixels of a row, the first of which is pixel
+// `first`. Rows are divided among threads: all runs of a place, i.e. of `strips` in each row, are in one thread,
+// in their order. A run has at most kPart values, or is one pixel.
 template <class P, class Body>
-void for_channels(const P* x, int64_t n, int64_t length, int64_t step, int64_t strips, const Body& body) {
+void for_runs(const P* x, int64_t n, int64_t length, int64_t step, int64_t strips, const Body& body) {
   const int64_t pixels = length / step;
 #pragma omp parallel for
   for (int64_t place = 0; place < n * strips; ++place) {
     const P* const row = x + place / strips * length;
     const int64_t strip = place % strips, begin = pixels * strip / strips,
                   end = pixels * (strip + 1) / strips;
-    P apart[kPart];
     const int64_t most = std::max<int64_t>(kPart / step, 1);
-    for (int64_t first = begin; first < end; first += most) {
-      const int64_t count = std::min(most, end - first);
-      const P* values = row + first * step;
-      if (step > 1 && step <= kPart) {
-        split_channels(values, count, step, count, apart);
-        values = apart;
-      }  // else a run is one pixel, or of one channel
-      for (int64_t c = 0; c < step; ++c) body(place, c, values + c * count, count, first);
-    }
+    for (int64_t first = begin; first < end; first += most)
+      body(place, row + first * step, std::min(most, end - first), first);
   }
+}
+
+// Calls body(channel, values) with the values of each channel of a run.
+template <class P, class Body>
+void for_channels(const P* values, int64_t count, int64_t step, const Body& body) {
+  P apart[kPart];
+  if (step > 1 && step <= kPart) {
+    split_channels(values, count, step, count, apart);
+    values = apart;
+  }  // else a run is one pixel, or of one channel
+  for (int64_t c = 0; c < step; ++c) body(c, values + c * count);
 }
 
 // As many as there are threads, unless there are enough rows.
@@ -131,20 +134,84 @@ struct Range {
   }
 };
 
+// The ranges of the channels of pixels.
+template <class P>
+class Ranges {
+ public:
+  explicit Ranges(int64_t step) : step_(step), ranges_(static_cast<size_t>(step)) {
+    if (step < 2 || step > 4) return;
+    for (auto& limits : limits_) limits.resize(ranges_.size() * kLanes<P>);
+  }
+
+  // Takes n pixels that come after all that it has; the first of them is pixel `first`.
+  void take(const P* x, int64_t n, int64_t first) {
+    if (has_all(x, n)) return;
+    for_channels(x, n, step_, [&](int64_t c, const P* values) { ranges_[size_t(c)].take(values, n, first); });
+    for (size_t k = 0; k < limits_[0].size(); ++k) {
+      limits_[0][k] = ranges_[k % ranges_.size()].least.value;
+      limits_[1][k] = ranges_[k % ranges_.size()].greatest.value;
+    }
+    complete_ = std::all_of(ranges_.begin(), ranges_.end(), [](const Range<P>& range) {
+      return range.least.index >= 0 && range.greatest.index >= 0;
+    });
+  }
+
+  const Range<P>& operator[](int64_t channel) const { return ranges_[static_cast<size_t>(channel)]; }
+
+ private:
+  // Whether no value is outside of its channel's range: true for nearly all runs of an image. To find that out,
+  // pixels need not be split into channels.
+  bool has_all(const P* x, int64_t n) const {
+    if (!complete_ || n < kLanes<P>) return false;
+    return (step_ == 2 && has_all_of<2>(x, n)) || (step_ == 3 && has_all_of<3>(x, n)) ||
+           (step_ == 4 && has_all_of<4>(x, n));
+  }
+
+  template <int kStep>
+  bool has_all_of(const P* x, int64_t n) const {
+    const Lanes<P> d;
+    hn::Vec<Lanes<P>> limits[2][kStep], low[kStep], high[kStep];
+    for (int64_t v = 0; v < kStep; ++v) {
+      low[v] = limits[0][v] = hn::LoadU(d, limits_[0].data() + v * kLanes<P>);
+      high[v] = limits[1][v] = hn::LoadU(d, limits_[1].data() + v * kLanes<P>);
+    }
+    for (int64_t k = 0; k < n; k += kLanes<P>) {
+      const P* const pixels = x + std::min(k, n - kLanes<P>) * kStep;
+      for (int64_t v = 0; v < kStep; ++v) {
+        const auto values = hn::LoadU(d, pixels + v * kLanes<P>);
+        // the second argument if one is NaN
+        low[v] = smaller(values, low[v]);
+        high[v] = larger(values, high[v]);
+      }
+    }
+    auto same = hn::Eq(low[0], limits[0][0]);
+    for (int64_t v = 0; v < kStep; ++v) {
+      same = hn::And(same, hn::Eq(low[v], limits[0][v]));
+      same = hn::And(same, hn::Eq(high[v], limits[1][v]));
+    }
+    return hn::AllTrue(d, same);
+  }
+
+  int64_t step_;
+  std::vector<Range<P>> ranges_;
+  bool complete_ = false;  // each range has a value
+  // The least and the greatest values of the channels of as many pixels as a vector has lanes
+  std::vector<P> limits_[2];
+};
+
 }  // namespace
 
 template <class P>
 void extreme_indices(const P* x, int64_t n, int64_t length, int64_t step, int64_t* out) {
   const int64_t strips = strips_of(n, length / step);
-  std::vector<Range<P>> found(static_cast<size_t>(n * strips * step));
-  for_channels(x, n, length, step, strips,
-               [&](int64_t place, int64_t channel, const P* values, int64_t count, int64_t first) {
-                 found[static_cast<size_t>(place * step + channel)].take(values, count, first);
-               });
+  std::vector<Ranges<P>> found(static_cast<size_t>(n * strips), Ranges<P>(step));
+  for_runs(x, n, length, step, strips, [&](int64_t place, const P* values, int64_t count, int64_t first) {
+    found[static_cast<size_t>(place)].take(values, count, first);
+  });
   for (int64_t i = 0; i < n * step; ++i) {
     Range<P> range;
     for (int64_t strip = 0; strip < strips; ++strip)
-      range.take(found[static_cast<size_t>((i / step * strips + strip) * step + i % step)]);
+      range.take(found[static_cast<size_t>(i / step * strips + strip)][i % step]);
     out[2 * i] = std::max<int64_t>(range.least.index, 0);
     out[2 * i + 1] = std::max<int64_t>(range.greatest.index, 0);
   }
@@ -180,10 +247,11 @@ void add_moments(const uint8_t* x, int64_t n, int64_t* moments) {
 void moments_bytes(const uint8_t* x, int64_t n, int64_t length, int64_t step, int64_t* out) {
   const int64_t strips = strips_of(n, length / step);
   std::vector<int64_t> moments(static_cast<size_t>(2 * n * strips * step));
-  for_channels(x, n, length, step, strips,
-               [&](int64_t place, int64_t channel, const uint8_t* values, int64_t count, int64_t) {
-                 add_moments(values, count, moments.data() + 2 * (place * step + channel));
-               });
+  for_runs(x, n, length, step, strips, [&](int64_t place, const uint8_t* values, int64_t count, int64_t) {
+    for_channels(values, count, step, [&](int64_t channel, const uint8_t* of_channel) {
+      add_moments(of_channel, count, moments.data() + 2 * (place * step + channel));
+    });
+  });
   for (int64_t i = 0; i < 2 * n * step; ++i) {
     out[i] = 0;
     for (int64_t strip = 0; strip < strips; ++strip)
