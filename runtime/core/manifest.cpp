@@ -97,6 +97,16 @@ void check_version(const JsonNode& node) {
   if (!good || dots != 2) node.refuse("'" + text + "' is not a version like 1.0.0");
 }
 
+/** "2026-01-31T23:59:59Z" */
+void check_time(const JsonNode& node) {
+  static const std::string kForm = "0000-00-00T00:00:00Z";
+  const std::string& text = node.string(64);
+  bool good = text.size() == kForm.size();
+  for (size_t i = 0; good && i < kForm.size(); ++i)
+    good = kForm[i] == '0' ? is_digit(text[i]) : text[i] == kForm[i];
+  if (!good) node.refuse("'" + text + "' is not a time like 2026-01-31T23:59:59Z");
+}
+
 int32_t read_dtype(const JsonNode& node) {
   const std::string& text = node.string(64);
   const int32_t dtype = dtype_from_name(text);
@@ -150,7 +160,7 @@ class Reader final {
     manifest_.version = root_.at("version").string();
     manifest_.summary = root_.at("summary").string();
     root_.at("reference").string();
-    root_.at("created").string(64);
+    check_time(root_.at("created"));
     for (const auto& member : root_.at("producer").members(0, 64)) member.node.string(256);
     root_.at("config").expect_object();
     read_symbols();

@@ -267,6 +267,7 @@ def test_bundles_that_are_none(sobel: Path, photo: Path, tmp_path: Path) -> None
         (text[:-30], "not JSON"),
         (text.replace(b'"min": 8', b'"min": "' + b"x" * 5000 + b'"'), "min"),
         (text.replace(b'"dtype": "T"', b'"dtype": "float99"'), "float99"),
+        (text.replace(b'"name": "filters.sobel"', rb'"name": "filters.sobel\n"'), "$.name"),
     ):
         (sobel / "manifest.json").write_bytes(damage)
         for command in (["info", sobel], ["verify", sobel], ["run", sobel, photo, out]):

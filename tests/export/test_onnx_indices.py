@@ -55,6 +55,12 @@ def marked(table: Tensor, index: Tensor) -> Tensor:
     return F.one_hot(index, 16)
 
 
+def classified(table: Tensor, index: Tensor) -> Tensor:
+    """A loss whose classes are the table's rows."""
+    scores = table.t()[:1].expand(index.shape[0], ROWS)
+    return F.nll_loss(scores, index, reduction="none") + F.cross_entropy(scores, index, label_smoothing=0.1)
+
+
 def exported(fn: Callable, folder: Path, format: str = "onnx", most: int = ROWS) -> Path:
     spec = Spec(
         f"test.{fn.__name__}",
@@ -73,7 +79,7 @@ def method_of(bundle: Path, backend: str = "onnx") -> runtime.Method:
     return runtime.open(bundle).method("forward", backend=backend)
 
 
-@pytest.mark.parametrize("fn", [gathered, selected, embedded, scattered, added, copied, marked])
+@pytest.mark.parametrize("fn", [gathered, selected, embedded, scattered, added, copied, marked, classified])
 def test_operators_that_take_no_negative_index_refuse_it(fn: Callable, tmp_path: Path) -> None:
     method, table = method_of(exported(fn, tmp_path)), torch.rand(ROWS, COLUMNS)
     right = torch.tensor([2, 0, ROWS - 1])

@@ -117,6 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"/version", "1..0", "version"}, Damage{"/version", "1.0.x", "version"},
         Damage{"/surprise", 1, "unknown field 'surprise'"}, Damage{"/producer/test", 3, "producer.test"},
         Damage{"/config", 3, "config: expected an object"}, Damage{"/created", kRemoved, "'created'"},
+        Damage{"/created", "2026-01-01 00:00:00", "created: '2026-01-01 00:00:00' is not a time like"},
         Damage{"/symbols/H/min", 0, "symbols.H.min"},
         Damage{"/symbols/H/min", 9999, "min 9999 is greater than max 4096"},
         Damage{"/symbols/H/max", 1e300, "symbols.H.max"},

@@ -7,12 +7,16 @@ import errno
 import hashlib
 import json
 import os
+import re
+from collections.abc import Iterator
 from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, cast
 
 import jsonschema
+from jsonschema.exceptions import best_match
+from jsonschema.validators import extend
 
 from ..packs import SUFFIX as SUFFIX
 from .files import read_regular
@@ -72,12 +76,24 @@ def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
             " upgrade chiasm"
         )
     try:
-        jsonschema.validate(manifest, schema())
-    except jsonschema.ValidationError as error:
-        raise BundleError(f"{file}: at {error.json_path}: {error.message[:300]}") from error
+        found = best_match(_validator().iter_errors(manifest))
     except RecursionError as error:
         raise BundleError(f"{file}: nested too deeply") from error
+    if found is not None:
+        raise BundleError(f"{file}: at {found.json_path}: {found.message[:300]}")
     return manifest
+
+
+@cache
+def _validator() -> Any:
+    return extend(jsonschema.Draft202012Validator, {"pattern": _match})(schema())
+
+
+def _match(_: Any, pattern: str, text: Any, __: Any) -> Iterator[jsonschema.ValidationError]:
+    """JSON Schema's patterns are ECMAScript's: unlike Python's, `$` does not match before a line feed at the
+    end, and digits are 0 to 9."""
+    if isinstance(text, str) and not re.search(pattern.replace("$", r"\Z"), text, re.ASCII):
+        yield jsonschema.ValidationError(f"{text!r} does not match {pattern!r}")
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

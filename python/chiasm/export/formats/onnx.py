@@ -25,7 +25,6 @@ from ..tracing.graph import dynamic_shapes
 from .onnx_clamps import keep_infinities
 from .onnx_division import TRANSLATIONS
 from .onnx_function import domain_version, function_name, fuse
-from .onnx_indices import check_indices
 from .onnx_order import keep_order
 from .onnx_scatter import add_in_order
 from .onnx_shifts import SHIFTS
@@ -74,7 +73,6 @@ def to_onnx(
     try:
         with warnings.catch_warnings(), fast_onnx():
             warnings.simplefilter("ignore")
-            check_indices(program)
             made = torch.onnx.export(
                 program,
                 dynamo=True,

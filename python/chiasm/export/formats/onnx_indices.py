@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, cast
 
 import torch
@@ -45,14 +45,14 @@ _SHORT = (torch.int8, torch.int16, torch.int32)
 Interval = tuple[float, float]
 
 
-def check_indices(program: ExportedProgram) -> None:
+def check_indices(program: ExportedProgram, checked: Collection[Node] = ()) -> None:
     """In place: for operators that reject negative indices, replace these with indices that are out of range;
-    convert indices of shorter types to int64."""
+    convert indices of shorter types to int64. Nodes that are `checked` stay as they are."""
     for module in list(program.graph_module.modules()):
         if not isinstance(module, GraphModule):
             continue
         intervals = _Intervals(program, module.graph)
-        for node in list(module.graph.nodes):
+        for node in [node for node in module.graph.nodes if node not in checked]:
             place = _INDEX.get(node.target)
             with module.graph.inserting_before(node):
                 if place is not None and intervals.of(node.args[place])[0] < 0:

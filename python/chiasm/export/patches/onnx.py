@@ -13,6 +13,9 @@ from . import onnx_numbers, replaced
 from .onnx_decomposition import decomposed
 from .tracing import fast_tracing
 
+#: Operators whose ONNX forms count negative classes from the end, and ignore `label_smoothing`.
+_BETTER_DECOMPOSED = ("aten::cross_entropy_loss", "aten::nll_loss", "aten::nll_loss_forward")
+
 
 @contextmanager
 def fast_onnx() -> Generator[None]:
@@ -49,6 +52,8 @@ def _registry() -> Any:
     ):
         registry = _registration.ONNXRegistry.from_torchlib()
     onnx_numbers.register(registry)
+    for operator in _BETTER_DECOMPOSED:
+        registry.functions.pop(operator)
     return registry
 
 

@@ -17,6 +17,7 @@ from torch.export import ExportedProgram
 from torch.fx import Graph, GraphModule, Node
 
 from ..formats.onnx_division import mark_natural_quotients
+from ..formats.onnx_indices import check_indices
 from ..internals import Operator, expression_of, is_operator, run_decompositions, schema_of
 from ..tracing.expansion import expand, replace, replace_results
 
@@ -24,12 +25,15 @@ from ..tracing.expansion import expand, replace, replace_results
 def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
     """The program in operators that have an ONNX form, as far as possible. It changes the given program."""
     table = _table(registry)
+    check_indices(program)
+    checked = {n for m in program.graph_module.modules() if isinstance(m, GraphModule) for n in m.graph.nodes}
     functional = [
         _decompose_graph(m.graph, table, program)
         for m in list(program.graph_module.modules())
         if isinstance(m, GraphModule)
     ]
     program = program if all(functional) else run_decompositions(program, table)
+    check_indices(program, checked)
     for module in program.graph_module.modules():
         if isinstance(module, GraphModule):
             mark_natural_quotients(module.graph)

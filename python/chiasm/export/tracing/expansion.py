@@ -13,10 +13,10 @@ import torch
 from torch._dispatch.python import enable_python_dispatcher
 from torch._guards import detect_fake_mode
 from torch.export import ExportedProgram
-from torch.fx import GraphModule, Node
+from torch.fx import Graph, GraphModule, Node
 from torch.fx.experimental.proxy_tensor import make_fx
 
-from ..internals import expression_of
+from ..internals import expression_of, is_operator, schema_of
 
 
 def expand_all(program: ExportedProgram, forms: Mapping[Any, Callable[..., torch.Tensor]]) -> None:
@@ -52,6 +52,7 @@ def expand(
 
     with detect_fake_mode([*values, node.meta["val"]]) or nullcontext(), enable_python_dispatcher():
         body = make_fx(call, decomposition_table=table)(*values).graph
+    _make_functional(body)
     copies = dict(zip(body.find_nodes(op="placeholder"), arguments, strict=True))
     with node.graph.inserting_before(node):
         for inner in body.nodes:
@@ -90,6 +91,23 @@ def replace_results(node: Node, made: Sequence[Node | None], program: ExportedPr
         else:  # an unused result may be missing
             node.graph.erase_node(taken)
     node.graph.erase_node(node)
+
+
+def _make_functional(body: Graph) -> None:
+    """`x.copy_(y)` is y, if x was computed in the body and nothing reads x or a part of it afterwards."""
+    for copy in body.find_nodes(op="call_function", target=torch.ops.aten.copy_.default):
+        written, value = copy.args[:2]
+        users = list(written.users)
+        alike = all(
+            getattr(written.meta["val"], a) == getattr(value.meta["val"], a) for a in ("shape", "dtype")
+        )
+        if alike and users[-1] is copy and not any(map(_may_be_part, (written, *users[:-1]))):
+            copy.replace_all_uses_with(value)
+            body.erase_node(copy)
+
+
+def _may_be_part(node: Node) -> bool:
+    return not is_operator(node.target) or any(r.alias_info for r in schema_of(node.target).returns)
 
 
 def _elements(tensor: torch.Tensor) -> int | torch.SymInt:

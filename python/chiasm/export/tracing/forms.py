@@ -29,6 +29,19 @@ def _max_unpool(input: Tensor, indices: Tensor, output_size: list[int], *_: Any)
     return cast("Tensor", result.unflatten(-1, output_size))
 
 
+def _multilabel_margin_loss(input: Tensor, target: Tensor, reduction: int = 1) -> Tensor:
+    """PyTorch's graphs also count what follows the -1 that ends the targets."""
+    x, y = torch.atleast_2d(input), torch.atleast_2d(target)
+    classes = torch.arange(x.shape[1], device=y.device)
+    is_used = classes < torch.where(y == -1, classes, x.shape[1]).amin(1, keepdim=True)
+    is_target = (classes == torch.where(is_used, y, -1).unsqueeze(2)).any(1)
+    of_targets = x.gather(1, torch.where(is_used, y, 0))
+    margins = (1 - of_targets.unsqueeze(2) + x.unsqueeze(1)).clamp_min(0)
+    margins = torch.where(is_used.unsqueeze(2) & ~is_target.unsqueeze(1), margins, 0)
+    losses = (margins.sum((1, 2)) / x.shape[1]).reshape(input.shape[:-1])
+    return (losses, losses.mean(), losses.sum())[reduction]
+
+
 FORMS: dict[Any, Callable[..., Tensor]] = {
     aten.adaptive_avg_pool1d.default: means,
     aten.adaptive_avg_pool2d.default: means,
@@ -36,5 +49,6 @@ FORMS: dict[Any, Callable[..., Tensor]] = {
     aten.grid_sampler.default: sampled,
     aten.max_unpool2d.default: _max_unpool,
     aten.max_unpool3d.default: _max_unpool,
+    aten.multilabel_margin_loss.default: _multilabel_margin_loss,
     aten.one_hot.default: _one_hot,
 }
