@@ -14,7 +14,8 @@ int main(int count, char** arguments) try {
   const cv::Mat photo = cv::imread(arguments[2]);
   if (photo.empty()) throw std::runtime_error(std::string("cannot read ") + arguments[2]);
   const auto outputs = edges.run({chiasm::view(photo)});  // reads the photograph where it is
-  cv::imwrite(arguments[3], chiasm::to_mat(outputs[0]));
+  if (!cv::imwrite(arguments[3], chiasm::to_mat(outputs[0])))
+    throw std::runtime_error(std::string("cannot write ") + arguments[3]);
   std::cout << "edges on " << edges.backend() << ": " << photo.size() << " -> " << arguments[3] << '\n';
 } catch (const std::exception& error) {
   std::cerr << "edges: " << error.what() << '\n';

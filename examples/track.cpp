@@ -49,7 +49,8 @@ int main(int count, char** arguments) try {
       cv::rectangle(pixels, {box[0], box[1]}, {box[2], box[3]}, cv::Scalar::all(255));
       std::cout << tracks[2].data<int64_t>()[4 * slot] << ' ' << box << '\n';
     }
-    cv::imwrite(arguments[4], pixels);
+    if (!cv::imwrite(arguments[4], pixels))
+      throw std::runtime_error("cannot write " + std::string(arguments[4]));
   }
 } catch (const std::exception& error) {
   std::cerr << "track: " << error.what() << '\n';

@@ -56,4 +56,4 @@ for k in range(int(frames)):
         box = [round(v) for v in tracked[0, slot].tolist()]
         cv2.rectangle(frame, box[:2], box[2:], (255, 255, 255))
         print(state[2][0, slot, 0], box)
-    cv2.imwrite(out, frame)
+    cv2.imwrite(out, frame) or sys.exit(f"track: cannot write {out}")

@@ -16,6 +16,7 @@
 #include "core/minisign.h"
 #include "core/status.h"
 #include "error.h"
+#include "gil.h"
 #include "tensors.h"
 
 namespace chiasm::python {
@@ -137,7 +138,7 @@ class PythonMethod {
     const chiasm_run_options options{sizeof(chiasm_run_options), where};
     chiasm_status* status = nullptr;
     {
-      const py::gil_scoped_release release;
+      const WithoutGil released;
       status = api().method_run_each(method_.c_handle(), runs, in.data(), inputs_.count, out.data(),
                                      outputs_.count, &options);
     }
@@ -218,7 +219,7 @@ class PythonMethod {
     const chiasm_run_options options{sizeof(chiasm_run_options), stream_from(stream, in)};
     chiasm_status* status = nullptr;
     {
-      const py::gil_scoped_release release;
+      const WithoutGil released;
       status = api().method_run_into(method_.c_handle(), in.views().data(), in.views().size(),
                                      out.views().data(), out.views().size(), &options);
     }
@@ -254,7 +255,7 @@ class PythonMethod {
     chiasm_outputs* raw = nullptr;
     chiasm_status* status = nullptr;
     {
-      const py::gil_scoped_release release;
+      const WithoutGil released;
       status = api().method_run(method_.c_handle(), arguments.views().data(), arguments.views().size(),
                                 &options, &raw);
     }
@@ -288,7 +289,7 @@ std::pair<std::vector<TensorInfo>, std::vector<TensorInfo>> signature(const Bund
 std::unique_ptr<PythonMethod> load(const Bundle& bundle, const std::string& name,
                                    const LoadOptions& options) {
   const auto method = [&] {
-    const py::gil_scoped_release release;
+    const WithoutGil released;
     return bundle.method(name, options);
   };
   return std::make_unique<PythonMethod>(method());
@@ -510,7 +511,7 @@ the first error is raised, with the run's number.)")
           [](LoadOptions& self, const std::string& name) { self.dtype = dtype_from_name(name); },
           arg("name"));
 
-  const py::call_guard<py::gil_scoped_release> without_gil;
+  const py::call_guard<WithoutGil> without_gil;
   py::class_<Bundle>(m, "Bundle")
       .def(py::init([](const std::string& path) { return Bundle::open(path); }), arg("path"), without_gil)
       .def_property_readonly("name", [](const Bundle& bundle) { return bundle.info().name; })

@@ -1,6 +1,7 @@
 """Wrong arguments, damaged files and a full disk give one line on stderr and an exit status, never a
 traceback or a partial file."""
 
+import base64
 import json
 import os
 import resource
@@ -212,8 +213,10 @@ def test_a_full_disk_leaves_nothing(light: Folder, photo: Path, tmp_path: Path) 
     (tmp_path / "out.bmp").unlink()
     with limited(500):
         done = run("run", bundle, photo, tmp_path / "out.bmp", "-b", "onnx")
+        packed = run("pack", "x", bundle, "-o", tmp_path / "dist")
     refused(done, "out.bmp", "cannot be written", "large")
-    assert not list(tmp_path.iterdir())
+    refused(packed, "chiasm_bundles_x", "too large", "ulimit -f")
+    assert not list(tmp_path.rglob("*.*"))
     with open("/dev/full", "w") as full:
         refused(spawn("info", "--json", bundle, stdout=full), "No space left")
         for words in (["doctor"], ["list", "--installed"], ["--help"], ["info", "--help"]):
@@ -317,10 +320,13 @@ def test_no_permission(sobel: Path, photo: Path, tmp_path: Path) -> None:
     assert run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx").returncode == 0
     (tmp_path / "out.png").unlink()
     (sobel / "forward.pt").chmod(0)
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
     os.seteuid(65534)
     try:
         written = run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx")
         verified = run("verify", sobel)
+        served = run("triton", tmp_path / "open" / "models", f"edges={sobel}")
         os.seteuid(0)
         (sobel / "manifest.json").chmod(0)
         os.seteuid(65534)
@@ -329,6 +335,7 @@ def test_no_permission(sobel: Path, photo: Path, tmp_path: Path) -> None:
         os.seteuid(0)
     refused(written, "out.png", "Permission denied")
     refused(verified, "forward.pt", "Permission denied")
+    refused(served, "forward.pt: cannot be copied", "Permission denied")
     refused(read, "manifest.json", "Permission denied")
 
 
@@ -407,15 +414,35 @@ def test_a_reader_that_leaves(sobel: Path) -> None:
     # More than the capacity of a pipe
     (sobel / "manifest.json").write_text(json.dumps(manifest | {"summary": "long" * 100_000}))
     for words in (f"chiasm.export info --json {sobel}", f"chiasm.export info {sobel}", "chiasm doctor"):
+        reader = "true" if "doctor" in words else "head -c 1"
         done = subprocess.run(
-            f"{sys.executable} -m {words} | {'true' if 'doctor' in words else 'head -c 1'}",
-            shell=True,
-            env=os.environ | {"PYTHONPATH": str(ROOT / "python")},
+            ["bash", "-c", f"{sys.executable} -m {words} | {reader}; exit ${{PIPESTATUS[0]}}"],
+            env=os.environ | {"PYTHONPATH": str(ROOT / "python"), "PYTHONUNBUFFERED": ""},
             capture_output=True,
             text=True,
             timeout=100,
         )
-        assert not done.stderr, done.stderr
+        assert done.returncode == 128 + signal.SIGPIPE and not done.stderr, done.stderr
+
+
+def test_a_deleted_working_folder(sobel: Path, tmp_path: Path) -> None:
+    done = subprocess.run(
+        ["bash", "-c", f"cd {tmp_path} && mkdir gone && cd gone && rmdir ../gone && exec $0 $@"]
+        + [*COMMAND, "verify", str(sobel)],
+        env=os.environ | {"PYTHONPATH": str(ROOT / "python")},
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
+    refused(done, "the working folder was deleted")
+
+
+def test_a_bundle_whose_name_is_no_text(sobel: Path, tmp_path: Path) -> None:
+    odd = sobel.rename(tmp_path / "odd\udcff\x1b[31m.chiasm")
+    refused(run("verify", odd), "path", "UTF-8")
+    (odd / "manifest.json.minisig").write_text("no signature")
+    key = base64.b64encode(b"Ed" + bytes(40)).decode()
+    refused(run("verify", "--key", key, odd), "manifest.json.minisig", "odd")
 
 
 def test_wrong_words() -> None:

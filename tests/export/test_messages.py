@@ -56,12 +56,25 @@ def test_a_full_disk_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert not list(tmp_path.iterdir())
 
 
+def of_a_row(input: Tensor) -> Tensor:
+    if input.shape[2] < 3:
+        raise NotImplementedError("expected at least 3 rows: less is not done")
+    return input * 2
+
+
 def test_what_an_op_raises_is_one_line(light: Callable[[str], Path], tmp_path: Path) -> None:
     """In TorchScript, whose own message is a stack with source lines."""
-    bundle = Path(shutil.copytree(light("filters.gaussian_blur2d"), tmp_path / "blur.chiasm"))
-    manifest = json.loads((bundle / "manifest.json").read_text())
-    manifest["symbols"]["H"]["min"] = 1
-    (bundle / "manifest.json").write_text(json.dumps(manifest))
-    method = chiasm.runtime.open(bundle).method(backend="torch")
-    with pytest.raises(chiasm.runtime.ChiasmError, match=r"failed: input: expected at least 3 rows [^\n]*\Z"):
-        method(torch.zeros(1, 1, 1, 9), torch.ones(1, 2))
+    other = Spec("test.rows", [image()], symbols={"H": (3, 64)})
+    for made, inputs in (
+        (light("filters.gaussian_blur2d"), [torch.zeros(1, 1, 1, 9), torch.ones(1, 2)]),
+        (export(of_a_row, other, tmp_path, formats=["torchscript"]), [torch.zeros(1, 1, 1, 9)]),
+    ):
+        bundle = Path(shutil.copytree(made, tmp_path / "copy" / made.name))
+        manifest = json.loads((bundle / "manifest.json").read_text())
+        manifest["symbols"]["H"]["min"] = 1
+        (bundle / "manifest.json").write_text(json.dumps(manifest))
+        method = chiasm.runtime.open(bundle).method(backend="torch")
+        with pytest.raises(
+            chiasm.runtime.ChiasmError, match=r"failed: [^\n]*expected at least 3 rows[^\n]*\Z"
+        ):
+            method(*inputs)

@@ -75,7 +75,7 @@ def into(a: Tensor, b: Tensor) -> Tensor:
 
 def safe(a: Tensor, b: Tensor) -> Tensor:
     c = torch.div(a, 3, rounding_mode="trunc") + torch.div(a, b, rounding_mode="floor") + a // b
-    return c + torch.div(a, -2.0, rounding_mode="trunc") + a.shape[0] // 2
+    return c + torch.div(a, -2.0, rounding_mode="trunc") + a.shape[0] // 2 + a.shape[0] % 3
 
 
 def test_no_division_ends_a_process(tmp_path: Path) -> None:
@@ -114,6 +114,32 @@ def test_the_least_integer_by_minus_one_is_itself() -> None:
                 assert torch.equal(scripted(a, b), a)
                 with SafeQuotients():
                     assert torch.equal(op(a, b), a)
+
+
+def of_sizes(a: Tensor, b: Tensor) -> Tensor:
+    size = a.shape[0] - 3
+    return torch.zeros(1) + size // (b.shape[0] - 2) + 100 * (size % (b.shape[0] - 2))
+
+
+def of_values(a: Tensor, b: Tensor) -> Tensor:
+    x, y = int(a.item()), int(b.item())
+    return torch.stack([torch.tensor(x // y), torch.tensor(x % y)])
+
+
+def test_quotients_of_numbers() -> None:
+    sizes, values = scripted_of(of_sizes), scripted_of(of_values)
+    for scripted in (sizes, values):
+        guard_quotients(scripted)
+    for m in (0, 1, 2, 5, 9):
+        for n in (0, 1, 3, 4, 5):  # the divisors -2, -1, 1, 2, 3
+            a, b = torch.zeros(m), torch.zeros(n)
+            assert torch.equal(sizes(a, b), of_sizes(a, b)), (m, n)
+    with pytest.raises(RuntimeError, match="division by 0"):
+        sizes(torch.zeros(5), torch.zeros(2))
+    least = torch.tensor(torch.iinfo(torch.int64).min)
+    assert values(least, torch.tensor(-1)).tolist() == [least.item(), 0]  # it wraps around, as in tensors
+    with pytest.raises(RuntimeError, match="division by 0"):
+        values(torch.tensor(5), torch.tensor(0))
 
 
 def test_a_constant_divisor_costs_nothing() -> None:

@@ -8,6 +8,7 @@ import doctest
 import gc
 import importlib
 import os
+import subprocess
 import sys
 import weakref
 from pathlib import Path
@@ -287,6 +288,27 @@ def test_exported_bundles_prove_themselves(path: Path) -> None:
 
 
 @pytest.mark.skipif(not (EXPORTED / "filters.sobel.chiasm").is_dir(), reason="filters.sobel is not exported")
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_daemon_threads_do_not_abort_the_end_of_a_process(tmp_path: Path, backend: str) -> None:
+    program = """if True:
+        import sys, threading, time
+        import numpy as np
+        import chiasm.runtime
+        method = chiasm.runtime.open(sys.argv[1]).method(backend=sys.argv[2])
+        def run():
+            while True:
+                method(np.zeros((2, 2), np.float32), np.ones((), np.float32), np.ones((2, 2), bool))
+        for _ in range(3):
+            threading.Thread(target=run, daemon=True).start()
+        time.sleep(0.3)
+    """
+    command = [sys.executable, "-c", program, str(write_scale(tmp_path)), backend]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    for _ in range(3):
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=100)
+        assert done.returncode == 0 and not done.stderr, done.stderr
+
+
 def test_docstrings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "build").mkdir()
     (tmp_path / "build" / "bundles").symlink_to(EXPORTED.resolve())

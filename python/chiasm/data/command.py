@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 
 from ..export.command import jobs_option, pairs
+from ..export.console import console
 
 
 @click.command("map")
@@ -73,7 +74,6 @@ def map_command(
       chiasm map bundles/filters.gaussian_blur2d.chiasm photos soft -s 'sigma=[[1.5, 1.5]]'
       chiasm map bundles/filters.sobel.chiasm table.parquet edges -c input=image
     """
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from .driver import fingerprint, in_processes, on_ray, output_folder
@@ -94,7 +94,7 @@ def map_command(
     mapping.open()  # fails now if the method cannot run here or does not fit the columns
     if shards[0].kind == "parquet":
         mapping(empty_table(shards[0]))
-    console, started = Console(emoji=False), time.monotonic()
+    started = time.monotonic()
     with output_folder(folder, fingerprint(mapping, files, rows)):
         todo = [shard for shard in shards if not (folder / shard.file).exists()]
         done, bad, failures = 0, 0, list[str]()

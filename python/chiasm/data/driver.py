@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from ..export.ending import ENDING, delayed
+from ..export.files import naming
 from ..export.text import one_line
 from .errors import DataError
 from .mapping import Map
@@ -61,7 +62,8 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
                     f" {others[0]!r}"
                 ) from None
             scratch = folder / f".{JOB}.tmp"
-            scratch.write_text(json.dumps(job, indent=1))
+            with naming(folder):
+                scratch.write_text(json.dumps(job, indent=1))
             scratch.rename(file)
             began = job
         except ValueError as error:

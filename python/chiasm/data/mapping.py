@@ -100,7 +100,7 @@ class Map:
         try:
             opened = chiasm.runtime.open(bundle)
             inputs, results = opened.signature(method)
-        except chiasm.runtime.ChiasmError as error:
+        except (chiasm.runtime.ChiasmError, ValueError) as error:  # ValueError: a path that is not UTF-8
             raise DataError(str(error)) from error
         if errors not in _ERRORS:
             raise DataError(f"errors: expected one of {', '.join(_ERRORS)}, got {errors!r}")

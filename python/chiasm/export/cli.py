@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Column, Table
@@ -19,6 +18,7 @@ from ..doctor import report
 from ..packs import SUFFIX, listing
 from ..triton.command import triton
 from .command import Group, jobs_option, pairs
+from .console import console
 from .errors import ExportError
 from .manifest import FORMATS, GPUS, METHODS, read_manifest
 from .text import one_line
@@ -27,7 +27,6 @@ from .workers import export_names
 if TYPE_CHECKING:
     from .catalog import Entry
 
-console = Console(emoji=False)
 #: The most bytes of a password, as in minisign.
 _MOST_OF_PASSWORD = 1024
 
@@ -275,7 +274,8 @@ def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> No
 
     secret = signing.read_secret_key(key, password)
     for bundle in bundles:
-        console.print(f"signed {signing.sign(bundle, secret)}", highlight=False, markup=False, soft_wrap=True)
+        signed = one_line(signing.sign(bundle, secret))
+        console.print(f"signed {signed}", highlight=False, markup=False, soft_wrap=True)
 
 
 @main.command()
@@ -301,7 +301,10 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
         for bundle in bundles:
             comment = "".join(c if c.isprintable() else " " for c in signing.check_signature(bundle, key))
             console.print(
-                f"{bundle}: signed by the key; {comment}", highlight=False, markup=False, soft_wrap=True
+                f"{one_line(bundle)}: signed by the key; {comment}",
+                highlight=False,
+                markup=False,
+                soft_wrap=True,
             )
         # So that only signed code runs below, even if the files change meanwhile
         signing.trust_only(key)
@@ -325,12 +328,13 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
                     row.passed
                 ]
                 if not row.passed:
+                    what = "FAIL" if row.passed is False else "not run"
                     said.append(
-                        f"{'FAIL' if row.passed is False else 'not run'}: {bundle}: {row.method} {row.dtype}"
-                        f" on {row.backend}: {one_line(row.message)}"
+                        f"{what}: {one_line(bundle)}: {row.method} {row.dtype} on {row.backend}:"
+                        f" {one_line(row.message)}"
                     )
                 table.add_row(
-                    escape(bundle.resolve().name.removesuffix(SUFFIX)),
+                    escape(one_line(bundle.resolve().name.removesuffix(SUFFIX))),
                     row.method,
                     row.dtype,
                     row.backend,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +18,8 @@ from .errors import ExportError
 from .manifest import BundleError
 from .text import one_line, plain
 
+#: What the dynamic linker says then.
+_SHORT_OF_MEMORY = r"failed to map segment|[Cc]annot allocate memory"
 #: If this variable is set, an unexpected exception is not caught.
 TRACEBACK = "CHIASM_TRACEBACK"
 
@@ -48,6 +51,10 @@ class Group(click.Group):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         with ended():  # `--help` is written before `invoke`
+            try:
+                os.getcwd()
+            except FileNotFoundError:  # in which MKL, a part of torch, would end the process
+                fail("the working folder was deleted: change to another one (`cd`)", 1)
             return super().main(*args, **kwargs)
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -70,6 +77,8 @@ class Group(click.Group):
             except Exception as error:
                 if isinstance(error, ImportError) and (what := advice(error)):
                     fail(what, 1)
+                if isinstance(error, ImportError) and re.search(_SHORT_OF_MEMORY, str(error)):
+                    fail(f"out of memory: {one_line(error)}", 1)
                 # Exceptions of the runtime, which may not be installed, and of chiasm.data
                 if type(error).__name__ in ("ChiasmError", "DataError"):
                     fail(one_line(error), 1)

@@ -3,6 +3,7 @@ and needs only the standard library."""
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -11,6 +12,11 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from typing import NoReturn
 
+_REMEDIES = {
+    errno.EMFILE: " (see `ulimit -n`)",
+    errno.EFBIG: " (see `ulimit -f`)",
+    errno.ENOSPC: ": make room on the disk",
+}
 #: The signals that ask a process to end.
 ENDING = (signal.SIGTERM, signal.SIGHUP)
 
@@ -90,7 +96,8 @@ def ended() -> Generator[None]:
     except MemoryError:
         fail("out of memory", 1)
     except OSError as error:
-        fail(": ".join(str(part) for part in (error.filename, error.strerror or error) if part), 1)
+        what = ": ".join(str(part) for part in (error.filename, error.strerror or error) if part)
+        fail(what + _REMEDIES.get(error.errno or 0, ""), 1)
 
 
 def fail(message: str, status: int) -> NoReturn:

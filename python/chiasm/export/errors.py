@@ -43,7 +43,7 @@ _LIBRARY = sysconfig.get_paths()["stdlib"]
 #: Errors of engines, and what to do about each.
 _REMEDIES = (
     (
-        r"No space left on device|File too large|Disk quota exceeded",
+        r"No space left on device|File too large|Disk quota exceeded|inline_container.*unexpected pos",
         "instead: make room on the disk, or set TMPDIR to a folder that has some (see also ulimit -f)",
     ),
     (

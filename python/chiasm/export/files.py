@@ -6,6 +6,8 @@ import errno
 import os
 import stat
 import tempfile
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 #: The most bytes of a bundle's file, as for the runtime (runtime/core/manifest.cpp).
@@ -31,6 +33,17 @@ def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
         if status.st_size > most:
             raise OSError(errno.EFBIG, f"has {status.st_size} bytes, expected at most {most}", str(path))
         return file.read(status.st_size)
+
+
+@contextmanager
+def naming(path: Path) -> Generator[None]:
+    """An error of the system in the block that names no file, such as that of a full disk, names this one."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            error.filename = str(path)
+        raise
 
 
 def write_whole(path: Path, data: bytes | memoryview) -> None:

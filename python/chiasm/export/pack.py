@@ -24,7 +24,7 @@ from chiasm import __version__
 from ..packs import GROUP, SUFFIX
 from .dates import given_time
 from .errors import ExportError
-from .files import MOST_OF_FILE, read_regular
+from .files import MOST_OF_FILE, naming, read_regular
 from .manifest import BundleError, read_inside, read_manifest
 from .signing import check_files
 
@@ -125,7 +125,7 @@ def _write(target: Path, files: dict[str, bytes]) -> None:
     seconds = min(max(given_time() or _EPOCH, _EPOCH), _LAST)
     part = target.with_name(f".{target.name}.{os.getpid()}")
     try:
-        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+        with naming(target), zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
             for path, data in sorted(files.items()):
                 entry = zipfile.ZipInfo(path, time.gmtime(seconds)[:6])
                 entry.compress_type = zipfile.ZIP_DEFLATED

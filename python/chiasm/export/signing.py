@@ -18,6 +18,7 @@ from typing import Any
 from .errors import ExportError
 from .files import MOST_OF_KEY, read_regular, write_whole
 from .manifest import BundleError, manifest_text, parse_manifest, read_file, read_inside
+from .text import one_line
 
 SIGNATURE = "manifest.json.minisig"
 _UNTRUSTED, _TRUSTED = "untrusted comment: ", "trusted comment: "
@@ -150,7 +151,7 @@ def check_signature(bundle: str | Path, key: str) -> str:
         raise BundleError(f"{folder}: is not signed: there is no {SIGNATURE} in it (`chiasm sign` makes one)")
     try:
         signature = read_inside(folder, SIGNATURE, MOST_OF_KEY)
-        comment = _runtime.verify_signature(message, signature, read_public_key(key), str(file))
+        comment = _runtime.verify_signature(message, signature, read_public_key(key), one_line(file))
     except OSError as error:
         raise BundleError(f"{file}: {error.strerror}") from error
     except _runtime.ChiasmError as error:

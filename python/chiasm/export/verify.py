@@ -49,7 +49,7 @@ def _runtime(folder: Path) -> list[Row]:
 
     try:
         rows = chiasm.runtime.open(folder).self_test()
-    except chiasm.runtime.ChiasmError as error:
+    except (chiasm.runtime.ChiasmError, ValueError) as error:  # ValueError: a path that is not UTF-8
         raise BundleError(str(error)) from error
     return [
         Row(

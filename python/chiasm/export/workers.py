@@ -17,16 +17,15 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import click
-from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..packs import SUFFIX
+from .console import console
 from .errors import ExportError
 from .manifest import FORMATS, METHODS
 from .text import one_line, plain
 
-console = Console(emoji=False)
 #: An option of prctl: the signal that a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
 _Result = TypeVar("_Result")

@@ -60,7 +60,10 @@ def write(repository: Path, parts: Sequence[Part], ensemble: str | None = None) 
         for each in chain:
             _write_ensemble(Path(scratch) / each.name, each)
         for name in names:
-            os.rename(Path(scratch) / name, repository / name)
+            try:
+                os.rename(Path(scratch) / name, repository / name)
+            except OSError as error:
+                raise RepositoryError(f"{repository / name}: {error.strerror}") from error
     return [repository / name for name in names]
 
 
@@ -73,9 +76,17 @@ def _write_part(folder: Path, part: Part) -> None:
         inputs, outputs = part.tensors
         config = 'backend: "python"\n' + _described("input", inputs) + _described("output", outputs)
     else:
-        shutil.copytree(part.path, version / f"{part.path.resolve().name.removesuffix(SUFFIX)}{SUFFIX}")
+        _copy(part.path, version / f"{part.path.resolve().name.removesuffix(SUFFIX)}{SUFFIX}")
         config = 'backend: "chiasm"\n'  # the backend reads the rest from the manifest
     (folder / "config.pbtxt").write_text(config)
+
+
+def _copy(bundle: Path, target: Path) -> None:
+    try:
+        shutil.copytree(bundle, target)
+    except shutil.Error as error:  # of each file
+        file, _, why = error.args[0][0]
+        raise RepositoryError(f"{file}: cannot be copied: {why}") from error
 
 
 def _write_ensemble(folder: Path, ensemble: Ensemble) -> None:

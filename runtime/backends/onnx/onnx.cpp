@@ -166,8 +166,8 @@ class Session {
   static void append_native_code(Ort::SessionOptions& options, const std::string& bundle,
                                  const char* manifest_sha256) {
     if (bundle.find(':') != std::string::npos)
-      throw Error(CHIASM_UNAVAILABLE,
-                  "the entry chiasm.bundles cannot name the folder " + bundle + ", which has a colon");
+      throw Error(CHIASM_UNAVAILABLE, "the entry chiasm.bundles cannot name the folder " + bundle +
+                                          ", which has a colon: rename it, or set the option fused to 0");
     options.AddConfigEntry("chiasm.bundles", bundle.c_str());
     options.AddConfigEntry("chiasm.checked",
                            manifest_sha256);  // fails with UNAVAILABLE without code for this CPU

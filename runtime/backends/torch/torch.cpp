@@ -315,8 +315,9 @@ class LoadedProgram {
                   "out of memory: " + bytes.substr(0, bytes.find(' ')) + " bytes were asked for");
     if (text.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
     std::string reason = after("\nRuntimeError: ");  // what stands before it is TorchScript's stack
-    if (reason.empty()) reason = after("\nbuiltins.ValueError: ");  // which an op raises
-    if (reason.empty()) reason = after("\nbuiltins.TypeError: ");
+    const std::string raised = after("\nbuiltins.");  // by the op: the class, a colon, its text
+    const size_t colon = raised.find(": ");
+    if (reason.empty() && colon != std::string::npos) reason = raised.substr(colon + 2);
     throw Error(CHIASM_INTERNAL, reason.empty() ? text : reason.substr(0, reason.find('\n')));
   }
 

@@ -1,9 +1,10 @@
 # TorchScript's graphs are in a private module of torch.
 # pyright: reportPrivateUsage=false, reportUnknownMemberType=false, reportUnknownVariableType=false
-"""Truncated quotients of integers in TorchScript.
+"""Quotients of integers in TorchScript that do not end the process.
 
-PyTorch's own ends the process for the smallest integer divided by -1. Its quotient that is rounded down does
-not, and is an error for a divisor of 0.
+PyTorch's own do: the smallest integer divided by -1, if the quotient of tensors is truncated; and for numbers
+of Python, `a // -1` and `a % -1` of it and any `a % 0`. A quotient that is rounded down is an error for a
+divisor of 0.
 """
 
 from __future__ import annotations
@@ -30,6 +31,14 @@ def _quotient_by_number(a: Tensor, b: Tensor, rounding_mode: Optional[str]) -> T
     return rounded_to_zero(a, b, torch.div(a, number, rounding_mode="floor"))
 
 
+def _whole(a: int, b: int) -> int:
+    return -a if b == -1 else a // b
+
+
+def _rest(a: int, b: int) -> int:
+    return 0 if b == -1 else a - a // b * b
+
+
 def _stored(result: Tensor, out: Tensor) -> Tensor:
     return torch.mul(result, 1, out=out)
 
@@ -39,8 +48,8 @@ def _replaced(a: Tensor, result: Tensor) -> Tensor:
 
 
 def guard_quotients(scripted: torch.jit.ScriptModule) -> None:
-    """Write the truncated quotients of a program by quotients that are rounded down, unless the divisor is a
-    constant other than -1. A program without such quotients stays as it is."""
+    """Replace these quotients in a program, unless the divisor is a constant other than -1. A program without
+    them stays as it is."""
     calls: Any = scripted.graph.copy()
     torch._C._jit_pass_inline(calls)
     if not _unsafe(calls):
@@ -49,6 +58,10 @@ def guard_quotients(scripted: torch.jit.ScriptModule) -> None:
     torch._C._jit_pass_inline(graph)
     for node in _unsafe(graph):
         graph.setInsertPoint(node)
+        if node.kind() in _OF_NUMBERS:
+            node.output().replaceAllUsesWith(_inserted(graph, _OF_NUMBERS[node.kind()], *node.inputs()))
+            node.destroy()
+            continue
         a, b, mode, *out = node.inputs()
         form = _quotient
         if str(b.type()) != "Tensor":
@@ -64,11 +77,26 @@ def guard_quotients(scripted: torch.jit.ScriptModule) -> None:
     graph.setInsertPoint(graph.return_node())
 
 
+_OF_NUMBERS = {"aten::floordiv": _whole, "aten::remainder": _rest}
+
+
 def _unsafe(graph: Any) -> list[torch._C.Node]:
-    """The truncated quotients that may be the smallest integer divided by -1."""
+    """The quotients that may end the process."""
     kinds = ("aten::div", "aten::div_", "aten::divide", "aten::divide_")
     divisions = [node for kind in kinds for node in graph.findAllNodes(kind, recurse=True)]
-    return [node for node in divisions if node.inputsSize() > 2 and _may_overflow(*list(node.inputs())[1:3])]
+    of_numbers = [
+        node
+        for kind in _OF_NUMBERS
+        for node in graph.findAllNodes(kind, recurse=True)
+        if all(str(value.type()) == "int" for value in node.inputs()) and not _is_safe(list(node.inputs())[1])
+    ]
+    return of_numbers + [
+        node for node in divisions if node.inputsSize() > 2 and _may_overflow(*list(node.inputs())[1:3])
+    ]
+
+
+def _is_safe(divisor: Any) -> bool:
+    return divisor.node().kind() == "prim::Constant" and divisor.toIValue() not in (0, -1)
 
 
 def _may_overflow(divisor: Any, rounding_mode: Any) -> bool:
