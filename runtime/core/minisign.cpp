@@ -97,18 +97,20 @@ std::string verify_signature(std::string_view message, std::string_view signatur
 
   KeyId id;
   std::copy_n(bytes.begin() + 2, id.size(), id.begin());
-  const auto key =
-      std::find_if(keys.begin(), keys.end(), [&id](const PublicKey& one) { return one.id == id; });
-  if (key == keys.end())
-    fail(CHIASM_UNTRUSTED, origin + ": made by the key " + text_of(id) + ", which is not trusted here");
-
   std::array<unsigned char, 64> hash;
   if (bytes[1] == 'D') {
     crypto_generichash(hash.data(), hash.size(), bytes_of(message), message.size(), nullptr, 0);
     message = {reinterpret_cast<const char*>(hash.data()), hash.size()};
   }
-  if (crypto_sign_verify_detached(bytes.data() + 10, bytes_of(message), message.size(), key->key.data()) !=
-      0) {
+  // Ids are numbers that whoever makes a key may choose, so that two keys may have the same
+  const auto has_id = [&id](const PublicKey& key) { return key.id == id; };
+  if (std::none_of(keys.begin(), keys.end(), has_id))
+    fail(CHIASM_UNTRUSTED, origin + ": made by the key " + text_of(id) + ", which is not trusted here");
+  const auto key = std::find_if(keys.begin(), keys.end(), [&](const PublicKey& one) {
+    return has_id(one) && crypto_sign_verify_detached(bytes.data() + 10, bytes_of(message), message.size(),
+                                                      one.key.data()) == 0;
+  });
+  if (key == keys.end()) {
     fail(CHIASM_UNTRUSTED,
          origin + ": does not fit: what the key " + text_of(id) + " signed is something else");
   }

@@ -28,8 +28,12 @@ PublicKey read_key(const std::string& text) {
   constexpr size_t kKeySize = 56;
   if (text.size() == kKeySize && text.compare(0, 2, "RW") == 0)
     return read_public_key(text, "the trusted key '" + text + "'");
-  const Bytes file = read_file(text, kMaxSignatureSize);
-  return read_public_key({reinterpret_cast<const char*>(file.data()), file.size()}, text);
+  try {
+    const Bytes file = read_file(text, kMaxSignatureSize);
+    return read_public_key({reinterpret_cast<const char*>(file.data()), file.size()}, text);
+  } catch (const Error& error) {
+    fail(error.code(), std::string("the trusted key ") + error.what());
+  }
 }
 
 Trust make_trust(int32_t policy, const std::vector<std::string>& keys) {

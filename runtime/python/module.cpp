@@ -365,9 +365,9 @@ py::bytes sign(const std::string& message, const std::string& secret_key) {
 }
 
 py::bytes verify_signature(const std::string& message, const std::string& signature, const std::string& key,
-                           const std::string& origin) {
+                           const std::string& origin, const std::string& key_origin) {
   try {
-    return core::verify_signature(message, signature, {core::read_public_key(key, "the key")}, origin);
+    return core::verify_signature(message, signature, {core::read_public_key(key, key_origin)}, origin);
   } catch (const core::Error& error) {
     throw Error(error.code(), error.what());
   }
@@ -545,5 +545,6 @@ the first error is raised, with the run's number.)")
   m.def("dtypes", &dtypes);
   m.def("instruction_sets", &instruction_sets);
   m.def("sign", &sign, arg("message"), arg("secret_key"));
-  m.def("verify_signature", &verify_signature, arg("message"), arg("signature"), arg("key"), arg("origin"));
+  m.def("verify_signature", &verify_signature, arg("message"), arg("signature"), arg("key"), arg("origin"),
+        arg("key_origin"));
 }

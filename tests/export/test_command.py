@@ -443,6 +443,9 @@ def test_a_bundle_whose_name_is_no_text(sobel: Path, tmp_path: Path) -> None:
     (odd / "manifest.json.minisig").write_text("no signature")
     key = base64.b64encode(b"Ed" + bytes(40)).decode()
     refused(run("verify", "--key", key, odd), "manifest.json.minisig", "odd")
+    refused(run("verify", "--key", "\xff" * 56, odd), "neither a minisign public key nor a file")
+    (tmp_path / "bad.pub").write_text("no key")
+    refused(run("verify", "--key", tmp_path / "bad.pub", odd), "bad.pub", "not a minisign public key")
 
 
 def test_wrong_words() -> None:

@@ -132,6 +132,18 @@ TEST(Signature, SaysWhatIsWrong) {
   }
 }
 
+TEST(Signature, AnyOfTheKeysWithItsIdMayHaveMadeIt) {
+  const Signer one(1), two(2);
+  const core::PublicKey mine = core::read_public_key(one.key(), "k");
+  core::PublicKey other = core::read_public_key(two.key(), "k");
+  other.id = mine.id;
+  EXPECT_EQ(core::verify_signature("m", one("m"), {other, mine}, "s"),
+            core::verify_signature("m", one("m"), {mine, other}, "s"));
+  EXPECT_THAT(
+      refusal<core::Error>(CHIASM_UNTRUSTED, [&] { core::verify_signature("m", one("m"), {other}, "s"); }),
+      HasSubstr("s: does not fit"));
+}
+
 TEST(Signature, KeysAreReadStrictly) {
   for (const std::string& text :
        {std::string(), std::string("RW"), kKey.substr(1), kKey + "A", kKey + "\nmore", "\n" + kKey,
@@ -305,7 +317,7 @@ TEST_F(Policy, NonsenseInTheEnvironmentLetsNothingRun) {
   ::setenv("CHIASM_TRUST_POLICY", "signed", 1);
   EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT), HasSubstr("CHIASM_TRUSTED_KEYS"));
   ::setenv("CHIASM_TRUSTED_KEYS", "/nowhere.pub", 1);
-  EXPECT_THAT(refused(CHIASM_NOT_FOUND), HasSubstr("/nowhere.pub"));
+  EXPECT_THAT(refused(CHIASM_NOT_FOUND), HasSubstr("the trusted key /nowhere.pub"));
   const auto* const without = "CHIASM_TRUSTED_KEYS is set and CHIASM_TRUST_POLICY is not";
   ::setenv("CHIASM_TRUST_POLICY", "", 1);
   EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT), HasSubstr(without));

@@ -7,7 +7,6 @@ of them.
 from __future__ import annotations
 
 import base64
-import binascii
 import hashlib
 import time
 from collections.abc import Callable
@@ -128,7 +127,7 @@ def _signature(message: bytes, key: SecretKey) -> bytes:
     text = ("\n".join(lines) + "\n").encode()
     public = base64.b64encode(b"Ed" + key.id + key.key[32:]).decode()
     try:
-        _runtime.verify_signature(message, text, public, "the signature just made")
+        _runtime.verify_signature(message, text, public, "the signature just made", "the key")
     except _runtime.ChiasmError as error:
         raise BundleError(str(error)) from error
     return text
@@ -151,7 +150,10 @@ def check_signature(bundle: str | Path, key: str) -> str:
         raise BundleError(f"{folder}: is not signed: there is no {SIGNATURE} in it (`chiasm sign` makes one)")
     try:
         signature = read_inside(folder, SIGNATURE, MOST_OF_KEY)
-        comment = _runtime.verify_signature(message, signature, read_public_key(key), one_line(file))
+        public = read_public_key(key)
+        comment = _runtime.verify_signature(
+            message, signature, public, one_line(file), f"--key {one_line(key)}"
+        )
     except OSError as error:
         raise BundleError(f"{file}: {error.strerror}") from error
     except _runtime.ChiasmError as error:
@@ -175,7 +177,7 @@ def read_public_key(key: str) -> str:
     try:
         if len(key) == 56 and len(base64.b64decode(key, validate=True)) == 42:
             return key
-    except binascii.Error:
+    except ValueError:  # no base64
         pass
     try:
         return read_regular(key, MOST_OF_KEY).decode()
