@@ -11,6 +11,7 @@ WHAT = (
     "images",
     "geometry",
     "peers",
+    "memory",
     "matching",
     "serving",
     "ray",
