@@ -398,6 +398,27 @@ def test_a_division_by_zero_is_an_error(bundle: Path, place: int) -> None:
         runtime.open(bundle).method("forward", backend="native")(*made(divisor=divisor).values())
 
 
+def cut_off(a: Tensor, b: Tensor) -> Tensor:
+    return torch.div(a, b, rounding_mode="trunc") + torch.fmod(a, b) + a % b
+
+
+@pytest.mark.parametrize("dtype", [torch.int8, torch.uint8, torch.int32])
+def test_no_lane_beyond_a_row_is_a_divisor(tmp_path: Path, dtype: torch.dtype) -> None:
+    name = str(dtype).removeprefix("torch.")
+
+    def sample(generator: torch.Generator, sizes: dict[str, int], _: torch.dtype) -> dict[str, Tensor]:
+        return {x: torch.randint(1, 100, (sizes["N"],), generator=generator).to(dtype) for x in ("a", "b")}
+
+    tensors = [TensorSpec(x, ("N",), name) for x in ("a", "b")]
+    spec = Spec("test.cut_off", tensors, symbols={"N": (1, 99)}, gradients=(), sample=sample)
+    method = runtime.open(export(cut_off, spec, tmp_path, formats=["native"])).method(backend="native")
+    for n in range(1, 70):
+        given = list(sample(torch.Generator().manual_seed(n), {"N": n}, dtype).values())
+        assert torch.equal(torch.as_tensor(method(*given)), cut_off(*given)), n
+    with pytest.raises(runtime.ChiasmError, match="an integer was divided by zero"):
+        method(given[0], torch.zeros(69, dtype=dtype))
+
+
 def pick(table: Tensor, picked: Tensor) -> Tensor:
     return table[picked]
 

@@ -281,6 +281,8 @@ def test_arguments_of_the_module_that_cpp_does_not_take(bundle: runtime.Bundle) 
         bundle.signature("forward\0")
     with pytest.raises(ValueError, match="keys: expected text"):
         runtime.set_trust("signed", ["\0"])
+    with pytest.raises(TypeError, match="keys: expected a list"):
+        runtime.set_trust("signed", "k.pub")
 
 
 def test_a_self_test_of_a_backend_that_is_none(bundle: runtime.Bundle) -> None:

@@ -263,6 +263,8 @@ def set_trust(policy: str, keys: Sequence[str | os.PathLike[str]] = ()) -> None:
     keys
         For "signed": minisign public keys, each as its 56 characters or as the path of a file.
     """
+    if isinstance(keys, (str, bytes, os.PathLike)):
+        raise TypeError(f"keys: expected a list of keys, got {keys!r}")
     _runtime.set_trust(_text("policy", policy), [_text("keys", os.fsdecode(key)) for key in keys])
 
 

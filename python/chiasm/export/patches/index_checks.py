@@ -61,9 +61,6 @@ def checked_native_code(header: Path | None = None) -> Generator[None]:
 
     def nothing(_: Any) -> None: ...
 
-    def truncdiv(a: Any, b: Any) -> str:  # Inductor finds the scalar form of a vector's by this name
-        return f"chiasm::truncated_quotient({a}, {b})"
-
     with replaced(
         {
             "torch._inductor.codegen.common:CSEProxy.indirect_indexing": indirect_indexing_with(
@@ -71,8 +68,8 @@ def checked_native_code(header: Path | None = None) -> Generator[None]:
             ),
             "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": checked_propagation(),
             "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
-            "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(truncdiv),
-            "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(truncdiv),
+            "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(_Scalars.truncdiv),
+            "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(_Vectors.truncdiv),
         }
         | {
             f"{_WRAPPER}.{name}": _reporting(name)
@@ -82,6 +79,24 @@ def checked_native_code(header: Path | None = None) -> Generator[None]:
         | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": nothing})
     ):
         yield
+
+
+class _Scalars:
+    @staticmethod
+    def truncdiv(a: Any, b: Any) -> str:
+        return f"chiasm::truncated_quotient({a}, {b})"
+
+
+class _Vectors:
+    @staticmethod
+    def truncdiv(a: Any, b: Any) -> str:  # Inductor finds the scalar form by this name
+        from torch._inductor.codegen.cpp_utils import cexpr_index
+        from torch._inductor.virtualized import V
+
+        # At a row's end, lanes that are not used have a divisor of 0
+        ones = f"decltype({b})(1)"
+        divisor = f"decltype({b})::set({ones}, {b}, {cexpr_index(V.kernel.num_elems)})"
+        return f"chiasm::truncated_quotient({a}, {divisor})"
 
 
 def _reporting(name: str) -> Callable[..., None]:
