@@ -189,6 +189,20 @@ def fails(input: Tensor) -> Tensor:
     raise ValueError("\x1b[31mthe op's own words\x1b[0m")
 
 
+def branches(input: Tensor) -> Tensor:
+    return torch.cond(input.sum() > 1, torch.neg, torch.abs, (input,))
+
+
+def loops(input: Tensor) -> Tensor:
+    def goes_on(k: Tensor, x: Tensor) -> Tensor:
+        return k < x.sum()
+
+    def step(k: Tensor, x: Tensor) -> Tuple[Tensor, Tensor]:
+        return k + 1, x * 0.5
+
+    return torch.while_loop(goes_on, step, (torch.zeros(()), input))[1]
+
+
 def leaves(input: Tensor) -> Tensor:
     raise SystemExit(0)
 
@@ -207,6 +221,8 @@ def leaves(input: Tensor) -> Tensor:
         (sparse, "dense"),
         (deep, "9 dimensions"),
         (fails, r"test_refusals.py:\d+: raise ValueError.*\n.*because: ValueError: the op's own words$"),
+        (branches, r"cannot be exported\n.*torch.cond(.*\n)+.*instead: .*torch.where"),
+        (loops, r"cannot be exported\n.*k < x.sum(.*\n)+.*instead: .*loops, repeated"),
         (leaves, r"at .*raise SystemExit\(0\)"),
     ],
 )

@@ -168,6 +168,16 @@ KERNEL_CALL_BENCHMARK(warp_perspective_bicubic, [] {
   };
 });
 
+KERNEL_CALL_BENCHMARK(warp_perspective_nearest, [] {
+  return [image = kernel_benchmarks::random(24 * 256 * 256),
+          out = std::vector<float>(24 * 256 * 256)]() mutable {
+    const float matrix[9] = {0.98f, -0.17f, 20, 0.17f, 0.98f, -20, 0, 0, 1};
+    for (int k = 0; k < 8; ++k)
+      warp_perspective(image.data() + k * 3 * 65536, {1, 3, 256, 256}, matrix, 256, 256,
+                       Interpolation::kNearest, Padding::kBorder, true, out.data() + k * 3 * 65536);
+  };
+});
+
 TYPED_TEST(Resampling, RowsReadForwardsAcrossAllBordersAreTheirDefinition) {
   using T = TypeParam;
   constexpr int64_t height = 70, width = 190;

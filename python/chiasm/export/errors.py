@@ -90,6 +90,11 @@ _REMEDIES = (
         "instead: give the argument its type: `k: float = 2.0`; what has none is taken for a tensor",
     ),
 )
+#: The remedy for `torch.cond` and `torch.while_loop`, which are traced where the op is only called.
+_TRACED = (
+    "instead: torch.cond and torch.while_loop cannot be exported: choose by torch.where(condition, a, b), and"
+    " repeat a step by chiasm.primitives.core.loops, repeated or until_stable"
+)
 _ROUNDED = re.compile(r"round\(|trunc|ceil|floor\(|sym_float| / ")
 #: The remedy for a size that is rounded.
 SIZES = (
@@ -124,20 +129,19 @@ def explain(
     assumed = _assumption(text, guards) if "Constraints violated" in text else None
     where = assumed or _line(error, text)
     operator = _operator(text)
-    parts = [
-        (
-            f"{name}: cannot be exported to {target}"
-            if target
-            else f"{name}: the op fails when it is called, with {shapes}"
-        )
-    ]
+    traced = target is None and type(error).__module__.startswith("torch._dynamo")
+    parts = [f"{name}: the op fails when it is called, with {shapes}"]
+    if target or traced:
+        parts = [f"{name}: cannot be exported{f' to {target}' if target else ''}"]
     if where:
         parts.append(f"  at {where}")
     if operator:
         parts.append(f"  operator {operator}")
     because = [type(error).__name__] if target is None or not text.strip() else []
     parts.append(f"  because: {': '.join([*because, *filter(None, [_reason(text)])])}")
-    if target and (remedy := _remedy(text)):
+    if traced:
+        parts.append(f"  {_TRACED}")
+    elif target and (remedy := _remedy(text)):
         parts.append(f"  {remedy}")
     return ExportError("\n".join(parts))
 

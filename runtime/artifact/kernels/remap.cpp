@@ -192,12 +192,26 @@ void warp_perspective(const T* image, Images images, const T* matrix, int64_t ou
                       Interpolation mode, Padding padding, bool align_corners, T* out) {
   sample_at(image, images, out_height, out_width, mode, padding, align_corners, out,
             [&](int64_t item, int64_t row, int64_t column, int64_t n, T* x, T* y) {
-              const T *const m = matrix + 9 * item, v = static_cast<T>(row);
-              for (int64_t i = 0; i < n; ++i) {
-                const T u = static_cast<T>(column + i), depth = m[6] * u + m[7] * v + m[8];
-                const T divisor = std::abs(depth) > T(1e-8) ? depth : T(1e-8);
-                x[i] = (m[0] * u + m[1] * v + m[2]) / divisor;
-                y[i] = (m[3] * u + m[4] * v + m[5]) / divisor;
+              const T* const m = matrix + 9 * item;
+              const Lanes<T> d;
+              const auto v = hn::Set(d, static_cast<T>(row)), least = hn::Set(d, T(1e-8));
+              const auto product = [=](const T* of_row, auto u) {
+                const auto sum =
+                    hn::Add(hn::Mul(hn::Set(d, of_row[0]), u), hn::Mul(hn::Set(d, of_row[1]), v));
+                return hn::Add(sum, hn::Set(d, of_row[2]));
+              };
+              const bool is_affine = m[6] == 0 && m[7] == 0 && m[8] == 1;
+              for (int64_t i = 0; i < n; i += kLanes<T>) {
+                const auto u = hn::Iota(d, static_cast<T>(column + i));
+                auto to_x = product(m, u), to_y = product(m + 3, u);
+                if (!is_affine) {
+                  const auto depth = product(m + 6, u);
+                  const auto divisor = hn::IfThenElse(hn::Gt(hn::Abs(depth), least), depth, least);
+                  to_x = hn::Div(to_x, divisor);
+                  to_y = hn::Div(to_y, divisor);
+                }
+                hn::StoreU(to_x, d, x + i);
+                hn::StoreU(to_y, d, y + i);
               }
             });
 }
