@@ -160,3 +160,27 @@ def test_flat_places_are_not_counted_from_the_end(tmp_path: Path) -> None:
             taken(table, torch.tensor([2, wrong]))
         with pytest.raises(runtime.ChiasmError, match="Out of range"):
             method(table, torch.tensor([2, wrong]))
+
+
+def labelled(scores: Tensor, labels: Tensor) -> Tensor:
+    return F.multilabel_margin_loss(scores, labels, reduction="none")
+
+
+def test_labels_end_at_the_first_minus_one(tmp_path: Path) -> None:
+    def sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+        rows = sizes["N"]
+        return {
+            "scores": torch.rand(rows, 6, generator=generator, dtype=dtype),
+            "labels": torch.randint(-1, 6, (rows, 6), generator=generator),
+        }
+
+    tensors = [TensorSpec("scores", ("N", 6)), TensorSpec("labels", ("N", 6), "int64")]
+    spec = Spec("test.labelled", tensors, symbols={"N": (2, 99)}, gradients=(), sample=sample)
+    bundle = export(labelled, spec, tmp_path, formats=["onnx", "native"])
+    scores = torch.rand(4, 6)
+    labels = torch.tensor([[3, 0, -1, 1, 2, 5], [-1] * 6, [5, 4, 3, 2, 1, 0], [2, -1, -1, -1, -1, 4]])
+    for backend in ("onnx", "native"):
+        made = method_of(bundle, backend)(scores, labels)
+        torch.testing.assert_close(torch.as_tensor(made), labelled(scores, labels))
+        with pytest.raises(runtime.ChiasmError, match="out of"):
+            method_of(bundle, backend)(scores, torch.full((4, 6), 6))

@@ -1,9 +1,12 @@
-"""Integers of 64 bits keep their order in ONNX, also above 2**31."""
+"""Integers of 64 bits keep their order in ONNX, also above 2**31, and their sums above 2**53."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Tuple
 
+import onnx
 import pytest
 import torch
 from torch import Tensor
@@ -33,6 +36,40 @@ def test_integers_keep_their_order(value: int, method: runtime.Method) -> None:
     for place in (0, 3, 8):
         x[2, place] = value
         for mine, eager in zip(method(x), ordered(x), strict=True):
+            assert torch.equal(torch.as_tensor(mine), eager)
+
+
+def sums(x: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    return x.sum(), x.sum(1), x.sum([0], keepdim=True)
+
+
+def counts(x: Tensor) -> Tensor:
+    return (x > 3).sum(1) + x.clamp(0, 1000).sum(1)
+
+
+@pytest.mark.parametrize("fn", [sums, counts])
+def test_sums_are_those_of_integers(fn: Callable, tmp_path: Path) -> None:
+    """ONNX Runtime adds them as float64; only where that is not exact, they are added in parts."""
+    spec = Spec(
+        f"test.{fn.__name__}",
+        [TensorSpec("x", ("H", "W"), "int64", range=(-9, 99))],
+        [TensorSpec(f"y{i}") for i in range(3)] if fn is sums else [TensorSpec("output")],
+        gradients=(),
+    )
+    bundle = export(fn, spec, tmp_path, formats=["onnx"])
+    operators = [node.op_type for node in onnx.load(bundle / "forward.onnx").graph.node]
+    assert ("BitShift" in operators) == (fn is sums)
+    method = runtime.open(bundle).method("forward")
+    generator = torch.Generator().manual_seed(0)
+    for x in (
+        torch.full((4, 5), 2**53 + 1),
+        torch.full((4, 5), -(2**63)),
+        torch.randint(-(2**62), 2**62, (7, 9), generator=generator),
+        torch.randint(-(2**63), 2**63 - 1, (1, 300), generator=generator),
+    ):
+        made, expected = method(x), fn(x)
+        pairs = zip(made, expected, strict=True) if fn is sums else [(made, expected)]
+        for mine, eager in pairs:
             assert torch.equal(torch.as_tensor(mine), eager)
 
 

@@ -1,3 +1,5 @@
+# jsonschema has no types.
+# pyright: reportUnknownVariableType=false, reportUnknownMemberType=false
 """Reading a bundle: its manifest and its files, checked. Imports no engine, so that programs that only run
 bundles can use it."""
 
@@ -76,7 +78,7 @@ def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
             " upgrade chiasm"
         )
     try:
-        found = best_match(_validator().iter_errors(manifest))
+        found: Any = best_match(_validator().iter_errors(manifest))
     except RecursionError as error:
         raise BundleError(f"{file}: nested too deeply") from error
     if found is not None:
@@ -86,7 +88,8 @@ def parse_manifest(bundle: Path, text: bytes) -> dict[str, Any]:
 
 @cache
 def _validator() -> Any:
-    return extend(jsonschema.Draft202012Validator, {"pattern": _match})(schema())
+    kind: Any = extend(jsonschema.Draft202012Validator, {"pattern": _match})
+    return kind(schema())
 
 
 def _match(_: Any, pattern: str, text: Any, __: Any) -> Iterator[jsonschema.ValidationError]:

@@ -51,7 +51,7 @@ def check_indices(program: ExportedProgram, checked: Collection[Node] = ()) -> N
     for module in list(program.graph_module.modules()):
         if not isinstance(module, GraphModule):
             continue
-        intervals = _Intervals(program, module.graph)
+        intervals = Intervals(program, module.graph)
         for node in [node for node in module.graph.nodes if node not in checked]:
             place = _INDEX.get(node.target)
             with module.graph.inserting_before(node):
@@ -80,7 +80,7 @@ def _widened(index: Node) -> Node:
     return widened
 
 
-class _Intervals:
+class Intervals:
     """The intervals of the values of a graph's nodes."""
 
     def __init__(self, program: ExportedProgram, graph: Graph) -> None:
@@ -134,11 +134,11 @@ def _limits(dtype: torch.dtype) -> Interval:
     return torch.iinfo(dtype).min, torch.iinfo(dtype).max
 
 
-def _unknown(_: _Intervals, node: Node) -> Interval:
+def _unknown(_: Intervals, node: Node) -> Interval:
     return _limits(node.meta["val"].dtype)
 
 
-def _same(of: _Intervals, node: Node) -> Interval:
+def _same(of: Intervals, node: Node) -> Interval:
     """Views, selections and casts."""
     low, high = of.of(node.args[0])
     if node.meta["val"].dtype.is_floating_point or not math.isfinite(low + high):
@@ -146,7 +146,7 @@ def _same(of: _Intervals, node: Node) -> Interval:
     return math.floor(low), math.ceil(high)
 
 
-def _clamped(of: _Intervals, node: Node) -> Interval:
+def _clamped(of: Intervals, node: Node) -> Interval:
     low, high = of.of(node.args[0])
     if node.meta["val"].dtype.is_floating_point and not math.isfinite(low + high):
         return low, high  # a clamp lets NaN pass
@@ -158,27 +158,27 @@ def _clamped(of: _Intervals, node: Node) -> Interval:
     return low, high
 
 
-def _positions(of: _Intervals, node: Node) -> Interval:
+def _positions(of: Intervals, node: Node) -> Interval:
     start, end, step = {1: (0, *node.args, 1), 2: (*node.args, 1), 3: node.args}[len(node.args)]
     if of.of(step)[0] > 0:
         return of.of(start)[0], of.of(end)[1]
     return (of.of(end)[0] + 1, of.of(start)[1]) if of.of(step)[1] < 0 else _unknown(of, node)
 
 
-def _joined(of: _Intervals, node: Node) -> Interval:
+def _joined(of: Intervals, node: Node) -> Interval:
     parts = [of.of(part) for part in cast("Sequence[Any]", node.args[0])]
     return min(low for low, _ in parts), max(high for _, high in parts)
 
 
-def _chosen(of: _Intervals, node: Node) -> Interval:
+def _chosen(of: Intervals, node: Node) -> Interval:
     (a, b), (c, d) = of.of(node.args[1]), of.of(node.args[2])
     return min(a, c), max(b, d)
 
 
-def _by_ends(compute: Callable[[float, float], float]) -> Callable[[_Intervals, Node], Interval]:
+def _by_ends(compute: Callable[[float, float], float]) -> Callable[[Intervals, Node], Interval]:
     """The interval of an operation that is monotonic in each argument."""
 
-    def rule(of: _Intervals, node: Node) -> Interval:
+    def rule(of: Intervals, node: Node) -> Interval:
         a, b = of.of(node.args[0]), of.of(node.args[1])
         if not all(map(math.isfinite, (*a, *b))) or node.kwargs.get("alpha", 1) != 1:
             return _unknown(of, node)
@@ -188,7 +188,7 @@ def _by_ends(compute: Callable[[float, float], float]) -> Callable[[_Intervals, 
     return rule
 
 
-def _quotient(of: _Intervals, node: Node) -> Interval:
+def _quotient(of: Intervals, node: Node) -> Interval:
     (a, b), (c, d) = of.of(node.args[0]), of.of(node.args[1])
     if not math.isfinite(a + b) or c < 1:
         return _unknown(of, node)
@@ -196,12 +196,12 @@ def _quotient(of: _Intervals, node: Node) -> Interval:
     return (low, high) if node.meta["val"].dtype.is_floating_point else (math.floor(low), math.ceil(high))
 
 
-def _remainder(of: _Intervals, node: Node) -> Interval:
+def _remainder(of: Intervals, node: Node) -> Interval:
     low, high = of.of(node.args[1])
     return (0, high) if low > 0 and not node.meta["val"].dtype.is_floating_point else _unknown(of, node)
 
 
-def _taken(of: _Intervals, node: Node) -> Interval:
+def _taken(of: Intervals, node: Node) -> Interval:
     """The indices of extreme values, or of values before sorting."""
     made: Any
     which: Any
@@ -209,7 +209,7 @@ def _taken(of: _Intervals, node: Node) -> Interval:
     return _place(of, node) if which == 1 and made.target in _WITH_PLACES else _unknown(of, node)
 
 
-def _place(of: _Intervals, node: Node) -> Interval:
+def _place(of: Intervals, node: Node) -> Interval:
     return 0, 1 << 47  # the bytes that a process can address
 
 
@@ -220,7 +220,7 @@ _WITH_PLACES = (
     aten.max.dim,
     aten.min.dim,
 )
-_RULES: dict[Any, Callable[[_Intervals, Node], Interval]] = {
+_RULES: dict[Any, Callable[[Intervals, Node], Interval]] = {
     **dict.fromkeys(
         (
             aten._to_copy.default,

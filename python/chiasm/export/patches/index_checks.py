@@ -94,8 +94,8 @@ class _Vectors:
         from torch._inductor.virtualized import V
 
         # At a row's end, lanes that are not used have a divisor of 0
-        ones = f"decltype({b})(1)"
-        divisor = f"decltype({b})::set({ones}, {b}, {cexpr_index(V.kernel.num_elems)})"
+        kernel: Any = V.kernel
+        divisor = f"decltype({b})::set(decltype({b})(1), {b}, {cexpr_index(kernel.num_elems)})"
         return f"chiasm::truncated_quotient({a}, {divisor})"
 
 

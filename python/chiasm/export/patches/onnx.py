@@ -50,7 +50,7 @@ def _registry() -> Any:
     with replaced(
         {"onnxscript.values:TracedOnnxFunction.function_ir": property(lambda function: function.opset)}
     ):
-        registry = _registration.ONNXRegistry.from_torchlib()
+        registry: Any = _registration.ONNXRegistry.from_torchlib()
     onnx_numbers.register(registry)
     for operator in _BETTER_DECOMPOSED:
         registry.functions.pop(operator)

@@ -18,6 +18,7 @@ from torch.fx import Graph, GraphModule, Node
 
 from ..formats.onnx_division import mark_natural_quotients
 from ..formats.onnx_indices import check_indices
+from ..formats.onnx_sums import split_sums
 from ..internals import Operator, expression_of, is_operator, run_decompositions, schema_of
 from ..tracing.expansion import expand, replace, replace_results
 
@@ -34,6 +35,7 @@ def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
     ]
     program = program if all(functional) else run_decompositions(program, table)
     check_indices(program, checked)
+    split_sums(program)
     for module in program.graph_module.modules():
         if isinstance(module, GraphModule):
             mark_natural_quotients(module.graph)

@@ -31,7 +31,7 @@ def _max_unpool(input: Tensor, indices: Tensor, output_size: list[int], *_: Any)
 
 def _multilabel_margin_loss(input: Tensor, target: Tensor, reduction: int = 1) -> Tensor:
     """PyTorch's graphs also count what follows the -1 that ends the targets."""
-    x, y = torch.atleast_2d(input), torch.atleast_2d(target)
+    x, y = input.reshape(-1, input.shape[-1]), target.reshape(-1, input.shape[-1])
     classes = torch.arange(x.shape[1], device=y.device)
     is_used = classes < torch.where(y == -1, classes, x.shape[1]).amin(1, keepdim=True)
     is_target = (classes == torch.where(is_used, y, -1).unsqueeze(2)).any(1)
