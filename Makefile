@@ -198,7 +198,7 @@ wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-ex
 dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are cached)
 	tools/packs.sh $(BUNDLES)
 
-bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving, ray, letterbox, networks, augmentation, kernels or cuda: measure against peers -> docs/benchmarks*.md
+bench: build ## WHAT=speed (the default), images, geometry, peers, memory, matching, serving, ray, letterbox, networks, augmentation, kernels or cuda: measure against peers -> docs/benchmarks*.md
 	@case "$(WHAT)" in images | augmentation) tools/kornia.sh ;; esac
 	[ "$(WHAT)" != augmentation ] || ABOUT="Albumentations and DALI: 1.4 GB" tools/environment.sh augmentation tools/augmentation.txt
 	[ "$(WHAT)" != serving ] || tools/triton.sh server

@@ -314,7 +314,7 @@ class LoadedProgram {
       throw Error(CHIASM_OUT_OF_MEMORY,
                   "out of memory: " + bytes.substr(0, bytes.find(' ')) + " bytes were asked for");
     if (text.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
-    std::string reason = after("\nRuntimeError: ");  // what stands before it is TorchScript's stack
+    std::string reason = after("\nRuntimeError: ");   // what stands before it is TorchScript's stack
     const std::string raised = after("\nbuiltins.");  // by the op: the class, a colon, its text
     const size_t colon = raised.find(": ");
     if (reason.empty() && colon != std::string::npos) reason = raised.substr(colon + 2);
