@@ -18,7 +18,7 @@ from .errors import ExportError
 from .manifest import BundleError
 from .text import one_line, plain
 
-#: What the dynamic linker says then.
+#: What the dynamic linker says if memory is short.
 _SHORT_OF_MEMORY = r"failed to map segment|[Cc]annot allocate memory"
 #: If this variable is set, an unexpected exception is not caught.
 TRACEBACK = "CHIASM_TRACEBACK"
