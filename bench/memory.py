@@ -20,8 +20,8 @@ from rich.progress import track
 import chiasm.runtime
 from chiasm.export.catalog import Entry
 
-from .machine import ROOT, bundle_path, cores, export_bundles, notes
-from .peers.measure import chosen, inputs, sizes
+from .machine import ROOT, cores, export_bundles, notes
+from .peers.measure import chosen, inputs, native_method, sizes
 from .wheel import room
 
 PAGE = ROOT / "docs" / "benchmarks_memory.md"
@@ -82,8 +82,7 @@ def measured(entry: Entry) -> tuple[int, int, int]:
 def first_run(bundle: str, variant: str | None, given: list[np.ndarray]) -> tuple[int, int]:
     """The bytes of the outputs, and of what the run adds to this process."""
     chiasm.runtime.set_num_threads(cores())
-    opened = chiasm.runtime.open(bundle_path(bundle))
-    method = opened.method("forward", backend="native", **({"dtype": variant} if variant else {}))
+    method = native_method(bundle, variant)
     outputs = room(method, given)
     for output in outputs:
         output[...] = 0  # so that its pages are there

@@ -84,9 +84,8 @@ def keep_memory() -> None:
 
 def measured(entry: Entry, size: dict[str, int], threads: int, seconds: float) -> dict:
     spec = entry.spec
-    opened = chiasm.runtime.open(bundle_path(spec.name))
     variant = spec.variants()[0]
-    method = opened.method("forward", backend="native", **({"dtype": variant} if variant else {}))
+    method = native_method(spec.name, variant)
     tensors = inputs(spec, size, variant)
     given = [t.numpy() for t in tensors]
     outputs = room(method, given)
@@ -106,6 +105,11 @@ def measured(entry: Entry, size: dict[str, int], threads: int, seconds: float) -
         "difference": difference,
         "race": dict(zip(contenders, times, strict=True)),
     }
+
+
+def native_method(bundle: str, variant: str | None) -> chiasm.runtime.Method:
+    opened = chiasm.runtime.open(bundle_path(bundle))
+    return opened.method("forward", backend="native", **({"dtype": variant} if variant else {}))
 
 
 def inputs(spec: Spec, size: dict[str, int], variant: str | None) -> list[torch.Tensor]:

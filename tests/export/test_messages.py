@@ -58,7 +58,7 @@ def test_a_full_disk_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 def of_a_row(input: Tensor) -> Tensor:
     if input.shape[2] < 3:
-        raise NotImplementedError("expected at least 3 rows: less is not done")
+        raise NotImplementedError("expected at least 3 rows, got fewer")
     return input * 2
 
 

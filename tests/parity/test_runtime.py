@@ -287,7 +287,6 @@ def test_exported_bundles_prove_themselves(path: Path) -> None:
     assert not [row for row in rows if row.passed is False]
 
 
-@pytest.mark.skipif(not (EXPORTED / "filters.sobel.chiasm").is_dir(), reason="filters.sobel is not exported")
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_daemon_threads_do_not_abort_the_end_of_a_process(tmp_path: Path, backend: str) -> None:
     program = """if True:
@@ -309,6 +308,7 @@ def test_daemon_threads_do_not_abort_the_end_of_a_process(tmp_path: Path, backen
         assert done.returncode == 0 and not done.stderr, done.stderr
 
 
+@pytest.mark.skipif(not (EXPORTED / "filters.sobel.chiasm").is_dir(), reason="filters.sobel is not exported")
 def test_docstrings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "build").mkdir()
     (tmp_path / "build" / "bundles").symlink_to(EXPORTED.resolve())

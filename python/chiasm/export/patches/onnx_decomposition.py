@@ -20,7 +20,7 @@ from ..formats.onnx_division import mark_natural_quotients
 from ..formats.onnx_indices import check_indices
 from ..formats.onnx_sums import split_sums
 from ..internals import Operator, expression_of, is_operator, run_decompositions, schema_of
-from ..tracing.expansion import expand, replace, replace_results
+from ..tracing.expansion import expand, is_fresh, replace, replace_results
 
 
 def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
@@ -101,13 +101,10 @@ def _make_functional(node: Node) -> bool:
     """
     written, operator = node.args[0], node.target
     assert is_operator(operator)
-    fresh = (
-        isinstance(written, Node)
-        and is_operator(written.target)
-        and not any(r.alias_info for r in schema_of(written.target).returns)
-    )
     packet = getattr(torch.ops.aten, schema_of(operator).name.removeprefix("aten::").removesuffix("_"), None)
-    if not fresh or len(cast("Node", written).users) > 1 or not hasattr(packet, operator._overloadname):
+    if not isinstance(written, Node) or not is_fresh(written) or len(written.users) > 1:
+        return False
+    if not hasattr(packet, operator._overloadname):
         return False
     node.target = getattr(packet, operator._overloadname)
     return True

@@ -101,13 +101,14 @@ def _make_functional(body: Graph) -> None:
         alike = all(
             getattr(written.meta["val"], a) == getattr(value.meta["val"], a) for a in ("shape", "dtype")
         )
-        if alike and users[-1] is copy and not any(map(_may_be_part, (written, *users[:-1]))):
+        if alike and users[-1] is copy and all(map(is_fresh, (written, *users[:-1]))):
             copy.replace_all_uses_with(value)
             body.erase_node(copy)
 
 
-def _may_be_part(node: Node) -> bool:
-    return not is_operator(node.target) or any(r.alias_info for r in schema_of(node.target).returns)
+def is_fresh(node: Node) -> bool:
+    """Whether the node's value cannot be another value or a part of one."""
+    return is_operator(node.target) and not any(r.alias_info for r in schema_of(node.target).returns)
 
 
 def _elements(tensor: torch.Tensor) -> int | torch.SymInt:
