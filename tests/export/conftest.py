@@ -4,11 +4,14 @@ If a file of tests and what it tests have not changed since the base, only every
 test-all` runs all.
 """
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
+from PIL import Image
 from torch import Tensor
 
 from chiasm.export import Spec, TensorSpec, export, image
@@ -61,3 +64,17 @@ def light(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
         return made[name]
 
     return get
+
+
+@pytest.fixture(scope="session")
+def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("photo") / "photo.png"
+    values = np.random.default_rng(0).integers(0, 256, (24, 31, 3), np.uint8)
+    Image.fromarray(values).save(path)
+    return path
+
+
+@pytest.fixture
+def sobel(light: Callable[[str], Path], tmp_path: Path) -> Path:
+    """A copy of a bundle that a test may damage."""
+    return Path(shutil.copytree(light("filters.sobel"), tmp_path / "copy" / "filters.sobel.chiasm"))

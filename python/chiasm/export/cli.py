@@ -32,6 +32,7 @@ _MOST_OF_PASSWORD = 1024
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="chiasm %(version)s")
 def main() -> None:
     """Export computer-vision ops to bundles, and look into, prove and run them.
 

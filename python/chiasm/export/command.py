@@ -7,7 +7,8 @@ import atexit
 import gc
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -45,6 +46,43 @@ def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
     return found
 
 
+@contextmanager
+def _explained() -> Generator[None]:
+    """An exception of the block becomes one line on stderr and an exit status: 2 for wrong usage, 130 after
+    an interrupt, else 1."""
+    with ended():
+        try:
+            yield
+        except click.exceptions.NoArgsIsHelpError:  # `chiasm` alone: not an error's line, but the help
+            raise
+        except click.UsageError as error:
+            command = error.ctx.command_path if error.ctx else "chiasm"
+            fail(f"{one_line(error.format_message())} (`{command} --help` shows an example)", 2)
+        except ExportError as error:
+            fail(plain(str(error)), 1)
+        except BundleError as error:
+            fail(one_line(error), 1)
+        except click.Abort:
+            fail("interrupted", 130)
+        except (click.ClickException, click.exceptions.Exit, MemoryError, OSError):
+            raise
+        except Exception as error:
+            if isinstance(error, ImportError) and (what := advice(error)):
+                fail(what, 1)
+            if isinstance(error, ImportError) and re.search(_SHORT_OF_MEMORY, str(error)):
+                fail(f"out of memory: {one_line(error)}", 1)
+            # Exceptions of the runtime, which may not be installed, and of chiasm.data
+            if type(error).__name__ in ("ChiasmError", "DataError"):
+                fail(one_line(error), 1)
+            if os.environ.get(TRACEBACK):
+                raise
+            fail(
+                f"internal error: {type(error).__name__}: {one_line(error)}: please report it;"
+                f" {TRACEBACK}=1 shows where it comes from",
+                1,
+            )
+
+
 class Group(click.Group):
     """Commands whose exceptions become one line on stderr: exit status 2 for wrong usage, 130 after an
     interrupt, else 1."""
@@ -57,35 +95,12 @@ class Group(click.Group):
                 fail("the working folder was deleted: change to another one (`cd`)", 1)
             return super().main(*args, **kwargs)
 
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        with _explained():  # wrong usage of the group; and `--help`, which click writes here
+            return super().make_context(*args, **kwargs)
+
     def invoke(self, ctx: click.Context) -> Any:
         # Otherwise Python collects garbage among all of torch's objects before it ends, which takes 1.2 s
         atexit.register(gc.freeze)
-        with ended():
-            try:
-                return super().invoke(ctx)
-            except click.UsageError as error:
-                command = error.ctx.command_path if error.ctx else "chiasm"
-                fail(f"{one_line(error.format_message())} (`{command} --help` shows an example)", 2)
-            except ExportError as error:
-                fail(plain(str(error)), 1)
-            except BundleError as error:
-                fail(one_line(error), 1)
-            except click.Abort:
-                fail("interrupted", 130)
-            except (click.ClickException, click.exceptions.Exit, MemoryError, OSError):
-                raise
-            except Exception as error:
-                if isinstance(error, ImportError) and (what := advice(error)):
-                    fail(what, 1)
-                if isinstance(error, ImportError) and re.search(_SHORT_OF_MEMORY, str(error)):
-                    fail(f"out of memory: {one_line(error)}", 1)
-                # Exceptions of the runtime, which may not be installed, and of chiasm.data
-                if type(error).__name__ in ("ChiasmError", "DataError"):
-                    fail(one_line(error), 1)
-                if os.environ.get(TRACEBACK):
-                    raise
-                fail(
-                    f"internal error: {type(error).__name__}: {one_line(error)}: please report it;"
-                    f" {TRACEBACK}=1 shows where it comes from",
-                    1,
-                )
+        with _explained():
+            return super().invoke(ctx)
