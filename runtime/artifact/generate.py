@@ -1,6 +1,6 @@
 """Generates files from the declarations of the kernels (python/chiasm/primitives/kernels/declarations.py).
 
-    generate.py build FOLDER    kernels.h, kernel_calls.h and kernel_calls.cpp, for CMake
+    generate.py build FOLDER    declared/SOURCE.h, kernels.h, kernel_calls.h and kernel_calls.cpp, for CMake
     generate.py tests FOLDER    guarded_calls.inc and refused_calls.inc, which tests/kernels includes
     generate.py docs FILE       the page of kernels
 
@@ -19,7 +19,7 @@ from kernels.schema import DeclarationError  # noqa: E402
 
 try:
     from example_tests import allowed_calls, forbidden_calls
-    from kernel_adapters import calls, header, prototypes
+    from kernel_adapters import calls, headers, prototypes
     from kernel_page import page
     from kernels.declarations import KERNELS
 except DeclarationError as error:
@@ -27,17 +27,20 @@ except DeclarationError as error:
 
 
 def check_sources() -> None:
-    """Every kernel is defined in the source that its declaration names."""
+    """Every kernel is defined in the source that its declaration names, which includes its header."""
     for k in KERNELS.values():
         source = HERE / "kernels" / k.source
         if not source.is_file():
             raise DeclarationError(f"kernel {k.name}: there is no source runtime/artifact/kernels/{k.source}")
         text = source.read_text()
-        wanted = f"CHIASM_INSTANTIATE({k.name})" if k.variable else f"void {k.name}("
-        if wanted not in text:
-            raise DeclarationError(
-                f"kernel {k.name}: runtime/artifact/kernels/{k.source} does not have '{wanted}'"
-            )
+        for wanted in (
+            f'#include "declared/{source.stem}.h"',
+            f"CHIASM_INSTANTIATE({k.name})" if k.variable else f"void {k.name}(",
+        ):
+            if wanted not in text:
+                raise DeclarationError(
+                    f"kernel {k.name}: runtime/artifact/kernels/{k.source} does not have '{wanted}'"
+                )
 
 
 def write(files: Dict[Path, str]) -> None:
@@ -51,13 +54,9 @@ def main(arguments: List[str]) -> None:
     match arguments:
         case ["build", folder]:
             check_sources()
-            write(
-                {
-                    Path(folder) / "kernels.h": header(),
-                    Path(folder) / "kernel_calls.h": prototypes(),
-                    Path(folder) / "kernel_calls.cpp": calls(),
-                }
-            )
+            made = headers(sorted(source.name for source in (HERE / "kernels").glob("*.cpp")))
+            made.update({"kernel_calls.h": prototypes(), "kernel_calls.cpp": calls()})
+            write({Path(folder) / name: text for name, text in made.items()})
         case ["tests", folder]:
             write(
                 {

@@ -1,4 +1,4 @@
-"""Makes kernels.h, which the kernels' sources include, and the C functions that AOTInductor's code calls:
+"""Makes the headers of the kernels, one for each source, and the C functions that AOTInductor's code calls:
 kernel_calls.h and kernel_calls.cpp, which check everything that the loops assume."""
 
 import ast
@@ -87,51 +87,64 @@ def parameters(kernel: Kernel) -> Iterator[tuple[str, str, str]]:
     yield f"{cpp_type(kernel, kernel.result)}*", "out", f"data<{cpp_type(kernel, kernel.result)}>(out)"
 
 
-def header() -> str:
-    """kernels.h: what the sources define."""
-    out = [MADE, "#pragma once", ""]
-    out += ['#include "artifact/kernels/images.h"', "", "namespace chiasm::kernels {", ""]
+def headers(sources: List[str]) -> Dict[str, str]:
+    """The headers by their paths: declared/types.h for all sources, declared/SOURCE.h of the kernels that a
+    source defines, and kernels.h of all, for tests and calls. A source that includes no other's header is not
+    compiled again when another kernel is added."""
+    own = {s: f"declared/{s[: -len('.cpp')]}.h" for s in sources}
+    made = {
+        path: _header(["declared/types.h"], [line for k in _of(source) for line in _declaration(k)])
+        for source, path in own.items()
+    }
+    made["declared/types.h"] = _header(["artifact/kernels/images.h"], _types())
+    made["kernels.h"] = _header(list(own.values()), [])
+    return made
+
+
+def _of(source: str) -> List[Kernel]:
+    return [k for k in KERNELS.values() if k.source == source]
+
+
+def _header(included: List[str], lines: List[str]) -> str:
+    out = [MADE, "#pragma once", "", *(f'#include "{header}"' for header in included), ""]
+    if lines:
+        out += ["namespace chiasm::kernels {", "", *lines, "}  // namespace chiasm::kernels", ""]
+    return "\n".join(out)
+
+
+def _types() -> List[str]:
+    """The enumerations and constants of declarations."""
+    out: List[str] = []
     for e in ENUMERATIONS:
-        out += [
-            f"/** {e.doc} */",
-            (
-                f"enum class {e.name} : int64_t {{"
-                f" {', '.join('k' + value.capitalize() for value in e.values)} }};"
-            ),
-            "",
-        ]
-    out += [f"inline constexpr int64_t {constant(name)} = {value};" for name, value in CONSTANTS.items()] + [
-        ""
-    ]
-    for k in KERNELS.values():
-        types, function = (
-            [kind for kind, _, _ in parameters(k)],
-            f"void {k.name}({', '.join(f'{kind} {name}' for kind, name, _ in parameters(k))})",
-        )
-        out += [f"/** {k.schema}", " *"]
-        out += [
-            f" *  {line}"
-            for line in [*textwrap.wrap(k.doc, 140), *([f"Where {', '.join(k.where)}."] if k.where else [])]
-        ]
-        out[-1] += " */"
-        if k.variable:
-            out += [f"template <class {k.variable}>", f"{function};"]
-            instances = [
-                re.sub(rf"\b{k.variable}\b", CPP[t], ", ".join(types)) for t in VARIABLES[k.variable]
-            ]
-            out += [
-                f"#define CHIASM_INSTANTIATE_{k.name} \\",
-                *(f"  template void {k.name}({instance}); \\" for instance in instances),
-                "",
-            ]
-        else:
-            out += [f"{function};", ""]
-    out += [
+        values = ", ".join("k" + value.capitalize() for value in e.values)
+        out += [f"/** {e.doc} */", f"enum class {e.name} : int64_t {{ {values} }};", ""]
+    out += [f"inline constexpr int64_t {constant(name)} = {value};" for name, value in CONSTANTS.items()]
+    return [
+        *out,
+        "",
         "/** Stands at the end of a source, for each of its kernels with a type variable. */",
         "#define CHIASM_INSTANTIATE(kernel) CHIASM_INSTANTIATE_##kernel",
         "",
     ]
-    return "\n".join([*out, "}  // namespace chiasm::kernels", ""])
+
+
+def _declaration(k: Kernel) -> List[str]:
+    types = [kind for kind, _, _ in parameters(k)]
+    function = f"void {k.name}({', '.join(f'{kind} {name}' for kind, name, _ in parameters(k))})"
+    where = [f"Where {', '.join(k.where)}."] if k.where else []
+    out = [f"/** {k.schema}", " *", *(f" *  {line}" for line in [*textwrap.wrap(k.doc, 140), *where])]
+    out[-1] += " */"
+    if not k.variable:
+        return [*out, f"{function};", ""]
+    instances = [re.sub(rf"\b{k.variable}\b", CPP[t], ", ".join(types)) for t in VARIABLES[k.variable]]
+    return [
+        *out,
+        f"template <class {k.variable}>",
+        f"{function};",
+        f"#define CHIASM_INSTANTIATE_{k.name} \\",
+        *(f"  template void {k.name}({instance}); \\" for instance in instances),
+        "",
+    ]
 
 
 def constant(name: str) -> str:

@@ -118,6 +118,26 @@ def test_a_wrong_declaration_stops_the_build(tree: Path, old: str, new: str, mes
     assert error_of("build", tree, old, new).startswith(message)
 
 
+def test_a_source_without_its_header_stops_the_build(tree: Path) -> None:
+    source = tree / "runtime/artifact/kernels/medians.cpp"
+    source.write_text(source.read_text().replace("declared/medians.h", "kernels.h"))
+    error = error_of("build", tree, "", "")
+    assert error.endswith("kernels/medians.cpp does not have '#include \"declared/medians.h\"'")
+
+
+def test_a_changed_kernel_changes_its_own_header_alone(tree: Path) -> None:
+    """So that other sources are not compiled again."""
+    file = tree / "python/chiasm/primitives/kernels/declarations.py"
+    made = []
+    for text in (file.read_text(), file.read_text().replace('"The median', '"This median', 1)):
+        file.write_text(text)
+        generate = [sys.executable, "-S", tree / "runtime/artifact/generate.py", "build", tree / "made"]
+        subprocess.run(generate, check=True, timeout=60)
+        made.append({f.name: f.read_text() for f in (tree / "made").rglob("*.*") if f.is_file()})
+    before, after = made
+    assert {name for name in after if after[name] != before.get(name)} == {"medians.h"}
+
+
 def test_a_kernel_that_cannot_be_called_stops_the_build(tree: Path) -> None:
     old, new = '"KY % 2 == 1", "KX % 2 == 1"]', '"KY % 2 == 1", "KY % 4 == 2"]'
     assert error_of("tests", tree, old, new) == (

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstring>
 
+#include "declared/area_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,4 +1,5 @@
 // Arithmetic on integer pixels, value by value.
+#include "declared/arithmetic.h"
 #include "interleaving.h"
 
 namespace chiasm::kernels {

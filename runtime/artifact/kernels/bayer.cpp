@@ -1,4 +1,5 @@
 // Demosaicing: red, green and blue of Bayer images, whose pixels have one colour each.
+#include "declared/bayer.h"
 #include "interleaving.h"
 
 namespace chiasm::kernels {

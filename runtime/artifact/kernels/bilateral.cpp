@@ -1,5 +1,6 @@
 // Bilateral filtering. Both pixels of a pair have the same weight: it is computed once, and kept for as many
 // rows as the window reaches down.
+#include "declared/bilateral.h"
 #include "functions.h"
 #include "rows.h"
 

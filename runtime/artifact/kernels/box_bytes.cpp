@@ -1,5 +1,6 @@
 // Means of windows of bytes, and Laplacians: running sums down the columns, and along the rows sums of a few
 // shorter sums, so that the time hardly depends on the window's size.
+#include "declared/box_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "declared/boxes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,6 +1,7 @@
 // Colours of bytes: mixed channels, luma and chroma, hues, and curves before and after mixing.
 #include <array>
 
+#include "declared/colour_bytes.h"
 #include "interleaving.h"
 
 namespace chiasm::kernels {

@@ -2,6 +2,7 @@
 #include <bit>
 #include <cstring>
 
+#include "declared/connected_components.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernels.h"
+#include "declared/consensus.h"
 #include "lanes.h"
 
 namespace chiasm::kernels {

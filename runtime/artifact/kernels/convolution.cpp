@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "kernels.h"
+#include "declared/convolution.h"
 #include "lanes.h"
 #include "products.h"
 

@@ -1,5 +1,6 @@
 // Correlation of bytes with windows of integers: float32 represents the sums exactly, in any order of
 // addition.
+#include "declared/correlate_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

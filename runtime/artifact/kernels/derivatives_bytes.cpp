@@ -1,4 +1,5 @@
 // First derivatives of bytes by Sobel's windows of 3 x 3, in integers; the border is replicated.
+#include "declared/derivatives_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

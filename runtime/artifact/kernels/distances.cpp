@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "declared/distances.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,6 +1,7 @@
 // Shapes painted over images, row by row.
 #include <algorithm>
 
+#include "declared/drawing.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,6 +1,7 @@
 // Mirror images.
 #include <cstring>
 
+#include "declared/flips.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,6 +1,7 @@
 // Interleaved bytes of a camera's frame, pixels B, G, R, as numbers.
 #include <cstring>
 
+#include "declared/frames.h"
 #include "resize_taps.h"
 #include "rows.h"
 

@@ -1,6 +1,7 @@
 // Normal matrices of least squares.
 #include <algorithm>
 
+#include "declared/grams.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

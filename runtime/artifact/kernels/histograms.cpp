@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "declared/histograms.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

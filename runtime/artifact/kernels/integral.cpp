@@ -1,6 +1,7 @@
 // Summed-area tables.
 #include <vector>
 
+#include "declared/integral.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,6 +1,7 @@
 // Bytes looked up in tables of 256 bytes.
 #include <array>
 
+#include "declared/lut_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

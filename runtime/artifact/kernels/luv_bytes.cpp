@@ -1,4 +1,5 @@
 // CIE L*u*v* of bytes and back: the same steps in double as in the tensor code.
+#include "declared/luv_bytes.h"
 #include "interleaving.h"
 
 namespace chiasm::kernels {

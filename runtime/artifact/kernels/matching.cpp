@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "kernels.h"
+#include "declared/matching.h"
 #include "lanes.h"
 
 namespace chiasm::kernels {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels.h"
+#include "declared/matrices.h"
 #include "lanes.h"
 
 namespace chiasm::kernels {

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "declared/medians.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

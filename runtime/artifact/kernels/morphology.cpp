@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "declared/morphology.h"
 #include "pixels.h"
 #include "rows.h"
 

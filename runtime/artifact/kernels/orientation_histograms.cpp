@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "declared/orientation_histograms.h"
 #include "functions.h"
-#include "kernels.h"
 #include "lanes.h"
 
 namespace chiasm::kernels {

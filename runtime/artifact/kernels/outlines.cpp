@@ -1,6 +1,7 @@
 // The borders of sets of pixels as polygons.
 #include <algorithm>
 
+#include "declared/outlines.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,6 +1,7 @@
 // Interleaved pixels: split into planes, interleaved from planes, and rearranged.
 #include <array>
 
+#include "declared/pixels.h"
 #include "interleaving.h"
 #include "pixels.h"
 

@@ -2,6 +2,7 @@
 // over pixels with zeros between them. Sums fit into 16 bits: at most 256 * 255 and a half.
 #include <cstring>
 
+#include "declared/pyramids.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

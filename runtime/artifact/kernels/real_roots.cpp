@@ -2,7 +2,7 @@
 // polynomial has at most one.
 #include <algorithm>
 
-#include "kernels.h"
+#include "declared/real_roots.h"
 #include "lanes.h"
 
 namespace chiasm::kernels {

@@ -2,6 +2,7 @@
 // reconstruction in image analysis: applications and efficient algorithms, IEEE TIP 2(2), 1993.
 #include <limits>
 
+#include "declared/reconstruction.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,6 +1,7 @@
 // Maxima and means of the pixels, and means of points between pixels, in the bins of boxes.
 #include <limits>
 
+#include "declared/regions.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

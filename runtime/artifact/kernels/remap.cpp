@@ -6,6 +6,7 @@
 
 #include "bicubic.h"
 #include "bilinear.h"
+#include "declared/remap.h"
 
 namespace chiasm::kernels {
 namespace {

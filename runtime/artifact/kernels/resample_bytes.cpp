@@ -1,6 +1,7 @@
 // Resampling of bytes by any taps, along the rows and then down the columns, in integers.
 #include <array>
 
+#include "declared/resample_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,6 +1,7 @@
 // Resizing: each pixel is a weighted sum of a run of pixels, along the columns and along the rows.
 #include <type_traits>
 
+#include "declared/resize.h"
 #include "resize_taps.h"
 #include "rows.h"
 

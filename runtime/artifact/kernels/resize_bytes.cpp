@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 
+#include "declared/resize_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 
+#include "declared/resize_cubic_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

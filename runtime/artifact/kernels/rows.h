@@ -9,7 +9,7 @@
 #include <new>
 #include <vector>
 
-#include "kernels.h"
+#include "declared/types.h"
 #include "lanes.h"
 
 namespace chiasm::kernels {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "kernels.h"
+#include "declared/scale_space_nms.h"
 #include "lanes.h"
 
 namespace chiasm::kernels {

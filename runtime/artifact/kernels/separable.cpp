@@ -1,5 +1,6 @@
 // Correlation. With a separable kernel, each row is first summed down the columns into a buffer that stays in
 // cache, and then along the row.
+#include "declared/separable.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

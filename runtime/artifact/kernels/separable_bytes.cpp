@@ -2,6 +2,7 @@
 //
 // Down the columns, sums of bytes fit into 16 bits. Along the rows they would need 24: the high and the low
 // byte of the first sum are weighted separately, so that both sums fit into 16 bits again.
+#include "declared/separable_bytes.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "declared/statistics.h"
 #include "interleaving.h"
 
 namespace chiasm::kernels {

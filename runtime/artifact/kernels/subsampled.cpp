@@ -2,6 +2,7 @@
 // encoders.
 #include <algorithm>
 
+#include "declared/subsampled.h"
 #include "interleaving.h"
 
 namespace chiasm::kernels {

@@ -2,6 +2,7 @@
 #include <array>
 #include <bit>
 
+#include "declared/thinning.h"
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "declared/warp_bytes.h"
 #include "positions.h"
 
 namespace chiasm::kernels {
