@@ -17,46 +17,11 @@
 #include "core/status.h"
 #include "error.h"
 #include "gil.h"
+#include "method.h"
 #include "tensors.h"
 
 namespace chiasm::python {
 namespace {
-
-Library library_from_name(const std::string& name) {
-  if (name == "numpy") return Library::numpy;
-  if (name == "torch") return Library::torch;
-  if (name == "dlpack") return Library::dlpack;
-  throw Error(CHIASM_INVALID_ARGUMENT, "returns: expected 'numpy', 'torch' or 'dlpack', got '" + name + "'");
-}
-
-// A cudaStream_t from an int, a torch.cuda.Stream, or an object with the protocol `__cuda_stream__`. None
-// means torch's current stream for torch tensors, and the default stream for others.
-void* stream_from(const py::object& stream, const Arguments& arguments) {
-  py::object number = stream;
-  if (stream.is_none()) {
-    if (arguments.cuda_device() < 0 || !arguments.has_torch()) return nullptr;
-    number =
-        py::module_::import("torch.cuda").attr("current_stream")(arguments.cuda_device()).attr("cuda_stream");
-  } else if (py::hasattr(stream, "cuda_stream")) {
-    number = stream.attr("cuda_stream");
-  } else if (py::hasattr(stream, "__cuda_stream__")) {
-    number = py::object(stream.attr("__cuda_stream__")().cast<py::sequence>()[1]);
-  }
-  return reinterpret_cast<void*>(number.cast<uintptr_t>());
-}
-
-// One side of a method's signature.
-struct Signature {
-  const char* kind;
-  const chiasm_tensor_info* tensors;
-  size_t count;
-
-  std::string names() const {
-    std::string text;
-    for (size_t i = 0; i < count; ++i) text += (i > 0 ? ", '" : "'") + std::string(tensors[i].name) + "'";
-    return text;
-  }
-};
 
 std::vector<std::string> dtype_names(const TensorInfo& info) {
   std::vector<std::string> names;
@@ -85,192 +50,6 @@ std::optional<bool> passed(const SelfTestRow& row) {
   if (row.result == SelfTestRow::Result::NotRun) return std::nullopt;
   return row.result == SelfTestRow::Result::Passed;
 }
-
-class PythonMethod {
- public:
-  explicit PythonMethod(Method method)
-      : method_(std::move(method)),
-        info_(*api().method_get_info(method_.c_handle())),
-        inputs_{"input", info_.inputs, static_cast<size_t>(info_.input_count)},
-        outputs_{"output", info_.outputs, static_cast<size_t>(info_.output_count)} {}
-
-  std::string name() const { return info_.name; }
-  std::string backend() const { return method_.backend(); }
-  std::string artifact() const { return method_.artifact(); }
-  std::vector<TensorInfo> inputs() const { return method_.info().inputs; }
-  std::vector<TensorInfo> outputs() const { return method_.info().outputs; }
-
-  py::object call(const py::args& inputs, const py::kwargs& named) const {
-    Arguments arguments(Arguments::Role::input, inputs_.count);
-    collect(arguments, inputs_, inputs, named);
-    return run_collected(arguments, py::none(), py::none());
-  }
-
-  py::object run(const py::object& inputs, const py::object& returns, const py::object& stream) const {
-    Arguments arguments(Arguments::Role::input, inputs_.count);
-    collect(arguments, inputs_, inputs);
-    return run_collected(arguments, returns, stream);
-  }
-
-  void run_into(const py::object& inputs, const py::object& outputs, const py::object& stream) const {
-    Arguments in(Arguments::Role::input, inputs_.count);
-    collect(in, inputs_, inputs);
-    run_into_collected(in, outputs, stream);
-  }
-
-  void run_each(const py::sequence& inputs, const py::sequence& outputs, const py::object& stream) const {
-    const size_t runs = py::len(inputs);
-    if (runs != py::len(outputs))
-      throw py::value_error("run_each: " + std::to_string(runs) + " sets of inputs and " +
-                            std::to_string(py::len(outputs)) + " sets of outputs");
-    std::vector<std::unique_ptr<Arguments>> arguments;
-    std::vector<chiasm_tensor> in, out;
-    void* where = nullptr;
-    for (size_t run = 0; run < runs; ++run) {
-      arguments.push_back(std::make_unique<Arguments>(Arguments::Role::input, inputs_.count));
-      collect(*arguments.back(), inputs_, inputs[run]);
-      in.insert(in.end(), arguments.back()->views().begin(), arguments.back()->views().end());
-      if (run == 0) where = stream_from(stream, *arguments.back());
-      arguments.push_back(std::make_unique<Arguments>(Arguments::Role::output, outputs_.count));
-      collect(*arguments.back(), outputs_, outputs[run]);
-      out.insert(out.end(), arguments.back()->views().begin(), arguments.back()->views().end());
-    }
-    const chiasm_run_options options{sizeof(chiasm_run_options), where};
-    chiasm_status* status = nullptr;
-    {
-      const WithoutGil released;
-      status = api().method_run_each(method_.c_handle(), runs, in.data(), inputs_.count, out.data(),
-                                     outputs_.count, &options);
-    }
-    check(status);
-  }
-
-  std::vector<std::pair<py::tuple, std::string>> output_shapes(const py::args& inputs,
-                                                               const py::kwargs& named) const {
-    Arguments arguments(Arguments::Role::input, inputs_.count);
-    collect(arguments, inputs_, inputs, named);
-    return shapes_for(arguments);
-  }
-
-  std::string repr() const {
-    return "<chiasm method " + name() + "(" + inputs_.names() + ") -> " + outputs_.names() + ", " +
-           backend() + ": " + artifact() + ">";
-  }
-
- private:
-  // Positions first, then names; every tensor exactly once.
-  void collect(Arguments& arguments, const Signature& signature, const py::sequence& given,
-               const py::dict& named) const {
-    const auto fail = [&](const std::string& what) {
-      return py::type_error("method '" + name() + "' " + what + " (its " + signature.kind + "s are " +
-                            signature.names() + ")");
-    };
-    const size_t given_count = given.size();
-    if (given_count > signature.count)
-      throw fail("takes " + std::to_string(signature.count) + " " + signature.kind + "s, got " +
-                 std::to_string(given_count));
-    for (size_t i = 0; i < signature.count; ++i) {
-      const char* tensor = signature.tensors[i].name;
-      const bool is_named = !named.empty() && named.contains(tensor);
-      if (i < given_count && is_named)
-        throw fail(std::string("got '") + tensor + "' by position and by name");
-      if (i >= given_count && !is_named) throw fail(std::string("needs '") + tensor + "', which is missing");
-      arguments.add(i < given_count ? py::object(given[i]) : py::object(named[tensor]), signature.tensors[i]);
-    }
-    if (given_count + named.size() == signature.count) return;
-    for (const auto& item : named) {
-      const auto key = py::repr(item.first).cast<std::string>();  // it may be anything
-      bool known = false;
-      for (size_t i = 0; i < signature.count; ++i)
-        known = known || key == "'" + std::string(signature.tensors[i].name) + "'";
-      if (!known) throw fail(std::string("has no ") + signature.kind + " " + key);
-    }
-  }
-
-  // A sequence in the method's order, a mapping by name, or the only tensor itself.
-  void collect(Arguments& arguments, const Signature& signature, const py::object& given) const {
-    if (py::isinstance<py::dict>(given)) {
-      collect(arguments, signature, py::tuple(), given.cast<py::dict>());
-    } else if (py::isinstance<py::tuple>(given) || py::isinstance<py::list>(given)) {
-      collect(arguments, signature, given.cast<py::sequence>(), py::dict());
-    } else {
-      collect(arguments, signature, py::make_tuple(given), py::dict());
-    }
-  }
-
-  std::vector<std::pair<py::tuple, std::string>> shapes_for(const Arguments& arguments) const {
-    std::vector<std::pair<py::tuple, std::string>> result;
-    for (size_t k = 0; k < outputs_.count; ++k) {
-      int64_t shape[CHIASM_MAX_DIMS];
-      int32_t ndim = 0;
-      int32_t dtype = 0;
-      check(api().method_output_shape(method_.c_handle(), arguments.views().data(), arguments.views().size(),
-                                      k, shape, &ndim, &dtype));
-      py::tuple dims(ndim);
-      for (int32_t i = 0; i < ndim; ++i) dims[static_cast<size_t>(i)] = py::int_(shape[i]);
-      result.emplace_back(std::move(dims), dtype_name(dtype));
-    }
-    return result;
-  }
-
-  void run_into_collected(const Arguments& in, const py::object& outputs, const py::object& stream) const {
-    Arguments out(Arguments::Role::output, outputs_.count);
-    collect(out, outputs_, outputs);
-    const chiasm_run_options options{sizeof(chiasm_run_options), stream_from(stream, in)};
-    chiasm_status* status = nullptr;
-    {
-      const WithoutGil released;
-      status = api().method_run_into(method_.c_handle(), in.views().data(), in.views().size(),
-                                     out.views().data(), out.views().size(), &options);
-    }
-    check(status);
-  }
-
-  // torch allocates for its current stream, so record_stream tells it about another one.
-  py::object run_on_cuda(const Arguments& arguments, const py::object& stream) const {
-    using py::literals::operator""_a;
-    const py::module_ torch = py::module_::import("torch");
-    const py::object device = torch.attr("device")("cuda", arguments.cuda_device());
-    py::tuple outputs(outputs_.count);
-    size_t k = 0;
-    for (const auto& [shape, dtype] : shapes_for(arguments)) {
-      outputs[k] = torch.attr("empty")(shape, "dtype"_a = torch.attr(dtype.c_str()), "device"_a = device);
-      if (!stream.is_none()) {
-        const bool is_number = py::isinstance<py::int_>(stream);
-        outputs[k].attr("record_stream")(is_number ? torch.attr("cuda").attr("ExternalStream")(stream)
-                                                   : stream);
-      }
-      ++k;
-    }
-    run_into_collected(arguments, outputs, stream);
-    return outputs_.count == 1 ? py::object(outputs[0]) : py::object(outputs);
-  }
-
-  py::object run_collected(const Arguments& arguments, const py::object& returns,
-                           const py::object& stream) const {
-    Library library = arguments.has_torch() ? Library::torch : Library::numpy;
-    if (!returns.is_none()) library = library_from_name(returns.cast<std::string>());
-    if (library == Library::torch && arguments.cuda_device() >= 0) return run_on_cuda(arguments, stream);
-    const chiasm_run_options options{sizeof(chiasm_run_options), stream_from(stream, arguments)};
-    chiasm_outputs* raw = nullptr;
-    chiasm_status* status = nullptr;
-    {
-      const WithoutGil released;
-      status = api().method_run(method_.c_handle(), arguments.views().data(), arguments.views().size(),
-                                &options, &raw);
-    }
-    check(status);
-    const Output::Outputs outputs(raw, [](chiasm_outputs* p) { api().outputs_free(p); });
-    if (outputs_.count == 1) return Output(outputs, 0).to(library);
-    py::tuple result(outputs_.count);
-    for (size_t k = 0; k < outputs_.count; ++k) result[k] = Output(outputs, k).to(library);
-    return result;
-  }
-
-  Method method_;
-  const chiasm_method_info& info_;  // the handle's
-  Signature inputs_, outputs_;
-};
 
 std::vector<std::string> method_names(const Bundle& bundle) {
   std::vector<std::string> names;
@@ -307,19 +86,11 @@ py::handle error_class() {
   return instance;
 }
 
-// A text of the core, which may quote bytes of a file that are no UTF-8.
-py::str text_of(const std::string& text) {
-  PyObject* decoded =
-      PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "backslashreplace");
-  if (decoded == nullptr) throw py::error_already_set();
-  return py::reinterpret_steal<py::str>(decoded);
-}
-
 void translate(std::exception_ptr pointer) {
   try {
     std::rethrow_exception(std::move(pointer));
   } catch (const Error& error) {
-    const py::object exception = py::reinterpret_borrow<py::object>(error_class())(text_of(error.what()));
+    const py::object exception = py::reinterpret_borrow<py::object>(error_class())(decoded(error.what()));
     exception.attr("code") = py::cast(error.code());
     PyErr_SetObject(error_class().ptr(), exception.ptr());
   }
@@ -373,14 +144,23 @@ py::bytes verify_signature(const std::string& message, const std::string& signat
   }
 }
 
+// Whether the consumer's greatest version of DLPack is at least 1.
+bool is_versioned(const py::object& max_version) {
+  if (max_version.is_none()) return false;
+  if (py::isinstance<py::tuple>(max_version) && py::len(max_version) == 2) {
+    const py::object major = max_version[py::int_(0)];
+    if (py::isinstance<py::int_>(major)) return major >= py::int_(1);
+  }
+  throw py::type_error("max_version: expected a tuple (major, minor), got " + described(max_version));
+}
+
 py::object dlpack(const Output& output, const py::object&, const py::object& max_version,
                   const py::object& device, const py::object& copy) {
   if (!device.is_none() && !device.equal(output.device()))
     throw py::buffer_error("this output cannot be exported to another device");
-  if (!copy.is_none() && copy.cast<bool>())
+  if (!copy.is_none() && !copy.is(py::bool_(false)))
     throw py::buffer_error("this output is exported without a copy only");
-  const bool versioned = !max_version.is_none() && max_version.cast<py::sequence>()[0].cast<int>() >= 1;
-  return output.capsule(versioned);
+  return output.capsule(is_versioned(max_version));
 }
 
 }  // namespace
@@ -479,11 +259,11 @@ the first error is raised, with the run's number.)")
                              "True, False, or None where it was not run: `message` says why.")
       .def_readonly("max_error", &SelfTestRow::max_error)
       .def_readonly("tolerance", &SelfTestRow::tolerance)
-      .def_property_readonly("message", [](const SelfTestRow& row) { return text_of(row.message); })
+      .def_property_readonly("message", [](const SelfTestRow& row) { return decoded(row.message); })
       .def("__repr__", [](const SelfTestRow& row) {
         const std::optional<bool> ok = passed(row);
         const char* state = !ok ? "not run" : *ok ? "passed" : "FAILED";
-        return text_of("<" + row.method + " " + row.dtype + " on " + row.backend + ": " + state +
+        return decoded("<" + row.method + " " + row.dtype + " on " + row.backend + ": " + state +
                        (row.message.empty() ? "" : ", " + row.message) + ">");
       });
 

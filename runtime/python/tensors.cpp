@@ -19,6 +19,7 @@ struct VersionedTensor {
 };
 constexpr uint64_t kReadOnly = 1;
 constexpr int kBool = 6;  // kDLBool
+constexpr const char* kNoCapsule = "its memory cannot be had through DLPack";
 constexpr const char* kCapsule = "dltensor";
 constexpr const char* kVersionedCapsule = "dltensor_versioned";
 
@@ -116,8 +117,21 @@ bool is_masked(py::handle array) {
   return Py_TYPE(array.ptr()) != plain && py::hasattr(array, "mask");
 }
 
+// The name of the object's class, as C has it: a metaclass may define __name__.
 std::string type_name(py::handle object) {
-  return py::str(py::type::handle_of(object).attr("__name__")).cast<std::string>();
+  const std::string name = Py_TYPE(object.ptr())->tp_name;
+  return name.substr(name.rfind('.') + 1);
+}
+
+// The first line of an exception's message, which code of its class may make.
+std::string first_line(const py::error_already_set& error) {
+  const py::object text = py::reinterpret_steal<py::object>(PyObject_Str(error.value().ptr()));
+  if (!text) {
+    PyErr_Clear();
+    return "";
+  }
+  const std::string whole = text_of(text);
+  return whole.substr(0, whole.find('\n'));
 }
 
 // A DLPack tensor of ours, with everything that it points to.
@@ -158,6 +172,28 @@ void fill(DLTensor& target, const chiasm_tensor& tensor, int64_t* shape, int64_t
 
 }  // namespace
 
+py::str decoded(const std::string& text) {
+  PyObject* made =
+      PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "backslashreplace");
+  if (made == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(made);
+}
+
+std::string text_of(py::handle text) {
+  const auto bytes =
+      py::reinterpret_steal<py::bytes>(PyUnicode_AsEncodedString(text.ptr(), "utf-8", "backslashreplace"));
+  if (!bytes) throw py::error_already_set();
+  return bytes;
+}
+
+std::string described(py::handle object) {
+  if (object.is_none()) return "None";
+  if (PyUnicode_CheckExact(object.ptr()) != 0) return "'" + text_of(object) + "'";
+  const std::string type = type_name(object);
+  if (PyLong_CheckExact(object.ptr()) == 0 && PyFloat_CheckExact(object.ptr()) == 0) return type;
+  return text_of(py::repr(object)) + " (" + type + ")";
+}
+
 const char* dtype_name(int32_t dtype) {
   return dtype >= 0 && dtype < kDTypeCount ? kDTypes[dtype].name : "unknown";
 }
@@ -181,14 +217,13 @@ void Arguments::refuse(const chiasm_tensor_info& info, const std::string& why) c
 }
 
 template <class Make>
-py::object Arguments::capsule_of(const chiasm_tensor_info& info, const Make& make) const {
+py::object Arguments::taken(const chiasm_tensor_info& info, const char* what, const Make& make) const {
   try {
     return make();
   } catch (py::error_already_set& error) {
     if (!error.matches(PyExc_Exception)) throw;  // KeyboardInterrupt
-    const std::string text = py::str(error.value()).cast<std::string>();
-    refuse(info, "its memory cannot be had through DLPack (" + type_name(error.value()) + ": " +
-                     text.substr(0, text.find('\n')) + "); pass a dense array or tensor on the CPU or CUDA");
+    refuse(info, std::string(what) + " (" + type_name(error.value()) + ": " + first_line(error) +
+                     "); pass a dense array or tensor on the CPU or CUDA");
   }
 }
 
@@ -210,35 +245,37 @@ void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
              "the tensor's values are the negatives of what its memory holds (its negative bit is set); "
              "pass tensor.resolve_neg()");
     // Not object.__dlpack__(), which is Python code and takes ten times as long.
-    add_dlpack(capsule_of(info, [&] { return imported_torch()->to_dlpack(object); }), info);
+    add_dlpack(taken(info, kNoCapsule, [&] { return imported_torch()->to_dlpack(object); }), info);
   } else if (py::hasattr(object, "__dlpack__")) {
-    add_dlpack(capsule_of(info,
-                          [&]() -> py::object {
-                            try {
-                              return object.attr("__dlpack__")(py::arg("max_version") = py::make_tuple(1, 0));
-                            } catch (py::error_already_set& error) {
-                              if (!error.matches(PyExc_TypeError)) throw;
-                              return object.attr("__dlpack__")();  // written before version 1 of the protocol
-                            }
-                          }),
-               info);
+    const auto capsule = [&]() -> py::object {
+      try {
+        return object.attr("__dlpack__")(py::arg("max_version") = py::make_tuple(1, 0));
+      } catch (py::error_already_set& error) {
+        if (!error.matches(PyExc_TypeError)) throw;
+        return object.attr("__dlpack__")();  // written before version 1 of the protocol
+      }
+    };
+    add_dlpack(taken(info, kNoCapsule, capsule), info);
   } else if (role_ == Role::input &&
              (py::isinstance<py::float_>(object) || py::isinstance<py::int_>(object) ||
               py::isinstance<py::bool_>(object))) {
     const py::dtype dtype = numpy_dtype(number_dtype(info));
     add_array(py::array(py::module_::import("numpy").attr("asarray")(object, dtype)), info);
+  } else if (py::isinstance<py::bytes>(object)) {  // for NumPy a text
+    refuse(info, "expected an array, got bytes; pass numpy.frombuffer(data, dtype).reshape(shape)");
   } else if (PyObject_CheckBuffer(object.ptr()) != 0 || py::hasattr(object, "__array_interface__")) {
     if (role_ == Role::output && py::hasattr(object, "__array_interface__"))
       refuse(info, "cannot write into a " + type_name(object) + "; pass a NumPy array or a torch tensor");
-    add_array(py::array(py::module_::import("numpy").attr("asarray")(object)), info);
+    const auto array = [&] { return py::module_::import("numpy").attr("asarray")(object); };
+    add_array(py::array(taken(info, "NumPy does not take it", array)), info);
   } else {
     refuse(info, "expected an array (NumPy, torch, or any with __dlpack__), got " + type_name(object));
   }
 }
 
 chiasm_tensor& Arguments::append(const chiasm_tensor_info& info, int64_t ndim) {
-  if (ndim > CHIASM_MAX_DIMS)
-    refuse(info, "has " + std::to_string(ndim) + " dimensions, more than " + std::to_string(CHIASM_MAX_DIMS));
+  if (ndim < 0 || ndim > CHIASM_MAX_DIMS)
+    refuse(info, "has " + std::to_string(ndim) + " dimensions, not 0 to " + std::to_string(CHIASM_MAX_DIMS));
   storage_.push_back(std::make_unique<Storage>());
   chiasm_tensor view{};
   view.struct_size = sizeof(view);

@@ -21,6 +21,13 @@ const char* dtype_name(int32_t dtype);
 /** Throws Error if there is no dtype of that name. */
 int32_t dtype_from_name(const std::string& name);
 
+/** A text of the core, which may quote bytes of a file that are not UTF-8. */
+py::str decoded(const std::string& text);
+/** A Python text in UTF-8; what cannot be encoded is escaped. */
+std::string text_of(py::handle text);
+/** An object that was not expected, in a few words: "5 (int)". Runs no code of its class. */
+std::string described(py::handle object);
+
 /** The library whose arrays a run returns. */
 enum class Library { numpy, torch, dlpack };
 
@@ -50,9 +57,9 @@ class Arguments {
 
   void add_array(py::array array, const chiasm_tensor_info& info);
   void add_dlpack(py::object capsule, const chiasm_tensor_info& info);
-  /** The result of `make`; an exception raised by the object becomes our error. */
+  /** The result of `make`; an exception raised by the object becomes our error, which says `what` failed. */
   template <class Make>
-  py::object capsule_of(const chiasm_tensor_info& info, const Make& make) const;
+  py::object taken(const chiasm_tensor_info& info, const char* what, const Make& make) const;
   chiasm_tensor& append(const chiasm_tensor_info& info, int64_t ndim);
   int32_t number_dtype(const chiasm_tensor_info& info) const;
   [[noreturn]] void refuse(const chiasm_tensor_info& info, const std::string& why) const;

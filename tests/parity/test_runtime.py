@@ -146,8 +146,12 @@ def test_output_speaks_dlpack(method: runtime.Method) -> None:
     other[0, 0] = 7
     assert array[0, 0] == 7 and array.flags.writeable
     assert torch.from_dlpack(dropped).dtype == torch.bool
-    with pytest.raises(BufferError):
-        y.__dlpack__(copy=True)
+    for copy in (True, "no"):
+        with pytest.raises(BufferError):
+            y.__dlpack__(copy=copy)
+    for version in ("1.0", (1,), ("1", 0)):
+        with pytest.raises(TypeError, match="max_version: expected a tuple"):
+            y.__dlpack__(max_version=version)
 
 
 class OnlyDLPack:

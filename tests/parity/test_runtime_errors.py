@@ -207,8 +207,72 @@ def test_wrong_calls_are_type_errors(method: runtime.Method) -> None:
         method(x, scale, keep, **{"\ud800": 1})
     with pytest.raises(TypeError, match="got 'x' by position and by name"):
         method(x, x=x, scale=scale, keep=keep)
-    with pytest.raises(ChiasmError, match="expected 'numpy', 'torch' or 'dlpack', got 'jax'"):
-        method.run((x, scale, keep), returns="jax")
+
+
+class Stream:
+    def __cuda_stream__(self) -> tuple:
+        return ()
+
+
+class Refusal(Exception):
+    def __str__(self) -> str:
+        raise KeyError
+
+
+class Refusing:
+    def __init__(self, error: Exception) -> None:
+        self.error = error
+
+    def __dlpack__(self, **_: object) -> object:
+        raise self.error
+
+
+class NoInterface:
+    __array_interface__ = 5
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"returns": "jax"}, "returns: expected 'numpy', 'torch' or 'dlpack', got 'jax'"),
+        ({"returns": 5}, "got 5 (int)"),
+        ({"returns": "\ud800"}, r"got '\ud800'"),
+        ({"stream": "x"}, "stream: expected a cudaStream_t"),
+        ({"stream": -1}, "got -1 (int)"),
+        ({"stream": 1 << 70}, "stream: expected a cudaStream_t"),
+        ({"stream": 1.5}, "got 1.5 (float)"),
+        ({"stream": Stream()}, "got Stream"),
+    ],
+)
+def test_options_of_a_run_that_it_does_not_know(method: runtime.Method, options: dict, words: str) -> None:
+    with pytest.raises(ChiasmError) as error:
+        method.run(example(), **options)
+    assert error.value.code == Code.INVALID_ARGUMENT and words in str(error.value), str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (NoInterface(), "NumPy does not take it (ValueError: "),
+        (Refusing(ValueError("\ud800")), r"DLPack (ValueError: \ud800)"),
+        (Refusing(Refusal()), "DLPack (Refusal: )"),
+        (bytes(140), "got bytes; pass numpy.frombuffer"),
+        (np.empty((1,) * 9), "has 9 dimensions, not 0 to 8"),
+    ],
+)
+def test_objects_that_are_no_arrays(method: runtime.Method, given: object, words: str) -> None:
+    _, scale, keep = example()
+    with pytest.raises(ChiasmError) as error:
+        method(given, scale, keep)
+    assert str(error.value).startswith("input 'x': ") and words in str(error.value), str(error.value)
+
+
+def test_what_is_no_list_of_runs(method: runtime.Method) -> None:
+    for given, words in ((iter([]), "got list_iterator"), (None, "got None"), ({}, "got dict")):
+        with pytest.raises(ChiasmError, match="inputs: expected a list or a tuple .*" + words):
+            method.run_each(given, [])
+        with pytest.raises(ChiasmError, match="outputs: expected a list or a tuple .*" + words):
+            method.run_each([], given)
 
 
 @pytest.mark.parametrize(
