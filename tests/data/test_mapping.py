@@ -395,6 +395,8 @@ def test_what_is_known_in_the_worker_only() -> None:
             Map(SOBEL, **arguments)({"input": IMAGES})
     with pytest.raises(DataError, match=r"sigma.*no constant"):
         Map(BLUR, columns={"sigma": [["a"]]})({"input": IMAGES})
+    with pytest.raises(DataError, match=r"seed.*no constant of int64: 1\.5 is no value of int64"):
+        Map(BUNDLES / "augmentation.random_crop.chiasm", columns={"seed": [1.5]})({"input": IMAGES})
     with pytest.raises(DataError, match="nowhere"):
         Map("nowhere.chiasm")
 

@@ -76,6 +76,7 @@ def test_settings_that_are_no_values(light: Folder, photo: Path, tmp_path: Path)
         '"x"',
         '{"a": 1}',
         "1e999999",
+        "1e39",
         "[" * 5000,
         "999999x999999",
         "[[1.5]]",

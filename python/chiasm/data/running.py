@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..export.constants import in_dtype
 from ..export.sizes import evaluate
 from ..export.text import one_line
 from .columns import Column, Rows
@@ -185,7 +186,7 @@ def _dense(array: np.ndarray) -> np.ndarray:
 
 def _constant(tensor: Any, value: Any, opened: Opened) -> np.ndarray:
     try:
-        array = np.ascontiguousarray(value, tensor.dtypes[0]).reshape(np.shape(value))
+        array = in_dtype(value, tensor.dtypes[0])
     except (ValueError, TypeError, OverflowError) as error:
         raise DataError(
             f"columns: input {tensor.name!r}: no column's name, and no constant of"

@@ -18,6 +18,7 @@ from typing import Any, cast
 import numpy as np
 from PIL import Image, ImageOps, UnidentifiedImageError
 
+from .constants import in_dtype
 from .files import MOST_OF_IMAGE, read_regular, write_whole
 from .manifest import BundleError, read_manifest
 from .text import one_line
@@ -197,7 +198,7 @@ def setting(tensor: dict[str, Any], settings: dict[str, str], dtypes: list[str])
         parsed = json.loads(value)
         if not all(isinstance(v, (bool, int, float)) for v in _leaves(parsed)):
             raise ValueError("expected numbers, or lists of numbers")
-        return np.asarray(parsed, dtype)
+        return in_dtype(parsed, dtype)
     except (ValueError, TypeError, OverflowError, RecursionError, MemoryError) as error:
         raise BundleError(
             f"input {name!r}: {one_line(value, 60)!r} is neither JSON for {dtype} {tuple(tensor['shape'])}"
