@@ -22,7 +22,7 @@ import pytest
 
 import chiasm.runtime
 from chiasm.data import DataError, Map
-from chiasm.data.driver import fingerprint
+from chiasm.data.driver import JOB, fingerprint, output_folder
 from chiasm.data.shards import plan, write
 
 from .conftest import BLUR, COUNT, EDGES, PREPROCESS, SOBEL, encoded, same_rows
@@ -285,6 +285,24 @@ def test_a_pipe_as_input_and_a_full_disk(tmp_path: Path) -> None:
     [shard], _ = plan(tmp_path / "a.tar", 500)
     with pytest.raises(DataError, match=r"a\.tar, written to .*part-000000\.parquet: No space left"):
         write(shard, Map(SOBEL, errors="column"), tmp_path, full)
+
+
+@pytest.mark.parametrize("name", [".lock", JOB])
+def test_an_output_folder_with_a_pipe_or_a_link_for_a_file(name: str, tmp_path: Path) -> None:
+    def refused() -> str:
+        with pytest.raises((OSError, DataError)) as error, output_folder(tmp_path / "out", {"rows": 1}):
+            pass
+        return str(error.value)
+
+    precious, file = tmp_path / "precious", tmp_path / "out" / name
+    precious.write_text("[" * 100_000)
+    file.parent.mkdir()
+    os.mkfifo(file)
+    assert name in refused()
+    file.unlink()
+    file.symlink_to(precious)
+    assert name in refused()
+    assert precious.stat().st_size == 100_000
 
 
 def test_a_large_constant_takes_no_more_memory() -> None:

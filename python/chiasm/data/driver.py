@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from ..export.ending import ENDING, delayed
-from ..export.files import naming
+from ..export.files import naming, read_regular
 from ..export.text import one_line
 from .errors import DataError
 from .mapping import Map
@@ -31,6 +31,8 @@ from .shards import Shard, write
 
 #: The job of an output folder, so that a restart with another job is rejected.
 JOB = "_chiasm_map.json"
+#: The most bytes of its file.
+_MOST_OF_JOB = 1 << 20
 #: An option of prctl: the signal that a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
 
@@ -47,14 +49,15 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     job = json.loads(json.dumps(job))
-    with open(folder / ".lock", "w") as lock:
+    # Whatever else has this name, it is neither waited for, as a pipe, nor emptied, as what a link leads to
+    with open(folder / ".lock", "a", opener=_no_other) as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise DataError(f"{folder}: another `chiasm map` is writing to it") from None
         file = folder / JOB
         try:
-            began = json.loads(file.read_bytes())
+            began = json.loads(read_regular(file, _MOST_OF_JOB))
         except FileNotFoundError:
             if others := sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")):
                 raise DataError(
@@ -66,7 +69,7 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
                 scratch.write_text(json.dumps(job, indent=1))
             scratch.rename(file)
             began = job
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise DataError(f"{file}: damaged ({one_line(error)}): choose another folder") from error
         if began != job:
             differs = [k for k in job if not isinstance(began, dict) or began.get(k) != job[k]]
@@ -79,6 +82,10 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
             yield
         finally:
             _clean(folder)
+
+
+def _no_other(path: str, flags: int) -> int:
+    return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
 
 
 def _clean(folder: Path) -> None:
