@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 import chiasm.runtime
 from chiasm import packs
+from chiasm.data import Map
 from chiasm.export.cli import main
 from chiasm.export.errors import ExportError
 from chiasm.export.manifest import BundleError
@@ -147,6 +148,7 @@ def test_refusals(bundles: list[Path], tmp_path: Path) -> None:
 def test_open_by_name(installed: Path) -> None:
     assert [found.distribution for found in packs.packs()] == ["chiasm-bundles-two-colors"]
     hsv = chiasm.runtime.open("color.rgb_to_hsv")
+    assert Map("color.rgb_to_hsv").parcel.name == "color.rgb_to_hsv.chiasm"
     assert hsv.name == "color.rgb_to_hsv"
     grey = hsv.method(backend="onnx")(np.full((1, 3, 8, 8), 0.25, np.float32))
     np.testing.assert_array_equal(grey[0, :, 0, 0], [0, 0, 0.25])
@@ -163,6 +165,48 @@ def test_a_folder_of_that_name_comes_first(
     (tmp_path / OPS[0]).symlink_to(bundles[1])
     monkeypatch.chdir(tmp_path)
     assert chiasm.runtime.open(OPS[0]).name == OPS[1]
+
+
+@pytest.mark.parametrize(
+    "package",
+    ["..up", ".here", "../../etc", "absent.sub", "loud.sub", "module", "module.sub", "sys", "__main__", ""],
+)
+def test_a_pack_that_names_no_package_does_not_hide_the_others(installed: Path, package: str) -> None:
+    info = installed / "another-1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Name: another\nVersion: 1\n")
+    (info / "entry_points.txt").write_text(f"[{packs.GROUP}]\nx = {package}\n")
+    (installed / "loud").mkdir()
+    (installed / "loud" / "__init__.py").write_text("raise RuntimeError('code of a pack ran')")
+    (installed / "module.py").write_text("")
+    (installed / "of.others.chiasm").mkdir()
+    assert [found.distribution for found in packs.packs()] == ["chiasm-bundles-two-colors"]
+    assert chiasm.runtime.open("color.rgb_to_hsv").name == "color.rgb_to_hsv"
+
+
+def test_a_pack_may_be_a_package_in_another_that_is_not_run(installed: Path, bundles: list[Path]) -> None:
+    info = installed / "another-1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Name: an\x1b[31mother\n")
+    (info / "entry_points.txt").write_text(f"[{packs.GROUP}]\nx = loud.sub\n")
+    (installed / "loud" / "sub").mkdir(parents=True)
+    (installed / "loud" / "__init__.py").write_text("raise RuntimeError('code of a pack ran')")
+    (installed / "loud" / "sub" / "my.op.chiasm").symlink_to(bundles[0])
+    (installed / "loud" / "sub" / "\x1b[31m\udcff.chiasm").mkdir()
+    (installed / "loud" / "sub" / "no.folder.chiasm").write_text("")
+    assert chiasm.runtime.open("my.op").name == OPS[0]
+    lines = packs.listing()
+    assert "my.op  another None" in lines and all(line.isprintable() for line in lines)
+    assert not any("no.folder" in line for line in lines)
+
+
+def test_entry_points_that_cannot_be_read_are_one_sentence(installed: Path) -> None:
+    info = installed / "another-1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Name: another\nVersion: 1\n")
+    (info / "entry_points.txt").write_bytes(b"\xff")
+    with pytest.raises(OSError, match=r"entry_points\.txt.*UnicodeDecodeError"):
+        chiasm.runtime.open("color.rgb_to_hsv")
 
 
 @pytest.fixture
