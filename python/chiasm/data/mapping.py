@@ -46,7 +46,7 @@ class Map:
     Parameters
     ----------
     bundle
-        The folder ``NAME.chiasm``.
+        The folder ``NAME.chiasm``, or the name of an installed bundle, as in `chiasm.runtime.open`.
     columns
         The column of each input of the op, by default the one of the same name. Instead of a name, a value
         may be a constant for every row: a number, lists or an array: ``{"frame": "image",
@@ -118,7 +118,7 @@ class Map:
             raise DataError(f"outputs: expected a column of its own for each output, got {made}")
         self.method, self.errors, self.id = method, errors, id
         self.backend, self.dtype, self.num_threads = backend, dtype, num_threads
-        self.parcel = Parcel.of(Path(bundle))
+        self.parcel = Parcel.of(Path(opened._handle.path))
 
     def __repr__(self) -> str:
         return f"<chiasm map {self.parcel.name} {self.method}: {self.columns} -> {self.outputs}>"
