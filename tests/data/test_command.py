@@ -428,6 +428,8 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
         (2, "does not exist", SOBEL, tmp_path / "nothing", out),
         (1, "no manifest.json", photos, photos, out),
         (1, "no cluster at '127.0.0.1:1'", PREPROCESS, photos, out, "--ray", "127.0.0.1:1"),
+        (1, "expected auto, local or HOST:PORT", PREPROCESS, photos, out, "--ray", "ray://"),
+        (1, "expected auto, local or HOST:PORT", PREPROCESS, photos, out, "--ray", "\x1b[31m:9"),
     ):
         got, text = chiasm_map(*arguments)
         errors = [line for line in text.splitlines() if line.startswith("Error: ")]

@@ -203,8 +203,12 @@ def on_ray(shards: list[Shard], mapping: Map, folder: Path, address: str, jobs: 
     except ImportError:
         raise DataError("Ray is not installed: pip install 'chiasm[ray]'") from None
 
-    if found := re.fullmatch(r"(?:ray://)?\[?([^\[\]/]+)\]?:(\d{1,5})", address):
-        try:  # Ray itself tries for minutes
+    # Ray itself tries for minutes, with any text that has a colon
+    if address not in ("auto", "local"):
+        found = re.fullmatch(r"(?:ray://)?\[?([^\[\]/]+)\]?:(\d{1,5})", address)
+        if not found:
+            raise DataError(f"--ray: expected auto, local or HOST:PORT, got {address!r}")
+        try:
             socket.create_connection((found[1], int(found[2])), timeout=5).close()
         except (OSError, OverflowError) as error:
             raise DataError(f"--ray: no cluster at {address!r}: {one_line(error)}") from None
