@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import doctest
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -120,14 +122,25 @@ def test_refusals(tmp_path: Path) -> None:
     damaged = tmp_path / "damaged.chiasm"
     damaged.mkdir()
     (damaged / "manifest.json").write_text("{")
+    other, leading_out = tmp_path / "other.chiasm", tmp_path / "leading_out.chiasm"
+    for bundle in (other, leading_out):
+        shutil.copytree(SOBEL, bundle)
+    (other / "forward.pt").write_bytes(b"")
+    (leading_out / "etc").symlink_to("/etc")
     no_model = tmp_path / "no.onnx"
     no_model.write_bytes(b"\xff" * 100)
+    (tmp_path / "empty.onnx").write_bytes(b"")
+    os.mkfifo(tmp_path / "pipe.onnx")
     four = network(tmp_path / "four.onnx", channels=4)
     for arguments, words in (
         ([tmp_path / "nothing.chiasm"], "expected a bundle (a folder NAME.chiasm) or a *.onnx file"),
         ([damaged], "manifest.json: not JSON"),
+        ([other], "forward.pt"),
+        ([leading_out], "'etc', which its manifest does not name"),
         ([no_model], "no.onnx"),
         ([tmp_path / "nothing.onnx"], "nothing.onnx: No such file"),
+        ([tmp_path / "empty.onnx"], "empty.onnx: not an ONNX model: it has no outputs"),
+        ([tmp_path / "pipe.onnx"], "pipe.onnx: not a regular file but a pipe"),
         ([f"a/b={SOBEL}"], "expected a bundle"),
         ([f"..={SOBEL}"], "'..' cannot be a model's name"),
         ([f"a b={SOBEL}"], "'a b' cannot be a model's name"),
@@ -145,6 +158,15 @@ def test_refusals(tmp_path: Path) -> None:
         assert status == 1 and words in said and "Traceback" not in said, said
     assert not repository.exists()
     assert run(repository)[0] == 2
+
+
+def test_a_bundle_is_no_repository(tmp_path: Path) -> None:
+    bundle = tmp_path / "sobel.chiasm"
+    shutil.copytree(SOBEL, bundle)
+    for repository in (bundle, bundle / "models"):
+        status, said = run(repository, bundle)
+        assert status == 1 and "it is inside the bundle" in said, said
+    assert chiasm.runtime.open(bundle).name == "filters.sobel"
 
 
 def test_a_repository_that_is_a_file(tmp_path: Path) -> None:

@@ -9,7 +9,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ..export.files import MOST_OF_FILE, read_regular
 from ..export.manifest import SUFFIX, BundleError, read_manifest, schema
+from ..export.signing import check_files
 
 #: A model's name is a folder's name, and part of URLs.
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
@@ -97,6 +99,7 @@ def _type(dtype: str) -> str:
 
 def _of_bundle(bundle: Path) -> tuple[list[Tensor], list[Tensor]]:
     manifest = read_manifest(bundle)
+    check_files(bundle, manifest)
     method = manifest["methods"].get("forward")
     if method is None:
         raise RepositoryError(f"{bundle}: has no method 'forward'; it has {', '.join(manifest['methods'])}")
@@ -116,9 +119,13 @@ def _of_network(file: Path) -> tuple[list[Tensor], list[Tensor]]:
     from google.protobuf.message import DecodeError
 
     try:
-        graph = onnx.load(file, load_external_data=False).graph
+        graph = onnx.load_from_string(read_regular(file, MOST_OF_FILE)).graph
     except DecodeError as error:
         raise RepositoryError(f"{file}: not an ONNX model: {error}") from error
+    except OSError as error:
+        raise RepositoryError(f"{file}: {error.strerror}") from error
+    if not graph.output:  # so is an empty file
+        raise RepositoryError(f"{file}: not an ONNX model: it has no outputs")
     if any(each.data_location == onnx.TensorProto.EXTERNAL for each in graph.initializer):
         raise RepositoryError(f"{file}: keeps tensors in another file: save it as one (onnx.save_model)")
 

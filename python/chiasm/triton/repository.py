@@ -50,7 +50,13 @@ def write(repository: Path, parts: Sequence[Part], ensemble: str | None = None) 
             raise RepositoryError(
                 f"{repository / name} is there already: remove it, or give another name, NAME=PATH"
             )
+    within = Path(os.path.realpath(repository))
     for part in parts:
+        if not part.is_network and within.is_relative_to(os.path.realpath(part.path)):
+            raise RepositoryError(
+                f"{repository}: it is inside the bundle {part.path}, which a new file would make invalid:"
+                " choose a folder beside it"
+            )
         _ = part.tensors  # reads the bundle: nothing is written before all bundles are known to be valid
     repository.mkdir(parents=True, exist_ok=True)
     # Write beside the repository and then move: a running server must see only complete models
