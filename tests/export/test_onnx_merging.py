@@ -433,6 +433,18 @@ def test_models_whose_tensors_are_in_other_files(light: Callable[[str], Path], t
     part.unlink()
     with pytest.raises(ValueError, match=r"^model: expected an ONNX file, got .*whole\.onnx: .*whole\.bin"):
         chiasm.onnx.prepend(bundle, whole)
+    # onnx itself checks these numbers only while it reads
+    tensor = onnx.TensorProto(name="w", data_type=1, dims=[1], data_location=onnx.TensorProto.EXTERNAL)
+    part.write_bytes(bytes(64))
+    for key, value in (("offset", "-1"), ("offset", "x"), ("length", "99999999999")):
+        del tensor.external_data[:]
+        tensor.external_data.add(key="location", value=part.name)
+        tensor.external_data.add(key=key, value=value)
+        model = classifier()
+        model.graph.initializer.append(tensor)
+        whole.write_bytes(model.SerializeToString())
+        with pytest.raises(ValueError, match=r"^model: expected an ONNX file, got .*whole\.onnx: "):
+            chiasm.onnx.prepend(bundle, whole)
 
 
 def test_a_model_without_an_end(light: Callable[[str], Path], tmp_path: Path) -> None:
@@ -447,6 +459,8 @@ def test_wrong_arguments_are_named(light: Callable[[str], Path], tmp_path: Path)
     sobel, model = light("filters.sobel"), classifier()
     odd, empty = classifier(), classifier(shape=(1, 3, 0, 30))
     odd.graph.input[0].type.tensor_type.elem_type = 77
+    nameless = classifier()
+    nameless.graph.input[0].name = ""
     call = helper.make_node("filters_sobel", ["images", "images"], ["twice"], domain="chiasm")
     calling = classifier()
     calling.graph.node.append(call)
@@ -457,6 +471,7 @@ def test_wrong_arguments_are_named(light: Callable[[str], Path], tmp_path: Path)
         (lambda: chiasm.onnx.prepend(sobel, model, method=["forward"]), TypeError, "method: expected a name"),
         (lambda: chiasm.onnx.prepend(sobel, model, connect={"output": []}), TypeError, r"connect: .*\[\]"),
         (lambda: chiasm.onnx.prepend(sobel, odd), ValueError, "'images' is element type 77"),
+        (lambda: chiasm.onnx.prepend(sobel, nameless), ValueError, "connect: expected names, got an empty"),
         (lambda: chiasm.onnx.prepend(sobel, empty), ValueError, "takes H from 8 to 32768"),
         (lambda: chiasm.onnx.embed("model.onnx", sobel), TypeError, "model: expected an onnx.ModelProto"),
         (lambda: chiasm.onnx.embed(calling, sobel), ValueError, "with 2 inputs and 1 outputs, it has 1 and"),

@@ -270,7 +270,8 @@ def _loaded(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
         raise ValueError(f"model: expected an ONNX file, got the pipe or device {os.fspath(model)}")
     try:
         loaded = onnx.load(os.fspath(model))
-    except (DecodeError, onnx.checker.ValidationError) as error:  # the second: of tensors in other files
+    # The last two: of tensors in other files
+    except (DecodeError, onnx.checker.ValidationError, ValueError) as error:
         raise ValueError(f"model: expected an ONNX file, got {os.fspath(model)}: {error}") from None
     if not loaded.HasField("graph"):
         raise ValueError(f"model: expected an ONNX file, got {os.fspath(model)}, which has no graph")
@@ -335,6 +336,8 @@ def _check_pairs(connect: dict[str, str], target: str) -> None:
     for name in (name for pair in connect.items() for name in pair):
         if not isinstance(name, str):
             raise TypeError(f"connect: expected a dict of names, got {name!r} in it")
+        if not name:  # ONNX's way to leave a value out
+            raise ValueError("connect: expected names, got an empty one, which is no value of a model")
     if len(set(connect.values())) != len(connect):
         raise ValueError(f"connect: {target} is named twice: {connect}")
 
