@@ -155,11 +155,10 @@ def work(spec: Spec, inputs: Sequence[torch.Tensor]) -> Work:
     assert peer is not None
     batched = [t.shape[:1] == ("B",) for t in spec.inputs]
     library = importlib.import_module(peer.library)
-    if peer.form == "tensors":
-        return Work(peer, [[library, *inputs]], interleaved)
     arrays = [t.numpy() for t in inputs]
-    if peer.form == "batch":
-        return Work(peer, [[library, *arrays]], interleaved)
+    if peer.form in ("batch", "tensors"):
+        whole: Sequence[Any] = arrays if peer.form == "batch" else inputs
+        return Work(peer, [[library, *(peer.before(*whole) if peer.before else whole)]], interleaved)
     samples = next(len(a) for a, has in zip(arrays, batched, strict=True) if has)
     channels = arrays[0].shape[-1 if interleaved else 1] if peer.form == "planes" else 1
     calls: list[list[Any]] = []

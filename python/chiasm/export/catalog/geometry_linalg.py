@@ -5,22 +5,32 @@ from collections.abc import Sequence
 import torch
 from torch import Generator, Tensor
 
+from ..peer import Call, Peer, opencv
 from ..spec import Sampler, Spec, TensorSpec, Tolerance
 from . import ZERO_WEIGHTS, add
 from .geometry_homography import homographies
-from .rigid import rotations
+from .rigid import rotations, scipys
 
 # --- points and transformations -----------------------------------------------------------------------------
 
 _X = TensorSpec("x", ("B", "N", 3), range=(-1, 1), description="points or vectors")
 _Y = TensorSpec("y", ("B", "N", 3), range=(-1, 1), description="points or vectors")
 
-for _name, _inputs in {
-    "batched_dot_product": [_X, _Y],
-    "batched_squared_norm": [_X],
-    "euclidean_distance": [_X, _Y],
-}.items():
-    add(Spec(f"geometry.linalg.{_name}", _inputs, reference="NumPy"))
+_ON_VECTORS: dict[str, tuple[list[TensorSpec], Peer, str]] = {
+    "batched_dot_product": (
+        [_X, _Y],
+        Peer("numpy", lambda np, x, y: np.vecdot(x, y), "batch"),
+        "numpy.vecdot",
+    ),
+    "batched_squared_norm": ([_X], Peer("numpy", lambda np, x: np.vecdot(x, x), "batch"), "numpy.vecdot"),
+    "euclidean_distance": (
+        [_X, _Y],
+        Peer("torch.nn.functional", lambda F, x, y: F.pairwise_distance(x, y, eps=0.0), "tensors"),
+        "torch.nn.functional.pairwise_distance",
+    ),
+}
+for _name, (_inputs, _peer, _reference) in _ON_VECTORS.items():
+    add(Spec(f"geometry.linalg.{_name}", _inputs, peer=_peer, reference=_reference))
 
 add(
     Spec(
@@ -65,15 +75,29 @@ for _name, _d, _what in (("plane", 2, "homographies"), ("space", 3, "rigid trans
                 TensorSpec("points_1", ("B", "N", _d), range=(-1, 1), description="points"),
             ],
             sample=_sample_transformed(_d),
+            peer=opencv(lambda cv2, m, x: cv2.perspectiveTransform(x[None], m)[0], "samples"),
             reference="OpenCV perspectiveTransform; NumPy",
         ),
         fn="geometry.linalg.transform_points",
     )
 
-_POSES = {
-    "compose_transformations": ("trans_01", "trans_12"),
-    "inverse_transformation": ("trans_12",),
-    "relative_transformation": ("trans_01", "trans_02"),
+_POSES: dict[str, tuple[tuple[str, ...], Call]] = {
+    "compose_transformations": (
+        ("trans_01", "trans_12"),
+        lambda transform, a, b: (
+            transform.RigidTransform.from_matrix(a) * transform.RigidTransform.from_matrix(b)
+        ),
+    ),
+    "inverse_transformation": (
+        ("trans_12",),
+        lambda transform, a: transform.RigidTransform.from_matrix(a).inv(),
+    ),
+    "relative_transformation": (
+        ("trans_01", "trans_02"),
+        lambda transform, a, b: (
+            transform.RigidTransform.from_matrix(a).inv() * transform.RigidTransform.from_matrix(b)
+        ),
+    ),
 }
 
 
@@ -81,13 +105,14 @@ def _sample_poses(names: Sequence[str]) -> Sampler:
     return lambda generator, sizes, dtype: {name: _rigid(generator, sizes["N"]).to(dtype) for name in names}
 
 
-for _name, _names in _POSES.items():
+for _name, (_names, _call) in _POSES.items():
     add(
         Spec(
             f"geometry.linalg.{_name}",
             [TensorSpec(n, ("N", 4, 4), description="rigid transformations [R t; 0 1]") for n in _names],
             sample=_sample_poses(_names),
-            reference="NumPy",
+            peer=scipys(_call, after=lambda motion: motion.as_matrix()),
+            reference="SciPy RigidTransform",
         )
     )
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
+from ..peer import Peer
 from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance
 from . import add
-from .rigid import lengths, motions, normal, quaternions, rotations, rotations2d, uniform
+from .rigid import lengths, motions, normal, quaternions, rotations, rotations2d, scipys, uniform
 
 
 def _sampler(makers: Mapping[str, Maker]) -> Sampler:
@@ -22,16 +24,40 @@ def _sampler(makers: Mapping[str, Maker]) -> Sampler:
 # --- quaternions --------------------------------------------------------------------------------------------
 
 _Q = ("N", 4)
-for _name, _arguments in {
-    "quaternion_multiply": ("q1", "q2"),
-    "quaternion_conjugate": ("quaternion",),
-    "quaternion_inverse": ("quaternion",),
-}.items():
+
+
+def _of_length(power: int) -> Callable[..., tuple[Any, ...]]:
+    """Quaternions, and the length that SciPy does not keep: the product of theirs to a power."""
+
+    def before(*quaternions: np.ndarray) -> tuple[Any, ...]:
+        return (
+            *quaternions,
+            np.prod([np.linalg.norm(q, axis=-1, keepdims=True) for q in quaternions], 0) ** power,
+        )
+
+    return before
+
+
+def _inverted(transform: Any, q: Any, length: Any) -> Any:
+    return transform.Rotation.from_quat(q, scalar_first=True).inv().as_quat(scalar_first=True) * length
+
+
+def _multiplied(transform: Any, p: Any, q: Any, length: Any) -> Any:
+    first, second = (transform.Rotation.from_quat(x, scalar_first=True) for x in (p, q))
+    return (first * second).as_quat(scalar_first=True) * length
+
+
+for _name, _arguments, _peer in (
+    ("quaternion_multiply", ("q1", "q2"), scipys(_multiplied, before=_of_length(1))),
+    ("quaternion_conjugate", ("quaternion",), scipys(_inverted, before=_of_length(1))),
+    ("quaternion_inverse", ("quaternion",), scipys(_inverted, before=_of_length(-1))),
+):
     add(
         Spec(
             f"geometry.quaternion.{_name}",
             [TensorSpec(argument, _Q, description="quaternions (w, x, y, z)") for argument in _arguments],
             sample=_sampler({argument: lambda g, s: 1.5 * quaternions(g, s["N"]) for argument in _arguments}),
+            peer=_peer,
             reference="SciPy Rotation",
         )
     )
@@ -45,6 +71,7 @@ add(
         sample=_sampler(
             {"quaternion": lambda g, s: quaternions(g, s["N"]), "points": lambda g, s: normal(g, s["N"], 3)}
         ),
+        peer=scipys(lambda transform, q, x: transform.Rotation.from_quat(q, scalar_first=True).apply(x)),
         reference="SciPy Rotation",
     )
 )
@@ -90,6 +117,12 @@ add(
             TensorSpec("w", ("B", "N"), range=(0.5, 1.5), description="weights"),
         ],
         sample=_clusters,
+        peer=Peer(
+            "scipy.spatial.transform",
+            lambda transform, q, w: transform.Rotation.from_quat(q, scalar_first=True).mean(w),
+            "samples",
+            after=lambda r: r.as_quat(canonical=True, scalar_first=True),
+        ),
         reference="NumPy eigh in float64",
         picture="mean rotation",
     )
@@ -108,6 +141,24 @@ _GROUPS: dict[str, tuple[tuple[int | str, ...], _Elements, int, _Elements]] = {
         lambda g, n: motions(g, rotations2d(g, n)),
     ),
     "se3": (("N", 6), lambda g, n: normal(g, n, 6), 4, lambda g, n: motions(g, rotations(g, n))),
+}
+_PEERS = {
+    "so2_exp": scipys(
+        lambda transform, a: transform.Rotation.from_euler("z", a).as_matrix(),
+        before=lambda a: (a[:, None],),
+        after=lambda m: m[:, :2, :2],
+    ),
+    "so3_exp": scipys(lambda transform, v: transform.Rotation.from_rotvec(v).as_matrix()),
+    "so3_log": scipys(lambda transform, m: transform.Rotation.from_matrix(m).as_rotvec()),
+    # SciPy has the rotation first
+    "se3_exp": scipys(
+        lambda transform, v: transform.RigidTransform.from_exp_coords(v).as_matrix(),
+        before=lambda v: (np.roll(v, 3, -1),),
+    ),
+    "se3_log": scipys(
+        lambda transform, m: transform.RigidTransform.from_matrix(m).as_exp_coords(),
+        after=lambda v: np.roll(v, 3, -1),
+    ),
 }
 _OF_TANGENTS = {"exp": "matrix", "hat": "matrix", "left_jacobian": "jacobian", "right_jacobian": "jacobian"}
 _OF_MATRICES = {"log": "tangent", "vee": "tangent", "adjoint": "adjoint"}
@@ -132,6 +183,7 @@ for _group, (_shape, _tangents, _size, _elements) in _GROUPS.items():
                 [TensorSpec(_output)],
                 gradients=() if _group == "so2" and _output in ("jacobian", "adjoint") else None,  # constant
                 sample=_sampler({_argument: lambda g, s, make=_make: make(g, s["N"])}),
+                peer=_PEERS.get(f"{_group}_{_name}"),
                 reference="SciPy expm, logm",
             )
         )

@@ -1,4 +1,4 @@
-"""Rotations and motions that samplers share, in float64."""
+"""Rotations and motions: what samplers share, in float64, and SciPy's classes of them as peers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from typing import Any
 
 import torch
 from torch import Generator, Tensor
+
+from ..peer import Call, Peer
 
 #: torch.linalg, whose functions torch declares without types.
 linalg: Any = torch.linalg
@@ -62,3 +64,18 @@ def motions(generator: Generator, rotation: Tensor) -> Tensor:
     made = torch.eye(n + 1, dtype=torch.float64).repeat(count, 1, 1)
     made[:, :n, :n], made[:, :n, n] = rotation, normal(generator, count, n)
     return made
+
+
+def scipys(call: Call, **options: Any) -> Peer:
+    """A peer in SciPy's Rotation or RigidTransform, which take a whole batch. `call` gets their module."""
+    return Peer("scipy.spatial.transform", call, "batch", **options)
+
+
+def pose(transform: Any, r: Any, t: Any) -> Any:
+    """SciPy's RigidTransform of rotation matrices (N, 3, 3) and translations (N, 3, 1)."""
+    return transform.RigidTransform.from_components(t[..., 0], transform.Rotation.from_matrix(r))
+
+
+def parts(motion: Any) -> tuple[Any, Any]:
+    """The rotation matrices and translations of SciPy's RigidTransform."""
+    return motion.rotation.as_matrix(), motion.translation[..., None]
