@@ -39,7 +39,8 @@ class Peer:
     * "batch": all inputs as NumPy arrays, as they are;
     * "tensors": all inputs as PyTorch tensors.
 
-    Every call gets inputs without a batch as a whole. atol, rtol: the tolerance, if the spec's is too small.
+    Every call gets inputs without a batch as a whole; if no input has a B, the first one's first dimension is
+    the batch. atol, rtol: the tolerance, if the spec's is too small.
     edge: rows and columns along the border that are not compared, if the libraries treat the border
     differently. share: the share of values that may be further apart, if rounding decides. before: converts
     an op's inputs to the arguments of a call; after: converts a call's result to the op's output, if
@@ -153,7 +154,9 @@ def work(spec: Spec, inputs: Sequence[torch.Tensor]) -> Work:
     """The calls of the spec's peer on its inputs."""
     peer, interleaved = spec.peer, spec.interleaved
     assert peer is not None
-    batched = [t.shape[:1] == ("B",) for t in spec.inputs]
+    shapes = [t.shape for t in spec.inputs]
+    batch = "B" if any("B" in shape[:1] for shape in shapes) else shapes[0][0]
+    batched = [shape[:1] == (batch,) for shape in shapes]
     library = importlib.import_module(peer.library)
     arrays = [t.numpy() for t in inputs]
     if peer.form in ("batch", "tensors"):

@@ -1,16 +1,20 @@
-"""Cameras: projection, lens distortion, depth maps, and homographies of views."""
+"""Cameras: projection and lens distortion."""
 
+from typing import Any
+
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
-from ..spec import Sampler, Spec, TensorSpec, Tolerance, image, like
+from ..peer import Peer, opencv
+from ..spec import Sampler, Spec, TensorSpec, Tolerance, image
 from . import add
 from .rigid import linalg, uniform
 
 _DOUBLE = torch.float64
 
 
-def _camera_matrices(generator: Generator, count: int):
+def camera_matrices(generator: Generator, count: int):
     """Focal lengths about 500, principal point about (320, 240)."""
     focal, centre = (
         uniform(generator, 450, 550, count, 2),
@@ -21,7 +25,7 @@ def _camera_matrices(generator: Generator, count: int):
     return matrix
 
 
-def _cast(dtype: torch.dtype, **tensors: Tensor):
+def cast(dtype: torch.dtype, **tensors: Tensor):
     return {name: value.to(dtype) for name, value in tensors.items()}
 
 
@@ -42,12 +46,16 @@ _PIXELS = {"float32": Tolerance(5e-4, 1e-5)}
 
 # --- points and pixels --------------------------------------------------------------------------------------
 
+_PERSPECTIVE = opencv(
+    lambda cv2, x: cv2.convertPointsFromHomogeneous(x), "batch", after=lambda points: points[:, 0]
+)
 for _name in ("project_points_z1", "dx_project_points_z1", "project_points_orthographic"):
     add(
         Spec(
             f"geometry.camera.{_name}",
             [_SPACE],
-            sample=lambda g, s, dtype: _cast(dtype, points_in_camera=_points_in_front(g, s["N"])),
+            sample=lambda g, s, dtype: cast(dtype, points_in_camera=_points_in_front(g, s["N"])),
+            peer=_PERSPECTIVE if _name == "project_points_z1" else None,
             reference="definition; R. Hartley, A. Zisserman, Multiple View Geometry, 6.1",
         )
     )
@@ -74,6 +82,7 @@ add(
         reference="definition",
     )
 )
+_NO_TURN = np.zeros(3)
 add(
     Spec(
         "geometry.camera.project_points",
@@ -81,8 +90,13 @@ add(
         [TensorSpec("pixels")],
         dtypes=("float32", "float64"),
         tolerances=_PIXELS,
-        sample=lambda g, s, dtype: _cast(
-            dtype, point_3d=_points_in_front(g, s["N"]), camera_matrix=_camera_matrices(g, s["N"])
+        sample=lambda g, s, dtype: cast(
+            dtype, point_3d=_points_in_front(g, s["N"]), camera_matrix=camera_matrices(g, s["N"])
+        ),
+        peer=opencv(
+            lambda cv2, x, k: cv2.projectPoints(x, _NO_TURN, _NO_TURN, k, None)[0],
+            "samples",
+            after=lambda pixels: pixels[0, 0],
         ),
         reference="OpenCV projectPoints",
     )
@@ -96,11 +110,11 @@ add(
             _CAMERA_MATRIX,
         ],
         [TensorSpec("points")],
-        sample=lambda g, s, dtype: _cast(
+        sample=lambda g, s, dtype: cast(
             dtype,
             point_2d=uniform(g, 0, 480, s["N"], 2),
             depth=uniform(g, 1, 5, s["N"], 1),
-            camera_matrix=_camera_matrices(g, s["N"]),
+            camera_matrix=camera_matrices(g, s["N"]),
         ),
         reference="the inverse of OpenCV projectPoints",
     )
@@ -109,7 +123,7 @@ add(
 
 def _proper_inverse_intrinsics(generator: Generator, count: int):
     matrix = torch.eye(4, dtype=_DOUBLE).repeat(count, 1, 1)
-    matrix[:, :3, :3] = linalg.inv(_camera_matrices(generator, count))
+    matrix[:, :3, :3] = linalg.inv(camera_matrices(generator, count))
     return matrix
 
 
@@ -119,7 +133,7 @@ def _sample_pixel2cam(generator: Generator, sizes: dict[str, int], dtype: torch.
         torch.arange(h, dtype=_DOUBLE), torch.arange(w, dtype=_DOUBLE), indexing="ij"
     )
     grid = torch.stack([column, row, torch.ones_like(row)], -1).repeat(b, 1, 1, 1)
-    return _cast(
+    return cast(
         dtype,
         depth=uniform(generator, 1, 5, b, 1, h, w),
         intrinsics_inv=_proper_inverse_intrinsics(generator, b),
@@ -131,9 +145,9 @@ def _sample_cam2pixel(generator: Generator, sizes: dict[str, int], dtype: torch.
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     points = _points_in_front(generator, b * h * w).reshape(b, h, w, 3)
     projection = torch.eye(4, dtype=_DOUBLE).repeat(b, 1, 1)
-    projection[:, :3, :3] = _camera_matrices(generator, b)
+    projection[:, :3, :3] = camera_matrices(generator, b)
     projection[:, :3, 3] = uniform(generator, -1, 1, b, 3)
-    return _cast(dtype, cam_coords_src=points, dst_proj_src=projection)
+    return cast(dtype, cam_coords_src=points, dst_proj_src=projection)
 
 
 add(
@@ -144,6 +158,13 @@ add(
         tolerances=_PIXELS,
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
         sample=_sample_cam2pixel,
+        peer=opencv(
+            lambda cv2, x, k, t: cv2.projectPoints(x.reshape(-1, 3), _NO_TURN, t, k, None)[0].reshape(
+                *x.shape[:2], 2
+            ),
+            "samples",
+            before=lambda x, p: (x, p[:3, :3], np.linalg.solve(p[:3, :3], p[:3, 3])),
+        ),
         reference="definition",
     )
 )
@@ -166,7 +187,7 @@ add(
 
 
 def _pinhole_params(generator: Generator, count: int):
-    m = _camera_matrices(generator, count)
+    m = camera_matrices(generator, count)
     return torch.stack([m[:, 0, 0], m[:, 1, 1], m[:, 0, 2], m[:, 1, 2]], -1)
 
 
@@ -179,8 +200,25 @@ def _lens_params(model: str, generator: Generator, count: int):
 
 
 def _sampler_of_params(model: str, points: str, low: float, high: float) -> Sampler:
-    return lambda g, s, dtype: _cast(
+    return lambda g, s, dtype: cast(
         dtype, **{points: uniform(g, low, high, s["N"], 2), "params": _lens_params(model, g, s["N"])}
+    )
+
+
+def _fisheye(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters as OpenCV's camera matrix and coefficients."""
+    return np.array([[p[0], 0, p[2]], [0, p[1], p[3]], [0, 0, 1]]), p[4:]
+
+
+def _fisheye_peer(function: str) -> Peer:
+    def call(cv2: Any, point: np.ndarray, k: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        return getattr(cv2.fisheye, function)(point, k, coefficients)
+
+    return opencv(
+        call,
+        "samples",
+        before=lambda point, p: (point[None, None], *_fisheye(p)),
+        after=lambda points: points[0, 0],
     )
 
 
@@ -197,6 +235,7 @@ for _model, _size, _reference in (
                 f"geometry.camera.{_prefix}distort_points_{_model}",
                 [_PLANE, _params],
                 tolerances=_PIXELS,
+                peer=_fisheye_peer("distortPoints") if (_prefix, _size) == ("", 8) else None,
                 reference=_reference,
                 sample=_sampler_of_params(_model, "projected_points_in_camera_z1_plane", -0.8, 0.8),
             )
@@ -209,6 +248,7 @@ for _model, _size, _reference in (
                 _params,
             ],
             sample=_sampler_of_params(_model, "distorted_points_in_camera", 50, 450),
+            peer=_fisheye_peer("undistortPoints") if _size == 8 else None,
             reference=_reference,
         )
     )
@@ -225,15 +265,35 @@ def _distortion(generator: Generator, batch: int, size: int):
 
 
 def _sampler_of_lens(size: int) -> Sampler:
-    return lambda g, s, dtype: _cast(
+    return lambda g, s, dtype: cast(
         dtype,
         points=uniform(g, 0, 1, s["B"], s["N"], 2) * torch.tensor([640.0, 480.0]),
-        K=_camera_matrices(g, s["B"]),
+        K=camera_matrices(g, s["B"]),
         dist=_distortion(g, s["B"], size),
-        new_K=_camera_matrices(g, s["B"]),
+        new_K=camera_matrices(g, s["B"]),
     )
 
 
+def _rays(points: np.ndarray, k: np.ndarray) -> np.ndarray:
+    """Points of the plane z = 1 that a camera without distortion sees there."""
+    homogeneous = np.column_stack([points, np.ones(len(points))])
+    return np.linalg.solve(k[None], homogeneous[..., None])[..., 0]
+
+
+_EXACTLY = (3, 200, 1e-14)  # OpenCV's criteria: at most so many steps, until the change is so small
+_LENS_PEERS = {
+    "distort_points": opencv(
+        lambda cv2, rays, k, dist: cv2.projectPoints(rays, _NO_TURN, _NO_TURN, k, dist)[0],
+        "samples",
+        before=lambda x, k, dist, new: (_rays(x, new), k, dist),
+        after=lambda points: points[:, 0],
+    ),
+    "undistort_points": opencv(
+        lambda cv2, x, k, dist, new: cv2.undistortPoints(x, k, dist, None, None, new, _EXACTLY),
+        "samples",
+        after=lambda points: points[:, 0],
+    ),
+}
 for _size in (4, 5, 8, 12, 14):
     _inputs = [
         TensorSpec("points", ("B", "N", 2), description="pixels"),
@@ -249,6 +309,7 @@ for _size in (4, 5, 8, 12, 14):
                 tolerances=_PIXELS,
                 gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},  # sums over points of pixels
                 sample=_sampler_of_lens(_size),
+                peer=_LENS_PEERS[_name],
                 reference="OpenCV projectPoints, undistortPoints",
             ),
             fn=f"geometry.calibration.{_name}",
@@ -278,12 +339,18 @@ def _sample_undistort_image(
         0.5 * w - 0.3,
         0.5 * h - 0.7,
     )
-    return _cast(
+    return cast(
         dtype,
         image=uniform(generator, 0.0, 1.0, b, sizes["C"], h, w),
         K=camera,
         dist=_distortion(generator, b, 5),
     )
+
+
+def _undistorted(cv2: Any, x: np.ndarray, k: np.ndarray, dist: np.ndarray) -> np.ndarray:
+    size = x.shape[1::-1]
+    maps = cv2.initUndistortRectifyMap(k, dist, None, k, size, cv2.CV_32FC1)
+    return cv2.remap(x, *maps, cv2.INTER_LINEAR)
 
 
 add(
@@ -296,191 +363,8 @@ add(
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
         gradient_tolerances={"float32": Tolerance(5e-2, 2e-3)},
         sample=_sample_undistort_image,
+        peer=opencv(_undistorted, atol=1e-3, share=1e-3, sizes={"C": 3}),
         reference="OpenCV undistort",
-        picture="depth images",
-    )
-)
-
-# --- depth --------------------------------------------------------------------------------------------------
-
-
-def _image_camera(generator: Generator, sizes: dict[str, int], size: int = 3):
-    """A camera whose principal point is near the image's middle."""
-    b, h, w = sizes["B"], sizes["H"], sizes["W"]
-    matrix = torch.eye(size, dtype=_DOUBLE).repeat(b, 1, 1)
-    matrix[:, 0, 0] = matrix[:, 1, 1] = 30.0 + uniform(generator, 0, 5, b)
-    matrix[:, 0, 2], matrix[:, 1, 2] = (
-        0.5 * w + uniform(generator, 0.0, 1.0, b),
-        0.5 * h + uniform(generator, 0.0, 1.0, b),
-    )
-    return matrix
-
-
-def _depth(generator: Generator, sizes: dict[str, int]):
-    """A slanted, bumpy surface."""
-    b, h, w = sizes["B"], sizes["H"], sizes["W"]
-    row, column = torch.arange(h, dtype=_DOUBLE)[:, None], torch.arange(w, dtype=_DOUBLE)
-    return (
-        3.0
-        + 0.01 * row
-        + 0.02 * column
-        + 0.1 * torch.sin(0.5 * column)
-        + uniform(generator, 0, 0.1, b, 1, h, w)
-    )
-
-
-def _motion(generator: Generator, batch: int):
-    """A small turn and shift."""
-    turn = torch.zeros((batch, 4, 4), dtype=_DOUBLE)
-    v = uniform(generator, -0.05, 0.05, batch, 3)
-    turn[:, 0, 1], turn[:, 0, 2], turn[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    motion = linalg.matrix_exp(turn - turn.transpose(1, 2))
-    motion[:, :3, 3] = uniform(generator, -0.2, 0.2, batch, 3)
-    return motion
-
-
-_DEPTH = TensorSpec("depth", ("B", 1, "H", "W"), layout="NCHW", range=(3, 6), description="depth map")
-_MATRIX = TensorSpec("camera_matrix", ("B", 3, 3), description="camera matrices")
-_SUMS = {"float32": Tolerance(2e-3, 1e-3)}  # gradients by camera matrices are sums over all pixels
-_READ = {"float32": Tolerance(1e-3, 1e-3)}
-_READ_SUMS = {"float32": Tolerance(2e-2, 2e-3)}
-
-add(
-    Spec(
-        "geometry.depth.depth_from_disparity",
-        [
-            TensorSpec("disparity", ("B", 1, "H", "W"), layout="NCHW", range=(5, 60), description="pixels"),
-            TensorSpec("baseline", (1,), range=(0.1, 0.5)),
-            TensorSpec("focal", (1,), range=(400, 600), description="pixels"),
-        ],
-        [TensorSpec("depth", layout="NCHW")],
-        gradient_tolerances=_SUMS,
-        reference="definition",
-        picture="depth images",
-    )
-)
-add(
-    Spec(
-        "geometry.depth.depth_from_plane_equation",
-        [
-            TensorSpec("plane_normals", ("B", 3)),
-            TensorSpec("plane_offsets", ("B", 1)),
-            TensorSpec("points_uv", ("B", "N", 2)),
-            _MATRIX,
-        ],
-        [TensorSpec("depth")],
-        gradient_tolerances=_SUMS,
-        sample=lambda g, s, dtype: _cast(
-            dtype,
-            plane_normals=uniform(g, -0.2, 0.2, s["B"], 3) + torch.tensor([0.0, 0.0, 1.0]),
-            plane_offsets=uniform(g, 2, 5, s["B"], 1),
-            points_uv=uniform(g, 100, 400, s["B"], s["N"], 2),
-            camera_matrix=_camera_matrices(g, s["B"]),
-        ),
-        reference="definition",
-    )
-)
-for _unit in (False, True):
-    add(
-        Spec(
-            f"geometry.depth.depth_to_3d{'.unit_rays' if _unit else ''}",
-            [_DEPTH, _MATRIX],
-            [TensorSpec("points", layout="NCHW")],
-            config={"normalize_points": _unit},
-            gradient_tolerances=_SUMS,
-            reference="definition",
-            sample=lambda g, s, dtype: _cast(dtype, depth=_depth(g, s), camera_matrix=_image_camera(g, s)),
-            picture="point clouds",
-        ),
-        fn="geometry.depth.depth_to_3d",
-    )
-add(
-    Spec(
-        "geometry.depth.depth_to_3d_v2",
-        [TensorSpec("depth", ("B", "H", "W"), range=(3, 6), description="depth map"), _MATRIX],
-        [TensorSpec("points")],
-        gradient_tolerances=_SUMS,
-        reference="definition",
-        sample=lambda g, s, dtype: _cast(dtype, depth=_depth(g, s)[:, 0], camera_matrix=_image_camera(g, s)),
-        picture="point clouds",
-    )
-)
-add(
-    Spec(
-        "geometry.depth.unproject_meshgrid",
-        [
-            like("height", "width", shape=("H", "W")),
-            _MATRIX,
-        ],
-        [TensorSpec("rays")],
-        gradient_tolerances=_SUMS,
-        reference="definition",
-        sample=lambda g, s, dtype: {
-            "like": torch.zeros((s["H"], s["W"]), dtype=torch.uint8),
-            "camera_matrix": _image_camera(g, s).to(dtype),
-        },
-    ),
-    fn="geometry.depth.unproject_meshgrid",
-)
-add(
-    Spec(
-        "geometry.depth.depth_to_normals",
-        [_DEPTH, _MATRIX],
-        [TensorSpec("normals", layout="NCHW")],
-        symbols={"H": (8, 32768), "W": (8, 32768)},
-        gradient_tolerances={"float32": Tolerance(1e-2, 1e-2)},
-        reference="definition, in NumPy with OpenCV Sobel",
-        sample=lambda g, s, dtype: _cast(dtype, depth=_depth(g, s), camera_matrix=_image_camera(g, s)),
-        picture="depth images",
-    )
-)
-add(
-    Spec(
-        "geometry.depth.depth_warp",
-        [
-            TensorSpec("intrinsics_dst", ("B", 3, 3)),
-            TensorSpec("extrinsics_dst", ("B", 4, 4)),
-            TensorSpec("intrinsics_src", ("B", 3, 3)),
-            TensorSpec("extrinsics_src", ("B", 4, 4)),
-            TensorSpec("depth_src", ("B", 1, "H", "W"), layout="NCHW"),
-            image("patch_dst"),
-        ],
-        [TensorSpec("output", layout="NCHW")],
-        tolerances=_READ,
-        gradient_tolerances=_READ_SUMS,
-        reference="OpenCV projectPoints and remap",
-        sample=lambda g, s, dtype: _cast(
-            dtype,
-            intrinsics_dst=_image_camera(g, s),
-            extrinsics_dst=_motion(g, s["B"]),
-            intrinsics_src=_image_camera(g, s),
-            extrinsics_src=_motion(g, s["B"]),
-            depth_src=_depth(g, s),
-            patch_dst=uniform(g, 0.0, 1.0, s["B"], s["C"], s["H"], s["W"]),
-        ),
-        picture="depth images",
-    )
-)
-add(
-    Spec(
-        "geometry.depth.warp_frame_depth",
-        [
-            image("image_src"),
-            TensorSpec("depth_dst", ("B", 1, "H", "W"), layout="NCHW"),
-            TensorSpec("src_trans_dst", ("B", 4, 4)),
-            _MATRIX,
-        ],
-        [TensorSpec("output", layout="NCHW")],
-        tolerances=_READ,
-        gradient_tolerances=_READ_SUMS,
-        reference="OpenCV projectPoints and remap",
-        sample=lambda g, s, dtype: _cast(
-            dtype,
-            image_src=uniform(g, 0.0, 1.0, s["B"], s["C"], s["H"], s["W"]),
-            depth_dst=_depth(g, s),
-            src_trans_dst=_motion(g, s["B"]),
-            camera_matrix=_image_camera(g, s),
-        ),
         picture="depth images",
     )
 )

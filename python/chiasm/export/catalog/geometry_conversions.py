@@ -149,7 +149,7 @@ add(
         sample=_quaternions_of_angles,
         peer=scipys(
             lambda transform, q: transform.Rotation.from_quat(q, scalar_first=True).as_euler("xyz"),
-            before=lambda *q: (np.stack(q, -1),),
+            before=lambda w, x, y, z: (np.stack([w, x, y, z], -1),),
             after=lambda angles: tuple(angles.T),
         ),
         reference="SciPy Rotation",
@@ -163,7 +163,7 @@ add(
         sample=_angles,
         peer=scipys(
             lambda transform, angles: transform.Rotation.from_euler("xyz", angles).as_quat(scalar_first=True),
-            before=lambda *angles: (np.stack(angles, -1),),
+            before=lambda roll, pitch, yaw: (np.stack([roll, pitch, yaw], -1),),
             after=lambda q: tuple(q.T),
         ),
         reference="SciPy Rotation",
@@ -206,7 +206,9 @@ _spec(
     ["x", "y"],
     {"rho": lambda g, s: uniform(g, 0.2, 2.0, s["N"]), "phi": lambda g, s: uniform(g, -3.0, 3.0, s["N"])},
     "torch.polar",
-    peer=Peer("torch", lambda torch, *p: torch.polar(*p), "tensors", after=lambda z: (z.real, z.imag)),
+    peer=Peer(
+        "torch", lambda torch, rho, phi: torch.polar(rho, phi), "tensors", after=lambda z: (z.real, z.imag)
+    ),
 )
 
 # --- homogeneous coordinates --------------------------------------------------------------------------------
@@ -342,12 +344,12 @@ for _name, _peer in (
     ("worldtocam_to_camtoworld_Rt", _INVERSE),
 ):
     _spec(_name, _POSE, ["R_out", "t_out"], _POSES, _TRANSFORM, peer=_peer)
-_OTHER_AXES = scipys(
+_OTHER_AXES_4X4 = scipys(
     lambda transform, m: _turned(transform, transform.RigidTransform.from_matrix(m)).as_matrix()
 )
 for _name, _argument, _peer in (
-    ("camtoworld_graphics_to_vision_4x4", "extrinsics_graphics", _OTHER_AXES),
-    ("camtoworld_vision_to_graphics_4x4", "extrinsics_vision", _OTHER_AXES),
+    ("camtoworld_graphics_to_vision_4x4", "extrinsics_graphics", _OTHER_AXES_4X4),
+    ("camtoworld_vision_to_graphics_4x4", "extrinsics_vision", _OTHER_AXES_4X4),
     (
         "matrix4x4_to_Rt",
         "extrinsics",

@@ -3,9 +3,10 @@
 import torch
 from torch import Generator, Tensor
 
+from ..peer import opencv
 from ..spec import Sampler, Spec, TensorSpec, Tolerance, image
 from . import add
-from .rigid import lengths, linalg, uniform
+from .rigid import lengths, linalg, parts, pose, scipys, uniform
 
 _DOUBLE = torch.float64
 _MATRICES, _VECTORS = ("B", 3, 3), ("B", 3, 1)
@@ -129,6 +130,7 @@ add(
         [TensorSpec("lines")],
         gradient_tolerances=LOOSE,
         sample=_from_scene(points="x1", F_mat="F"),
+        peer=opencv(lambda cv2, x, f: cv2.computeCorrespondEpilines(x[:, None], 1, f)[:, 0], "samples"),
         reference="OpenCV computeCorrespondEpilines",
     )
 )
@@ -195,7 +197,10 @@ add(
         _TWO_MOTIONS,
         [TensorSpec("R"), TensorSpec("t")],
         sample=_sample_two_motions,
-        reference="definition",
+        peer=scipys(
+            lambda transform, r1, t1, r2, t2: parts(pose(transform, r2, t2) * pose(transform, r1, t1).inv())
+        ),
+        reference="SciPy RigidTransform",
     )
 )
 for _name in ("decompose_essential_matrix", "decompose_essential_matrix_no_svd"):
@@ -313,6 +318,11 @@ add(
         [TensorSpec("K"), TensorSpec("R"), TensorSpec("t")],
         gradient_tolerances=LOOSE,
         sample=_from_scene(P="P2"),
+        peer=opencv(
+            lambda cv2, p: cv2.decomposeProjectionMatrix(p)[:3],
+            "samples",
+            after=lambda made: (made[0], made[1], -made[1] @ made[2][:3] / made[2][3]),
+        ),
         reference="OpenCV decomposeProjectionMatrix",
     )
 )
@@ -357,6 +367,11 @@ add(
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
         sample=_from_scene(P1="P1", P2="P2", points1="x1", points2="x2"),
+        peer=opencv(
+            lambda cv2, p1, p2, x1, x2: cv2.triangulatePoints(p1, p2, x1.T, x2.T),
+            "samples",
+            after=lambda points: (points[:3] / points[3]).T,
+        ),
         reference="OpenCV triangulatePoints",
     )
 )

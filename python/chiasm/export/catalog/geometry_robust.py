@@ -2,9 +2,11 @@
 
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
+from ..peer import opencv
 from ..spec import Sampler, Spec, TensorSpec, Tolerance, like
 from . import add
 from .geometry_epipolar import scene
@@ -228,6 +230,14 @@ add(
         tolerances=_LOOSE,
         gradient_tolerances=_LOOSE,
         sample=_sample_rig,
+        peer=opencv(
+            lambda cv2, k1, k2, r, t, size: cv2.stereoRectify(k1, None, k2, None, size, r, t, alpha=-1)[:5],
+            "samples",
+            before=lambda k1, k2, r, t, like: (
+                *(m.astype(np.float64) for m in (k1, k2, r, t)),
+                like.shape[::-1],
+            ),
+        ),
         reference="OpenCV stereoRectify",
     ),
     fn="geometry.stereo.stereo_rectify",
@@ -262,6 +272,7 @@ add(
         # gradients by Q are sums over all pixels, of points hundreds away
         gradient_tolerances={"float32": Tolerance(1e-1, 1e-3)},
         sample=_sample_disparity,
+        peer=opencv(lambda cv2, disparity, q: cv2.reprojectImageTo3D(disparity[0], q), "samples"),
         reference="OpenCV reprojectImageTo3D",
     )
 )

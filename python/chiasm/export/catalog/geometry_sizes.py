@@ -103,12 +103,25 @@ for _name, _config in {
 
 _RESIZE = "torch.nn.functional.interpolate"
 
+
+def _interpolated(mode: str, **options: Any) -> Peer:
+    """torch's, to 1.5 times the height and 0.7 times the width."""
+    return Peer(
+        "torch.nn.functional",
+        lambda F, x: F.interpolate(
+            x, scale_factor=(1.5, 0.7), mode=mode, recompute_scale_factor=True, **options
+        ),
+        "tensors",
+    )
+
+
 add_transform(
     "rescale",
     [image()],
     _RESIZE,
     fn="rescale",
     config={"factor": (1.5, 0.7), "interpolation": "bicubic"},
+    peer=_interpolated("bicubic"),
     symbols=STENCIL,
     errors=(
         ErrorInput("factor", math.nan, "factor: expected positive numbers, got (nan, nan)"),
@@ -123,6 +136,7 @@ add_transform(
     "Pillow resize",
     fn="rescale",
     config={"factor": (1.5, 0.7), "antialias": True},
+    peer=_interpolated("bilinear", antialias=True),
     symbols=STENCIL,
     special_values=ZERO_WEIGHTS,
 )
@@ -133,6 +147,12 @@ add_transform(
     _RESIZE,
     fn="resize_to_be_divisible",
     config={"divisible_factor": 8},
+    peer=Peer(
+        "torch.nn.functional",
+        lambda F, x, size: F.interpolate(x, size, mode="bilinear"),
+        "tensors",
+        before=lambda x: (x, [max(8 * round(n / 8), 8) for n in x.shape[2:]]),
+    ),
     symbols=STENCIL,
     special_values=ZERO_WEIGHTS,
     errors=rejected("divisible_factor", "a positive number", 0),

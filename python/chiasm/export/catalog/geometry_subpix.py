@@ -4,6 +4,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+import torch
+
+from ..peer import Peer
 from ..spec import Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, add, rejected
 
@@ -35,11 +39,33 @@ def _add(
 _MASK = TensorSpec("mask", description="where the maxima are")
 _SUPPRESSED = TensorSpec("output", description="input at the maxima, 0 elsewhere")
 _SCIPY = "SciPy maximum_filter"
+
+
+def _maxima(size: tuple[int, ...], mask_only: bool) -> Peer:
+    """Values that exceed all others in a window, as SciPy's filter finds them; what lies outside is
+    infinite."""
+    others = np.ones(size, bool)
+    others[tuple((k - 1) // 2 for k in size)] = False
+    options: dict[str, Any] = {
+        "footprint": others[None, None],
+        "mode": "constant",
+        "cval": np.inf,
+        "origin": [0, 0, *((k - 1) // 2 - k // 2 for k in size)],
+    }
+
+    def call(ndimage: Any, x: np.ndarray) -> np.ndarray:
+        found = x > ndimage.maximum_filter(x, **options)
+        return found if mask_only else found * x
+
+    return Peer("scipy.ndimage", call, "batch")
+
+
 _add(
     "nms2d.values",
     [image()],
     [_SUPPRESSED],
     _SCIPY,
+    peer=_maxima((5, 5), False),
     config={"kernel_size": (5, 5)},
     symbols=STENCIL,
     errors=rejected("kernel_size", "positive sizes of more than one pixel", (1, 1), (0, 3)),
@@ -50,6 +76,7 @@ _add(
     [_MASK],
     _SCIPY,
     config={"kernel_size": (3, 4), "mask_only": True},
+    peer=_maxima((3, 4), True),
     symbols=STENCIL,
     gradients=(),
 )
@@ -59,6 +86,7 @@ _add(
     [_SUPPRESSED],
     _SCIPY,
     config={"kernel_size": (3, 5, 4)},
+    peer=_maxima((3, 5, 4), False),
     symbols=_CUBE,
     errors=rejected("kernel_size", "positive sizes of more than one voxel", (1, 1, 1)),
 )
@@ -68,6 +96,7 @@ _add(
     [_MASK],
     _SCIPY,
     config={"kernel_size": (3, 3, 3), "mask_only": True},
+    peer=_maxima((3, 3, 3), True),
     symbols=_CUBE,
     gradients=(),
 )
@@ -115,15 +144,28 @@ _TEMPERATURE = TensorSpec("temperature", (1,), range=(0.3, 2.0), description="sm
 _DISTRIBUTION = TensorSpec("output", layout="NCHW", description="distributions")
 #: Positions in pixels: differences are relative to the image's size.
 _PIXELS: dict[str, Any] = {"tolerances": {"float32": Tolerance(2e-4, 1e-5)}}
+
+
+def _softmax(F: Any, x: torch.Tensor, temperature: Any) -> torch.Tensor:
+    return F.softmax(x.flatten(2) / temperature, -1).reshape(x.shape)
+
+
 _add(
     "spatial_softmax2d.number",
     [_HEATMAP],
     [_DISTRIBUTION],
     "torch.nn.functional.softmax",
     config={"temperature": 0.5},
+    peer=Peer("torch.nn.functional", lambda F, x: _softmax(F, x, 0.5), "tensors"),
     errors=rejected("temperature", "one positive number", 0.0, math.nan),
 )
-_add("spatial_softmax2d.tensor", [_HEATMAP, _TEMPERATURE], [_DISTRIBUTION], "torch.nn.functional.softmax")
+_add(
+    "spatial_softmax2d.tensor",
+    [_HEATMAP, _TEMPERATURE],
+    [_DISTRIBUTION],
+    "torch.nn.functional.softmax",
+    peer=Peer("torch.nn.functional", _softmax, "tensors"),
+)
 _add(
     "spatial_expectation2d",
     [image(range=(0.0, 1e-3), description="distributions")],

@@ -1,4 +1,4 @@
-"""Geometric transforms of images: matrices, warps, crops."""
+"""Geometric transforms of images: matrices and warps."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -6,18 +6,18 @@ from typing import Any
 import torch
 from torch import Generator, Tensor
 
-from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
+from ..peer import Peer, opencv, warped
 from ..spec import Frames, Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
-from . import STENCIL, add, rejected_sizes, rejected_words
+from . import STENCIL, add, rejected_sizes, rejected_words, warp_peers
 from .geometry_homography import homographies
 from .rigid import uniform
 
 SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
-_OUTPUT = [TensorSpec("output", layout="NCHW")]
+OUTPUT = [TensorSpec("output", layout="NCHW")]
 _BATCHED = TensorSpec("angle", ("B",), range=(-180, 180), description="degrees, counterclockwise")
 #: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all
 #: pixels.
-_WARP: dict[str, Any] = {
+WARP: dict[str, Any] = {
     "tolerances": {"float32": Tolerance(1e-3, 1e-3)},
     "gradient_tolerances": {"float32": Tolerance(5e-3, 2e-3)},
 }
@@ -98,7 +98,7 @@ def add_transform(
     reference: str,
     fn: str | None = None,
     makers: Mapping[str, str] | None = None,
-    outputs: Sequence[TensorSpec] = _OUTPUT,
+    outputs: Sequence[TensorSpec] = OUTPUT,
     picture: str = "warps",
     **rest: Any,
 ):
@@ -222,12 +222,11 @@ for _mode in ("bilinear", "nearest"):
                 tolerances={"float32": Tolerance(1e-3, 1e-3)},
                 gradient_tolerances={"float32": Tolerance(5e-3, 2e-3)},
                 sample=_sample_warp,
-                peer=None if _padding == "fill" else warped("warpPerspective", _mode, _padding),
+                # nothing fills with 0
+                peer=warped("warpPerspective", _mode, "zeros" if _padding == "fill" else _padding),
                 reference="OpenCV warpPerspective",
                 frames=(
-                    Frames(
-                        peer=None if _padding == "fill" else warped("warpPerspective", _mode, _padding, True)
-                    )
+                    Frames(peer=warped("warpPerspective", _mode, _padding, True))
                     if (_mode, _padding) in _WARPED_FRAMES
                     else None
                 ),
@@ -279,19 +278,6 @@ _WARPED = {
 }
 
 
-def _warp_peer(name: str, mode: str, padding: str, of_bytes: bool = False) -> Peer:
-    if name != "remap":
-        return warped("warpAffine" if name == "warp_affine" else "warpPerspective", mode, padding, of_bytes)
-    return opencv(
-        lambda cv2, x, columns, rows: cv2.remap(
-            x, columns, rows, getattr(cv2, WAYS[mode]), borderMode=getattr(cv2, BORDERS[padding])
-        ),
-        atol=NEAR_BYTES if of_bytes else 1e-3,
-        share=2e-3 if of_bytes else 1e-3,
-        sizes={"C": 3},
-    )
-
-
 for _name, (_inputs, _ways, _rest) in _WARPED.items():
     for _way in _ways:
         _mode, _, _padding = _way.partition("_")
@@ -301,10 +287,10 @@ for _name, (_inputs, _ways, _rest) in _WARPED.items():
             _inputs,
             config=_config,
             symbols=SIZES,
-            peer=_warp_peer(_name, _mode, _padding),
-            frames=Frames(peer=_warp_peer(_name, _mode, _padding, True)),
+            peer=warp_peers.of_matrix(_name, _mode, _padding),
+            frames=Frames(peer=warp_peers.of_matrix(_name, _mode, _padding, True)),
             **_rest,
-            **(_CUBIC if _mode == "bicubic" else _WARP),
+            **(_CUBIC if _mode == "bicubic" else WARP),
         )
 
 add_transform(
@@ -319,8 +305,9 @@ add_transform(
     fn="warp_affine",
     config={"mode": "bilinear", "padding_mode": "fill"},
     symbols=SIZES,
-    frames=Frames(ranges={"fill_value": (0.0, 255.0)}),
-    **_WARP,
+    peer=warp_peers.filled(),
+    frames=Frames(ranges={"fill_value": (0.0, 255.0)}, peer=warp_peers.filled(True)),
+    **WARP,
     errors=rejected_sizes("dsize"),
 )
 add_transform(
@@ -334,8 +321,14 @@ add_transform(
     fn="remap",
     makers={"map_x": "", "map_y": ""},
     config={"normalized_coordinates": True},
+    peer=Peer(
+        "torch.nn.functional",
+        lambda F, x, grid: F.grid_sample(x, grid, align_corners=False),
+        "tensors",
+        before=lambda x, columns, rows: (x, torch.stack([columns, rows], -1)),
+    ),
     symbols=SIZES,
-    **_WARP,
+    **WARP,
 )
 
 add_transform(
@@ -349,7 +342,8 @@ add_transform(
     fn="homography_warp",
     makers={"src_homo_dst": "normalized"},
     symbols=SIZES,
-    **_WARP,
+    peer=warp_peers.NORMALIZED,
+    **WARP,
     errors=rejected_sizes("dsize"),
 )
 add_transform(
@@ -358,7 +352,11 @@ add_transform(
     "SciPy map_coordinates",
     fn="rotate",
     config={"mode": "bicubic", "padding_mode": "border"},
-    frames=Frames(config={"mode": "bilinear"}),
+    peer=warp_peers.in_place(warp_peers.rotation, "bicubic", "border"),
+    frames=Frames(
+        config={"mode": "bilinear"},
+        peer=warp_peers.in_place(warp_peers.rotation, padding="border", of_bytes=True),
+    ),
     **_CUBIC,
 )
 add_transform(
@@ -366,22 +364,25 @@ add_transform(
     [image("tensor"), TensorSpec("matrix", ("B", 2, 3), description="from source to destination pixels")],
     "SciPy map_coordinates",
     fn="affine",
-    **_WARP,
+    peer=warp_peers.in_place(warp_peers.given),
+    **WARP,
 )
 add_transform(
     "translate",
     [image("tensor"), TensorSpec("translation", ("B", 2), description="pixels to the right and down")],
     "SciPy map_coordinates",
     fn="translate",
-    **_WARP,
+    peer=warp_peers.in_place(warp_peers.translation),
+    **WARP,
 )
 add_transform(
     "scale",
     [image("tensor"), TensorSpec("scale_factor", ("B", 2), description="factors along x and y"), _CENTER],
     "SciPy map_coordinates",
     fn="scale",
+    peer=warp_peers.in_place(warp_peers.scaling, padding="border"),
     config={"padding_mode": "border"},
-    **_WARP,
+    **WARP,
 )
 add_transform(
     "shear",
@@ -389,7 +390,7 @@ add_transform(
     "SciPy map_coordinates",
     fn="shear",
     config={"padding_mode": "reflection"},
-    **_WARP,
+    **WARP,
 )
 add_transform(
     "warp_grid",
@@ -397,7 +398,8 @@ add_transform(
         TensorSpec("grid", ("B", "H", "W", 2), range=(-1, 1), description="points (x, y)"),
         TensorSpec("src_homo_dst", ("B", 3, 3)),
     ],
-    "NumPy",
+    "OpenCV perspectiveTransform",
+    peer=opencv(lambda cv2, grid, m: cv2.perspectiveTransform(grid, m), "samples"),
     fn="warp_grid",
     makers={"src_homo_dst": "normalized"},
     outputs=[TensorSpec("points")],
@@ -405,7 +407,7 @@ add_transform(
     picture="tensors",
 )
 
-for _mapping in ("linear", "log"):
+for _mapping, _flag in (("linear", "WARP_POLAR_LINEAR"), ("log", "WARP_POLAR_LOG")):
     add_transform(
         f"warp_polar.{_mapping}",
         [
@@ -418,8 +420,9 @@ for _mapping in ("linear", "log"):
         fn="warp_polar",
         config={"mapping": _mapping},
         symbols=SIZES,
-        frames=Frames(),
-        **_WARP,
+        peer=warp_peers.polar(_flag),
+        frames=Frames(peer=warp_peers.polar(_flag, True)),
+        **WARP,
         errors=(*rejected_sizes("dsize"), *rejected_words("mapping")),
     )
 add_transform(
@@ -437,93 +440,5 @@ add_transform(
     fn="elastic_transform2d",
     config={"kernel_size": (9, 7), "sigma": (2.0, 1.5), "alpha": (0.4, 0.3)},
     symbols=STENCIL,
-    **_WARP,
+    **WARP,
 )
-
-# --- crops --------------------------------------------------------------------------------------------------
-
-_BOXES = TensorSpec("boxes", ("B", 4, 2), description="corners (x, y) from the upper left clockwise")
-add_transform(
-    "center_crop",
-    [image("input_tensor"), like("size")],
-    "NumPy slices",
-    fn="center_crop",
-    symbols=SIZES,
-    **_WARP,
-    errors=rejected_sizes("size"),
-)
-add_transform(
-    "crop_and_resize",
-    [image("input_tensor"), _BOXES],
-    "OpenCV warpPerspective",
-    fn="crop_and_resize",
-    config={"size": (10, 12)},
-    **_WARP,
-    errors=rejected_sizes("size"),
-)
-add_transform(
-    "crop_by_transform_mat",
-    [
-        image("input_tensor"),
-        TensorSpec("transform", ("B", 3, 3), description="from source to destination pixels"),
-        like("out_size"),
-    ],
-    "OpenCV warpPerspective",
-    fn="crop_by_transform_mat",
-    symbols=SIZES,
-    **_WARP,
-    errors=rejected_sizes("out_size"),
-)
-add_transform(
-    "crop_by_boxes",
-    [
-        image("input_tensor"),
-        TensorSpec("src_box", ("B", 4, 2), description="corners (x, y) in the image"),
-        TensorSpec("dst_box", ("B", 4, 2), description="where they go"),
-        like("size"),
-    ],
-    "OpenCV warpPerspective",
-    fn="crop_by_boxes",
-    config={"validate_boxes": False},
-    symbols=SIZES,
-    **_WARP,
-)
-
-
-def _sample_whole_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
-    """Images, and boxes of whole pixels in them."""
-    batch, extent = sizes["B"], torch.tensor([sizes["W"], sizes["H"]])
-    low = (uniform(generator, 0.0, 0.4, batch, 2) * extent).long()
-    high = (uniform(generator, 0.5, 1.0, batch, 2) * extent).long()
-    box = torch.stack(
-        [low, torch.stack([high[:, 0], low[:, 1]], -1), high, torch.stack([low[:, 0], high[:, 1]], -1)], 1
-    )
-    shape = (batch, sizes["C"], sizes["H"], sizes["W"])
-    return {"input_tensor": uniform(generator, 0, 1, *shape).to(dtype), "src_box": box}
-
-
-for _name, _config in {
-    "resize": {"interpolation": "bilinear"},
-    "pad": {"shape_compensation": "pad"},
-}.items():
-    add(
-        Spec(
-            f"geometry.transform.crop_by_indices.{_name}",
-            [
-                image("input_tensor"),
-                TensorSpec(
-                    "src_box",
-                    ("B", 4, 2),
-                    "int64",
-                    description="corner pixels (x, y) from the upper left clockwise",
-                ),
-            ],
-            _OUTPUT,
-            config={"size": (9, 11), **_config},
-            sample=_sample_whole_boxes,
-            reference="NumPy slices and torch.nn.functional.interpolate",
-            picture="warps",
-            errors=rejected_words("shape_compensation"),
-        ),
-        fn="geometry.transform.crop_by_indices",
-    )

@@ -6,8 +6,9 @@ from typing import Any
 import torch
 from torch import Generator, Tensor
 
+from ..peer import opencv
 from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
-from . import add, rejected_sizes, rejected_words
+from . import add, rejected_sizes, rejected_words, warp_peers
 from .rigid import uniform
 
 _SIZES = {"D": (2, 4096), "OD": (1, 4096), "OH": (1, 32768), "OW": (1, 32768)}
@@ -171,6 +172,7 @@ for _mode, _padding in (("bilinear", "reflection"), ("nearest", "border")):
         [_volume("src"), _M, like("dsize", shape=_SHAPE)],
         "SciPy map_coordinates",
         "warp_affine3d",
+        peer=warp_peers.of_volumes(_mode, _padding),
         config={"flags": _mode, "padding_mode": _padding},
         symbols=_SIZES,
         **_WARP,
@@ -228,8 +230,12 @@ _add(
         TensorSpec("grid", ("B", "D", "H", "W", 3), range=(-1, 1), description="points (x, y, z)"),
         TensorSpec("src_homo_dst", ("B", 4, 4)),
     ],
-    "NumPy",
+    "OpenCV perspectiveTransform",
     "warp_grid3d",
+    peer=opencv(
+        lambda cv2, grid, m: cv2.perspectiveTransform(grid.reshape(1, -1, 3), m).reshape(grid.shape),
+        "samples",
+    ),
     outputs=[TensorSpec("points")],
     symbols=_SIZES,
     gradient_tolerances={"float32": Tolerance(5e-3, 5e-4)},

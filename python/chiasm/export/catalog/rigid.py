@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import torch
@@ -66,9 +67,9 @@ def motions(generator: Generator, rotation: Tensor) -> Tensor:
     return made
 
 
-def scipys(call: Call, **options: Any) -> Peer:
+def scipys(call: Call, *, before: Call | None = None, after: Callable[[Any], Any] | None = None) -> Peer:
     """A peer in SciPy's Rotation or RigidTransform, which take a whole batch. `call` gets their module."""
-    return Peer("scipy.spatial.transform", call, "batch", **options)
+    return Peer("scipy.spatial.transform", call, "batch", before=before, after=after)
 
 
 def pose(transform: Any, r: Any, t: Any) -> Any:
