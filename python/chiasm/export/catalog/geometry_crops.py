@@ -1,5 +1,8 @@
 """Geometric transforms of images: crops."""
 
+from typing import Any
+
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
@@ -78,6 +81,12 @@ def _sample_whole_boxes(generator: Generator, sizes: dict[str, int], dtype: torc
     return {"input_tensor": uniform(generator, 0, 1, *shape).to(dtype), "src_box": box}
 
 
+def _resized(functional: Any, x: np.ndarray, box: np.ndarray) -> Tensor:
+    (left, top), (right, lower) = box[0].tolist(), box[2].tolist()
+    size = (top, left, lower - top + 1, right - left + 1)
+    return functional.resized_crop(torch.as_tensor(x), *size, (9, 11), antialias=False)
+
+
 for _name, _config in {
     "resize": {"interpolation": "bilinear"},
     "pad": {"shape_compensation": "pad"},
@@ -97,6 +106,9 @@ for _name, _config in {
             OUTPUT,
             config={"size": (9, 11), **_config},
             sample=_sample_whole_boxes,
+            peer=Peer("torchvision.transforms.functional", _resized, "samples")
+            if _name == "resize"
+            else None,
             reference="NumPy slices and torch.nn.functional.interpolate",
             picture="warps",
             errors=rejected_words("shape_compensation"),

@@ -1,5 +1,6 @@
 """Depth maps: points, normals, and warps to other views."""
 
+import numpy as np
 import torch
 from torch import Generator
 
@@ -123,7 +124,12 @@ add(
         ],
         [TensorSpec("rays")],
         gradient_tolerances=_SUMS,
-        reference="definition",
+        peer=opencv(
+            lambda cv2, depth, k: cv2.depthTo3d(depth, k)[..., :3],
+            "samples",
+            before=lambda like, k: (np.ones(like.shape, np.float32), k),
+        ),
+        reference="OpenCV depthTo3d; definition",
         sample=lambda g, s, dtype: {
             "like": torch.zeros((s["H"], s["W"]), dtype=torch.uint8),
             "camera_matrix": _image_camera(g, s).to(dtype),

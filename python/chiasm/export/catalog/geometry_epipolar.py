@@ -1,5 +1,8 @@
 """Views of one scene: fundamental and essential matrices, triangulation, poses."""
 
+from typing import Any
+
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
@@ -105,6 +108,18 @@ _ZISSERMAN = "R. Hartley, A. Zisserman, Multiple View Geometry"
 
 # --- errors and lines ---------------------------------------------------------------------------------------
 
+
+def _sampson(cv2: Any, x1: np.ndarray, x2: np.ndarray, fundamental: np.ndarray) -> np.ndarray:
+    pairs = zip(x1, x2, strict=True)
+    return np.array([cv2.sampsonDistance(p, q, fundamental) for p, q in pairs])
+
+
+def _homogeneous(x1: np.ndarray, x2: np.ndarray, fundamental: np.ndarray) -> tuple[np.ndarray, ...]:
+    """In float64, as OpenCV needs them."""
+    made = (np.pad(x.astype(np.float64), ((0, 0), (0, 1)), constant_values=1.0) for x in (x1, x2))
+    return (*made, fundamental.astype(np.float64))
+
+
 for _name, _reference in {
     "sampson_epipolar_distance": "OpenCV sampsonDistance",
     "symmetrical_epipolar_distance": "OpenCV computeCorrespondEpilines",
@@ -119,6 +134,9 @@ for _name, _reference in {
             # points a hundredth off their lines: distances are differences, and gradients sums over points
             gradient_tolerances=LOOSE,
             sample=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"),
+            peer=opencv(_sampson, "samples", before=_homogeneous)
+            if _name == "sampson_epipolar_distance"
+            else None,
             reference=_reference,
             picture="epipolar lines",
         )
@@ -239,6 +257,18 @@ add(
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
         sample=_from_scene(E_mat="E", K1="K1", K2="K2", x1="x1", x2="x2"),
+        peer=opencv(
+            lambda cv2, e, k1, k2, x1, x2: cv2.recoverPose(
+                e,
+                cv2.undistortPoints(x1, k1, None),
+                cv2.undistortPoints(x2, k2, None),
+                np.eye(3),
+                distanceThresh=1e9,
+            )[1:],
+            "samples",
+            before=lambda e, k1, k2, x1, x2: tuple(m.astype(np.float64) for m in (e, k1, k2, x1, x2)),
+            after=lambda made: (made[0], made[1], (made[3][:3] / made[3][3]).T, made[2][:, 0] > 0),
+        ),
         reference="OpenCV recoverPose",
     )
 )

@@ -1,7 +1,9 @@
 """Geometry: points, rigid transformations and solvers of small equations."""
 
 from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
@@ -143,6 +145,11 @@ def _sample_roots(degree: int):
     return sample
 
 
+def _real_first(roots: Any) -> Any:
+    real = -np.sort(-roots.real[abs(roots.imag) < 1e-4])
+    return np.pad(real, (0, len(roots) - len(real)))
+
+
 for _name, _degree in {"quadratic": 2, "cubic": 3, "quartic": 4}.items():
     add(
         Spec(
@@ -151,6 +158,7 @@ for _name, _degree in {"quadratic": 2, "cubic": 3, "quartic": 4}.items():
             [TensorSpec("roots", description="real roots in descending order, then zeros")],
             dtypes=("float32", "float64"),
             sample=_sample_roots(_degree),
+            peer=Peer("numpy", lambda np, p: np.roots(p), "samples", after=_real_first),
             special_values="of an infinite coefficient there are no roots, or any",
             reference="NumPy roots",
             picture="polynomials",
@@ -236,6 +244,12 @@ add(
         symbols={"N": (3, 1 << 20)},
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         sample=_sample_affine,
+        peer=Peer(
+            "sklearn.linear_model",
+            lambda linear_model, p, q, weights: linear_model.LinearRegression().fit(p, q, weights),
+            "samples",
+            after=lambda fit: np.vstack([np.column_stack([fit.coef_, fit.intercept_]), [[0, 0, 1]]]),
+        ),
         reference="NumPy lstsq",
         picture="fitted maps",
     )

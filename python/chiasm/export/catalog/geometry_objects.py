@@ -97,6 +97,13 @@ add(
             TensorSpec("t", ("N",), range=(0.0, 1.0), description="0 is q1, 1 is q2"),
         ],
         sample=_near,
+        peer=Peer(
+            "scipy.spatial.transform",
+            lambda transform, a, b, t: transform.Slerp(
+                [0, 1], transform.Rotation.from_quat([a, b], scalar_first=True)
+            )(t).as_quat(scalar_first=True),
+            "samples",
+        ),
         reference="SciPy Slerp",
     )
 )
@@ -142,11 +149,33 @@ _GROUPS: dict[str, tuple[tuple[int | str, ...], _Elements, int, _Elements]] = {
     ),
     "se3": (("N", 6), lambda g, n: normal(g, n, 6), 4, lambda g, n: motions(g, rotations(g, n))),
 }
+
+_LAST_ONE = np.outer([0, 0, 1], [0, 0, 1])
+
+
+def _plane_hats(v: np.ndarray) -> tuple[np.ndarray]:
+    made = np.zeros((len(v), 3, 3))
+    made[:, :2, 2], made[:, 0, 1], made[:, 1, 0] = v[:, :2], -v[:, 2], v[:, 2]
+    return (made,)
+
+
 _PEERS = {
+    "se2_exp": Peer("scipy.linalg", lambda linalg, v: linalg.expm(v), "batch", before=_plane_hats),
+    "se2_log": Peer(
+        "scipy.linalg",
+        lambda linalg, m: linalg.logm(m),
+        "samples",
+        after=lambda m: np.array([m[0, 2], m[1, 2], m[1, 0]]),
+    ),
     "so2_exp": scipys(
         lambda transform, a: transform.Rotation.from_euler("z", a).as_matrix(),
         before=lambda a: (a[:, None],),
         after=lambda m: m[:, :2, :2],
+    ),
+    "so2_log": scipys(
+        lambda transform, m: transform.Rotation.from_matrix(m).as_rotvec(),
+        before=lambda m: (np.pad(m, ((0, 0), (0, 1), (0, 1))) + _LAST_ONE,),
+        after=lambda v: v[:, 2],
     ),
     "so3_exp": scipys(lambda transform, v: transform.Rotation.from_rotvec(v).as_matrix()),
     "so3_log": scipys(lambda transform, m: transform.Rotation.from_matrix(m).as_rotvec()),
@@ -311,6 +340,11 @@ def _scored(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> 
     }
 
 
+def _suppressed(ops: Any, boxes: Tensor, scores: Tensor) -> tuple[Tensor, ...]:
+    order = scores.argsort(descending=True)
+    return order, torch.isin(order, ops.nms(boxes, scores, 0.3))
+
+
 add(
     Spec(
         "geometry.bbox.nms_fixed",
@@ -323,7 +357,8 @@ add(
         symbols={"N": (1, 16384)},  # all pairs are compared
         gradients=(),
         sample=_scored,
-        reference="a loop in NumPy",
+        peer=Peer("torchvision.ops", _suppressed, "tensors"),
+        reference="torchvision.ops.nms; a loop in NumPy",
         picture="boxes",
     )
 )

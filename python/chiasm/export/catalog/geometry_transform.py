@@ -142,7 +142,16 @@ add_transform(
     **_PIXELS,
 )
 add_transform(
-    "get_translation_matrix2d", [_TRANSLATIONS], "definition", fn="get_translation_matrix2d", **_PIXELS
+    "get_translation_matrix2d",
+    [_TRANSLATIONS],
+    "scikit-image EuclideanTransform",
+    peer=Peer(
+        "skimage.transform",
+        lambda transform, t: transform.EuclideanTransform(translation=t).params,
+        "samples",
+    ),
+    fn="get_translation_matrix2d",
+    **_PIXELS,
 )
 add_transform(
     "get_shear_matrix2d",
