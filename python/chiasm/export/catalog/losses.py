@@ -1,13 +1,16 @@
 """Losses."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import torch
 from torch import Generator, Tensor
 
+from ..peer import Peer
 from ..spec import Sampler, Spec, TensorSpec, image
 from . import STENCIL, add, rejected_words
+from .metrics import PSNR, mean, similarity
 from .rigid import uniform
 
 _LOSS = [TensorSpec("loss")]
@@ -28,6 +31,7 @@ add(
         config={"window_size": 11, "max_val": 1.0},
         symbols={"H": (16, 32768), "W": (16, 32768)},
         reference="scikit-image structural_similarity (gaussian weights)",
+        peer=similarity(lambda found: ((1 - found) / 2).clip(0, 1).mean()),
         picture="comparison",
         errors=rejected_words("reduction", "padding"),
     )
@@ -63,23 +67,32 @@ add(
     )
 )
 
+
+def _negative(decibels: float) -> float:
+    return -decibels
+
+
 add(
     Spec(
         "losses.psnr_loss",
         [image("image"), image("target")],
         _LOSS,
         config={"max_val": 1.0},
+        peer=replace(PSNR, after=_negative),
         reference="scikit-image peak_signal_noise_ratio",
         picture="comparison",
     )
 )
 
+_HUBER = Peer("scipy.special", lambda special, x, y: special.pseudo_huber(1.0, x - y), "batch")
 for _name in ("charbonnier", "welsch", "cauchy", "geman_mcclure"):
+    _is_huber = _name == "charbonnier"
     add(
         Spec(
             f"losses.{_name}_loss",
             _PAIR,
             _LOSS,
+            peer=_HUBER if _is_huber else None,
             reference="the formula in NumPy float64",
             picture="comparison",
         )
@@ -90,6 +103,7 @@ for _name in ("charbonnier", "welsch", "cauchy", "geman_mcclure"):
             _PAIR,
             _LOSS,
             config={"reduction": "mean"},
+            peer=replace(_HUBER, after=mean) if _is_huber else None,
             reference="the formula in NumPy float64",
             picture="comparison",
         ),
@@ -102,6 +116,13 @@ add(
         [image("img")],
         _LOSS,
         symbols=STENCIL,
+        # torchmetrics sums over the channels of a sample
+        peer=Peer(
+            "torchmetrics.functional",
+            lambda functional, planes, shape: functional.total_variation(planes, "none").reshape(shape),
+            "tensors",
+            before=lambda x: (x.flatten(0, 1)[:, None], x.shape[:2]),
+        ),
         reference="torchmetrics total_variation",
         picture="images with values",
     )
@@ -139,6 +160,21 @@ def _heatmaps(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -
     return {name: (x / x.sum([-2, -1], keepdim=True)).to(dtype) for name, x in made.items()}
 
 
+_DIVERGENCES = {
+    "kl": Peer(
+        "scipy.special",
+        lambda special, p, q: special.rel_entr(q, p),
+        "batch",
+        after=lambda d: d.sum((2, 3)).mean(),
+    ),
+    "js": Peer(
+        "scipy.spatial.distance",
+        lambda distance, p, q: distance.jensenshannon(p, q, axis=2),
+        "batch",
+        before=lambda p, q: (p.reshape(*p.shape[:2], -1), q.reshape(*q.shape[:2], -1)),
+        after=lambda roots: (roots**2).mean(),
+    ),
+}
 for _name in ("kl", "js"):
     add(
         Spec(
@@ -150,6 +186,7 @@ for _name in ("kl", "js"):
             _LOSS,
             symbols={"N": (1, 1024)},
             sample=_heatmaps,
+            peer=_DIVERGENCES[_name],
             reference="SciPy rel_entr" if _name == "kl" else "SciPy jensenshannon",
             picture="comparison",
         )
@@ -283,6 +320,11 @@ def _binary(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> 
     }
 
 
+def _focal(ops: Any, pred: Tensor, target: Tensor) -> Tensor:
+    each = ops.sigmoid_focal_loss(pred, target.clamp(0).to(pred.dtype))
+    return torch.where(target < 0, 0.0, each)
+
+
 _MARKS = TensorSpec("target", ("B", "C", "H", "W"), "int64", description="0, 1, or -100 for pixels to ignore")
 add(
     Spec(
@@ -291,6 +333,7 @@ add(
         _LOSS,
         gradients=("pred",),
         sample=_binary,
+        peer=Peer("torchvision.ops", _focal, "tensors"),
         reference=(
             "the paper's formula in NumPy float64; torch binary_cross_entropy_with_logits for gamma = 0"
         ),
@@ -372,6 +415,12 @@ add(
         [TensorSpec("labels", ("B", "H", "W"), "int64", range=(0, 4), description="labels, 0 to 4")],
         [TensorSpec("output")],
         config={"num_classes": 5, "eps": 1e-6},
+        peer=Peer(
+            "torch.nn.functional",
+            lambda F, labels: F.one_hot(labels, 5),
+            "tensors",
+            after=lambda marks: marks.movedim(-1, 1) + 1e-6,
+        ),
         reference="torch one_hot",
         picture="classes",
     )

@@ -1,13 +1,18 @@
 """Metrics: errors of results against the truth."""
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
+from ..peer import Peer
 from ..spec import Spec, TensorSpec
 from . import add, rejected
-from .rigid import linalg, uniform
+from .metrics import mean
+from .ops import torchvision
+from .rigid import linalg, scipys, uniform
 
 _DOUBLE = torch.float64
 
@@ -53,6 +58,19 @@ _LABELS = [
     )
     for name, what in (("pred", "found"), ("target", "true"))
 ]
+
+
+def _confused(normalize: str | None) -> Peer:
+    return Peer(
+        "sklearn.metrics",
+        lambda metrics, pred, target: metrics.confusion_matrix(
+            target, pred, labels=range(6), normalize=normalize
+        ),
+        "samples",
+        before=lambda pred, target: (pred.ravel(), target.ravel()),
+    )
+
+
 _MATRIX = "row i, column j: how often i is taken for j"
 _SCIKIT = "scikit-learn confusion_matrix, torchmetrics"
 
@@ -62,6 +80,7 @@ add(
         _LABELS,
         [TensorSpec("counts", description=_MATRIX)],
         {"num_classes": 6},
+        peer=_confused(None),
         reference=_SCIKIT,
         picture="confusion matrix",
     ),
@@ -73,17 +92,34 @@ add(
         _LABELS,
         [TensorSpec("shares", description=f"{_MATRIX}, as part of how often j is found")],
         {"num_classes": 6, "normalized": True},
+        peer=_confused("pred"),
         reference=_SCIKIT,
         picture="confusion matrix",
     ),
     fn="metrics.confusion_matrix",
 )
+
+
+def _counted(*labels: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The pixels where both labels are classes."""
+    known = np.all([(x >= 0) & (x < 6) for x in labels], 0)
+    return tuple(x[known] for x in labels)
+
+
 add(
     Spec(
         "metrics.mean_iou",
         _LABELS,
         [TensorSpec("iou", description="of each class")],
         {"num_classes": 6},
+        peer=Peer(
+            "sklearn.metrics",
+            lambda metrics, pred, target: metrics.jaccard_score(
+                target, pred, labels=range(6), average=None, zero_division=1
+            ),
+            "samples",
+            before=_counted,
+        ),
         reference="scikit-learn jaccard_score, torchmetrics",
         picture="values of classes",
         errors=rejected("eps", "a positive number", math.nan),
@@ -115,6 +151,7 @@ add(
         [TensorSpec("iou", description="of each of one with each of the other")],
         symbols={"N": (1, 1 << 15), "M": (1, 1 << 15)},
         sample=_sample_boxes,
+        peer=torchvision("box_iou"),
         reference="areas of polygons by OpenCV",
         picture="overlaps",
     )
@@ -173,6 +210,7 @@ for _variant, _inputs in (("labels", _DETECTED), ("masks", _DETECTED + _MASKS)):
 
 # --- flow and disparity -------------------------------------------------------------------------------------
 
+_DISTANCE = Peer("torch.nn.functional", lambda F, x, y: F.pairwise_distance(x, y, eps=0.0), "tensors")
 add(
     Spec(
         "metrics.aepe",
@@ -181,7 +219,8 @@ add(
             for name, what in (("input", "found"), ("target", "true"))
         ],
         [TensorSpec("error", description="in pixels")],
-        reference="NumPy hypot",
+        peer=replace(_DISTANCE, after=mean),
+        reference="torch.nn.functional.pairwise_distance",
         picture="comparison",
     )
 )
@@ -193,15 +232,42 @@ _DISPARITIES = [
         "valid_mask", ("B", 1, "H", "W"), "bool", layout="NCHW", description="where the true one is known"
     ),
 ]
-for _name, _output, _reference in (
-    ("mean_absolute_disparity_error", "in pixels", "scikit-learn mean_absolute_error"),
-    ("root_mean_squared_disparity_error", "in pixels", "scikit-learn root_mean_squared_error"),
+
+
+def _of_known(found: np.ndarray, true: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, ...]:
+    return found[valid], true[valid]
+
+
+for _name, _output, _reference, _peer in (
+    (
+        "mean_absolute_disparity_error",
+        "in pixels",
+        "scikit-learn mean_absolute_error",
+        Peer(
+            "sklearn.metrics",
+            lambda metrics, x, y: metrics.mean_absolute_error(y, x),
+            "batch",
+            before=_of_known,
+        ),
+    ),
+    (
+        "root_mean_squared_disparity_error",
+        "in pixels",
+        "scikit-learn root_mean_squared_error",
+        Peer(
+            "sklearn.metrics",
+            lambda metrics, x, y: metrics.root_mean_squared_error(y, x),
+            "batch",
+            before=_of_known,
+        ),
+    ),
 ):
     add(
         Spec(
             f"metrics.{_name}",
             _DISPARITIES,
             [TensorSpec("error", description=_output)],
+            peer=_peer,
             reference=_reference,
             picture="comparison",
         )
@@ -250,6 +316,12 @@ add(
         ],
         [TensorSpec("angle", description="in degrees")],
         sample=_sample_rotations,
+        peer=scipys(
+            lambda transform, r1, r2: (
+                transform.Rotation.from_matrix(r1).inv() * transform.Rotation.from_matrix(r2)
+            ).magnitude(),
+            after=np.rad2deg,
+        ),
         reference="SciPy Rotation.magnitude",
         picture="pose errors",
     )
@@ -290,7 +362,8 @@ add(
             for name, what in (("t", "found"), ("t_gt", "true"))
         ],
         [TensorSpec("distance")],
-        reference="NumPy norm",
+        peer=_DISTANCE,
+        reference="torch.nn.functional.pairwise_distance",
         picture="drift",
     )
 )
