@@ -112,6 +112,25 @@ def scored(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> d
     }
 
 
+def in_slots(parts: Sequence[Tensor], slots: int) -> tuple[Tensor, ...]:
+    """An image's results in slots, with zeros after the last, and which slots hold one."""
+    found = torch.arange(slots) < len(parts[0])
+    return (*(torch.cat([p, p.new_zeros((slots - len(p), *p.shape[1:]))]) for p in parts), found)
+
+
+def _suppressed(ops: Any, boxes: Tensor, scores: Tensor, idxs: Tensor) -> tuple[Tensor, ...]:
+    made: list[Tensor] = []
+    for b, s, i in zip(boxes, scores, idxs, strict=True):
+        order = ops.batched_nms(b, s, i, 0.45)
+        made.append(order[s[order] > 0.25][:300])
+    return tuple(made)
+
+
+def _stacked(each: Sequence[Tensor]) -> tuple[Tensor, ...]:
+    slots = [in_slots([indices], 300) for indices in each]
+    return tuple(torch.stack(part) for part in zip(*slots, strict=True))
+
+
 add(
     Spec(
         "ops.batched_nms_fixed",
@@ -128,6 +147,7 @@ add(
         symbols={"B": (1, 64), "N": (1, 1 << 14)},  # except in native code, all pairs are compared
         gradients=(),
         sample=scored,
+        peer=Peer("torchvision.ops", _suppressed, "tensors", after=_stacked),
         reference="torchvision.ops.batched_nms",
         picture="tensors",
     )
@@ -209,13 +229,8 @@ def _torchvisions_ssd(ssd: Any, logits: Any, deltas: Any, anchors: Any):
 
 def _in_slots(found: Sequence[dict[str, Tensor]]) -> tuple[Tensor, ...]:
     """torchvision's detections of each image, in 200 slots."""
-
-    def padded(each: Tensor) -> Tensor:
-        return torch.cat([each, each.new_zeros((200 - len(each), *each.shape[1:]))])
-
-    parts = [[each[name] for each in found] for name in ("boxes", "scores", "labels")]
-    parts.append([torch.ones_like(each["labels"], dtype=torch.bool) for each in found])
-    return tuple(torch.stack([padded(each) for each in part]) for part in parts)
+    slots = [in_slots([each[name] for name in ("boxes", "scores", "labels")], 200) for each in found]
+    return tuple(torch.stack(part) for part in zip(*slots, strict=True))
 
 
 add(

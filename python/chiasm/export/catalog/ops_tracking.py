@@ -1,8 +1,12 @@
 """Ops that track objects from frame to frame: assignment, Kalman filters, trackers."""
 
+from typing import Any
+
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
+from ..peer import Peer, opencv
 from ..spec import Spec, TensorSpec
 from . import add
 
@@ -21,6 +25,15 @@ def _costs(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> d
     }
 
 
+def _assigned(optimize: Any, cost: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> tuple[Any, ...]:
+    """SciPy's, with impossible pairs that cost more than all others together."""
+    possible = np.isfinite(cost) & rows[:, None] & columns
+    i, j = optimize.linear_sum_assignment(np.where(possible, cost, 1e4))
+    has_one, column = np.zeros(len(cost), bool), np.zeros(len(cost), np.int64)
+    has_one[i], column[i] = possible[i, j], np.where(possible[i, j], j, 0)
+    return column, has_one
+
+
 add(
     Spec(
         "ops.linear_assignment",
@@ -37,6 +50,7 @@ add(
         symbols={"B": (1, 64), "N": (1, 1024), "M": (1, 1024)},
         gradients=(),
         sample=_costs,
+        peer=Peer("scipy.optimize", _assigned, "samples"),
         reference="scipy.optimize.linear_sum_assignment",
         picture="tensors",
     )
@@ -69,6 +83,33 @@ def _states(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> 
     return {name: value.to(dtype) for name, value in made.items()}
 
 
+def _filter(cv2: Any, mean: np.ndarray, covariance: np.ndarray) -> Any:
+    kalman = cv2.KalmanFilter(7, 4)
+    kalman.statePost = kalman.statePre = mean[:, None]
+    kalman.errorCovPost = kalman.errorCovPre = covariance
+    return kalman
+
+
+def _predicted(cv2: Any, means: Any, covariances: Any, transition: Any, noise: Any) -> tuple[Any, ...]:
+    made: list[Any] = []
+    for mean, covariance in zip(means, covariances, strict=True):
+        kalman = _filter(cv2, mean, covariance)
+        kalman.transitionMatrix, kalman.processNoiseCov = transition, noise
+        made.append((kalman.predict()[:, 0], kalman.errorCovPre))
+    return tuple(np.stack(part) for part in zip(*made, strict=True))
+
+
+def _updated(
+    cv2: Any, means: Any, covariances: Any, measured: Any, observation: Any, noise: Any
+) -> tuple[Any, ...]:
+    made: list[Any] = []
+    for mean, covariance, z in zip(means, covariances, measured, strict=True):
+        kalman = _filter(cv2, mean, covariance)
+        kalman.measurementMatrix, kalman.measurementNoiseCov = observation, noise
+        made.append((kalman.correct(z[:, None])[:, 0], kalman.errorCovPost))
+    return tuple(np.stack(part) for part in zip(*made, strict=True))
+
+
 _STATE = [
     TensorSpec("mean", ("B", "N", 7), description="states"),
     TensorSpec("covariance", ("B", "N", 7, 7), description="of the states"),
@@ -77,9 +118,10 @@ _NEW_STATE = [
     TensorSpec("new_mean", description="the states after it"),
     TensorSpec("new_covariance", description="their covariances"),
 ]
-for _name, _others in (
+for _name, _peer, _others in (
     (
         "kalman_predict",
+        opencv(_predicted, "samples"),
         [
             TensorSpec("transition", (7, 7), description="what a state is multiplied by"),
             TensorSpec("process_noise", (7, 7), description="a covariance"),
@@ -87,6 +129,7 @@ for _name, _others in (
     ),
     (
         "kalman_update",
+        opencv(_updated, "samples"),
         [
             TensorSpec("measurement", ("B", "N", 4), description="one of each state"),
             TensorSpec("observation", (4, 7), description="what is measured of a state"),
@@ -101,7 +144,8 @@ for _name, _others in (
             _NEW_STATE,
             symbols={"B": (1, 64), "N": (1, 1 << 14)},
             sample=_states,
-            reference="the equations in NumPy float64",
+            peer=_peer,
+            reference="OpenCV KalmanFilter; the equations in NumPy float64",
             picture="tensors",
         )
     )
