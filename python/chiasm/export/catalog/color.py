@@ -61,7 +61,7 @@ add(
         output(),
         peer=cvt_color("COLOR_GRAY2RGB"),
         reference=OPENCV.format("COLOR_GRAY2RGB"),
-        frames=_DEEP,
+        frames=replace(_DEEP, peer=cvt_color("COLOR_GRAY2RGB")),
     )
 )
 
@@ -135,7 +135,13 @@ add(
         output(),
         # the gradient of the background is a sum over all pixels, whose order each backend chooses
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
-        reference="Pillow alpha_composite",
+        peer=opencv(
+            lambda cv2, x, behind: cv2.blendLinear(
+                x[..., :3].copy(), behind, x[..., 3].copy(), 1 - x[..., 3]
+            ),
+            before=lambda x, color: (x, np.full((*x.shape[:2], 3), color, np.float32)),
+        ),
+        reference="Pillow alpha_composite; OpenCV blendLinear",
         frames=Frames(
             _DEEP.dtypes,
             ranges={"background_color": None},
@@ -183,11 +189,28 @@ add(
         [image("image", channels=3, range=(-1.0, 1.0), description="surface normals")],
         output(description="bytes"),
         gradients=(),
-        reference="NumPy rint",
+        peer=opencv(lambda cv2, x: cv2.convertScaleAbs(x, alpha=127.5, beta=127.5)),
+        reference="OpenCV convertScaleAbs",
     )
 )
 
-add(Spec("color.rgb255_to_normals", [BYTES], output("", "unit surface normals"), reference="NumPy float64"))
+add(
+    Spec(
+        "color.rgb255_to_normals",
+        [BYTES],
+        output("", "unit surface normals"),
+        peer=Peer("torch.nn.functional", lambda F, x: F.normalize(x / 127.5 - 1, dim=1), "tensors"),
+        reference="torch.nn.functional.normalize; NumPy float64",
+    )
+)
+
+_SEPIA = np.array([[0.393, 0.769, 0.189], [0.349, 0.686, 0.168], [0.272, 0.534, 0.131]], np.float32)
+
+
+def _toned(cv2: Any, x: Any) -> Any:
+    toned = cv2.transform(x, _SEPIA)
+    return cv2.divide(toned, (*(cv2.minMaxLoc(plane)[1] + 1e-6 for plane in cv2.split(toned)), 1.0))
+
 
 add(
     Spec(
@@ -196,6 +219,7 @@ add(
         output(),
         # the largest value's gradient is a sum over all pixels, whose order each backend chooses
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
+        peer=opencv(_toned),
         reference="OpenCV transform; NumPy float64",
         frames=Frames(reference="NumPy whole numbers"),
     )
@@ -211,6 +235,13 @@ add(
         [image("input_tensor", channels=1, color="GRAY")],
         output(),
         config={"colormap": "viridis"},
+        # between the levels, of which OpenCV's are rounded
+        peer=opencv(
+            lambda cv2, x: cv2.applyColorMap(x, cv2.COLORMAP_VIRIDIS),
+            before=lambda x: (np.rint(255 * x).astype(np.uint8),),
+            after=lambda bgr: bgr[..., ::-1] / 255,
+            atol=0.01,
+        ),
         reference=_CV_MAPS,
     )
 )

@@ -1,5 +1,9 @@
 """Colour: luma and chroma, and what cameras deliver."""
 
+from typing import Any
+
+import numpy as np
+
 from ..peer import Peer, cvt_color, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import add
@@ -82,14 +86,39 @@ add(
     )
 )
 
+# without odd sizes, whose last pixels chiasm repeats
+_EVEN = {"H": 16, "W": 22}
+
+
+def _subsampled(rows: int) -> Peer:
+    """scikit-image's conversion, and its means of the chroma over 2 columns and some rows."""
+
+    def call(skimage: Any, x: Any) -> tuple[Any, ...]:
+        yuv = skimage.color.rgb2yuv(x)
+        return yuv[..., 0], skimage.transform.downscale_local_mean(yuv[..., 1:], (rows, 2, 1))
+
+    return Peer("skimage", call, sizes=_EVEN)
+
+
+def _subsampled_frames(rows: int) -> Peer:
+    def call(cv2: Any, x: Any) -> tuple[Any, ...]:
+        yuv = cv2.cvtColor(x, cv2.COLOR_RGB2YUV)
+        return yuv[..., 0], cv2.resize(yuv, None, fx=0.5, fy=1 / rows, interpolation=cv2.INTER_AREA)[..., 1:]
+
+    return opencv(call, sizes=_EVEN, atol=1)
+
+
 add(
     Spec(
         "color.rgb_to_yuv420",
         [rgb()],
         _PLANES,
         symbols=_HALF,
+        peer=_subsampled(2),
         reference="scikit-image rgb2yuv, then NumPy means of 2 x 2",
-        frames=Frames(reference="OpenCV cvtColor(COLOR_RGB2YUV), then NumPy means of 2 x 2"),
+        frames=Frames(
+            reference="OpenCV cvtColor(COLOR_RGB2YUV), then NumPy means of 2 x 2", peer=_subsampled_frames(2)
+        ),
     )
 )
 
@@ -99,8 +128,11 @@ add(
         [rgb()],
         _PLANES,
         symbols=_HALF,
+        peer=_subsampled(1),
         reference="scikit-image rgb2yuv, then NumPy means of 1 x 2",
-        frames=Frames(reference="OpenCV cvtColor(COLOR_RGB2YUV), then NumPy means of 1 x 2"),
+        frames=Frames(
+            reference="OpenCV cvtColor(COLOR_RGB2YUV), then NumPy means of 1 x 2", peer=_subsampled_frames(1)
+        ),
     )
 )
 
@@ -123,8 +155,22 @@ add(
         # the gradient of a chroma sample is a sum over its pixels, whose order each backend chooses
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
         special_values=_ZERO_FACTORS,
+        peer=Peer(
+            "skimage.color",
+            lambda color, y, uv: color.yuv2rgb(np.dstack([y, uv.repeat(2, 0).repeat(2, 1)])),
+            atol=1e-4,
+            sizes=_EVEN | {"UH": 8, "UW": 11},
+        ),
         reference="scikit-image yuv2rgb of NumPy repeat",
-        frames=Frames(reference="OpenCV cvtColor(COLOR_YUV2RGB) of NumPy repeat"),
+        frames=Frames(
+            reference="OpenCV cvtColor(COLOR_YUV2RGB) of NumPy repeat",
+            peer=opencv(
+                lambda cv2, y, uv: cv2.cvtColor(
+                    np.dstack([y, uv.repeat(2, 0).repeat(2, 1)]), cv2.COLOR_YUV2RGB
+                ),
+                sizes=_EVEN | {"UH": 8, "UW": 11},
+            ),
+        ),
     )
 )
 
@@ -139,6 +185,11 @@ def _chroma(name: str, channels: int) -> TensorSpec:
     return TensorSpec(name, ("B", channels, "UH", "UW"), "uint8", "NCHW", "UV", (0, 255), description)
 
 
+def in_one_buffer(y: Any, u: Any, v: Any) -> Any:
+    """The planes of I420, as OpenCV gets them."""
+    return np.reshape(np.concatenate([y.ravel(), u.ravel(), v.ravel()]), (-1, y.shape[1]))
+
+
 def _two_planes(code: str) -> Peer:
     return opencv(
         lambda cv2, y, pairs: cv2.cvtColorTwoPlane(y, pairs, getattr(cv2, code)),
@@ -149,7 +200,15 @@ def _two_planes(code: str) -> Peer:
 for _name, _parts, _peer in (
     ("nv12", [_chroma("uv", 2)], _two_planes("COLOR_YUV2RGB_NV12")),
     ("nv21", [_chroma("vu", 2)], _two_planes("COLOR_YUV2RGB_NV21")),
-    ("i420", [_chroma("u", 1), _chroma("v", 1)], None),
+    (
+        "i420",
+        [_chroma("u", 1), _chroma("v", 1)],
+        opencv(
+            lambda cv2, whole: cv2.cvtColor(whole, cv2.COLOR_YUV2RGB_I420),
+            before=lambda y, u, v: (in_one_buffer(y, u, v),),
+            sizes={"H": 16, "W": 22, "UH": 8, "UW": 11},
+        ),
+    ),
 ):
     add(
         Spec(
@@ -158,7 +217,7 @@ for _name, _parts, _peer in (
             output(),
             symbols=_CHROMA,
             peer=_peer,
-            also=({"standard": "bt709"}, {"standard": "jpeg"}) if _peer is None else (),
+            also=({"standard": "bt709"}, {"standard": "jpeg"}) if _name == "i420" else (),
             reference="OpenCV cvtColorTwoPlane; ITU-R BT.601 and BT.709 in NumPy float64",
             frames=Frames(peer=_peer),
         )
@@ -204,6 +263,12 @@ add(
         output(),
         config={"cfa": "bg"},
         symbols={"H": (2, 32768), "W": (2, 32768)},
+        peer=cvt_color(
+            "COLOR_BayerBG2RGB",
+            before=lambda x: (np.rint(65535 * x).astype(np.uint16),),
+            after=lambda rgb: rgb / 65535,
+            edge=1,
+        ),
         reference="OpenCV cvtColor(COLOR_BayerBG2RGB); SciPy convolve",
         frames=Frames(("uint8", "uint16"), peer=cvt_color("COLOR_BayerBG2RGB", edge=1)),
     )

@@ -71,7 +71,11 @@ for _space in ("hls", "hsl", "hsv"):
                 f"color.rgb_to_{_space}",
                 [rgb()],
                 output(_color, "hue in [0, 2 pi], the others in [0, 1]"),
-                peer=cvt_color("COLOR_RGB2HLS", after=_in_radians, atol=1e-4) if _space == "hls" else None,
+                peer=cvt_color(
+                    "COLOR_RGB2HLS",
+                    after=_in_radians if _space == "hls" else lambda hls: second_last(_in_radians(hls)),
+                    atol=1e-4,
+                ),
                 reference=OPENCV.format("COLOR_RGB2HLS"),
                 frames=_frames,
             )
@@ -82,8 +86,10 @@ for _space in ("hls", "hsl", "hsv"):
             [image("image", channels=3, color=_color, description="hue in radians, the others in [0, 1]")],
             output(),
             sample=_hue("image"),
-            peer=(
-                None if _space == "hsl" else cvt_color(f"COLOR_{_color}2RGB", before=_in_degrees, atol=1e-4)
+            peer=cvt_color(
+                f"COLOR_{'HLS' if _space == 'hsl' else _color}2RGB",
+                before=_in_degrees if _space != "hsl" else lambda hsl: _in_degrees(second_last(hsl)),
+                atol=1e-4,
             ),
             reference=OPENCV.format("COLOR_HSV2RGB, COLOR_HLS2RGB") + "; colorsys",
             frames=_frames_back,
