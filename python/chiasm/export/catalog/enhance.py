@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from PIL import Image
 from torch import Generator, Tensor
 
 from ..peer import Call, Peer, opencv
@@ -32,6 +33,18 @@ def _solarized(x: np.ndarray, threshold: float, addition: float) -> np.ndarray:
     return np.where(moved < threshold, moved, 255 - moved)
 
 
+def of_levels(call: Call, **options: Any) -> Peer:
+    """Pillow's op on each plane as bytes, the levels of numbers in [0, 1]."""
+
+    def before(x: np.ndarray, *numbers: Any) -> tuple[Any, ...]:
+        return (Image.fromarray(np.floor(255 * x + 0.5).astype(np.uint8)), *numbers)
+
+    def after(made: Any) -> np.ndarray:
+        return np.asarray(made) / 255
+
+    return Peer("PIL.ImageOps", call, "planes", before=before, after=after, **options)
+
+
 def _with_grey(cv2: Any, x: Any, factor: Any):
     grey = cv2.cvtColor(cv2.cvtColor(x, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
     return _clipped(cv2, cv2.addWeighted(x, factor, grey, 1 - factor, 0))
@@ -55,6 +68,12 @@ def _sharpened(cv2: Any, x: Any, factor: Any):
 def _turned(cv2: Any, x: Any, angle: Any):
     hsv = cv2.cvtColor(x, cv2.COLOR_RGB2HSV)
     hsv[..., 0] = np.mod(hsv[..., 0] + math.degrees(angle), 360)
+    return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
+
+
+def _saturated(cv2: Any, x: Any, factor: Any):
+    hsv = cv2.cvtColor(x, cv2.COLOR_RGB2HSV)
+    hsv[..., 1] = (hsv[..., 1] * factor).clip(0, 1)
     return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
 
 
@@ -157,7 +176,10 @@ add(
         ],
         [TensorSpec("output", layout="NCHW", color="RGB")],
         gradient_tolerances=SUMS,
-        reference="clip(image + shift, 0, 1) in NumPy float64",
+        peer=opencv(
+            lambda cv2, x, r, g, b: _clipped(cv2, cv2.add(x, (r, g, b, 0.0))),
+        ),
+        reference="OpenCV add",
     )
 )
 
@@ -174,6 +196,9 @@ _INTEGRAL_OF_FRAMES = Frames(
     peer=opencv(lambda cv2, x: cv2.integral(x), "planes", after=lambda s: s[1:, 1:]),
 )
 
+# along the channels and the rows
+_SUMS = Peer("numpy", lambda np, x: np.cumsum(np.cumsum(x, 1), 3), "batch", atol=1e-3, rtol=1e-4)
+
 for _name in ("integral_image", "integral_tensor"):
     add(
         Spec(
@@ -183,7 +208,7 @@ for _name in ("integral_image", "integral_tensor"):
             config={} if _name == "integral_image" else {"dim": [1, -1]},
             # sums of up to all pixels, in another order
             tolerances={"float32": Tolerance(1e-3, 1e-4)},
-            peer=_INTEGRAL if _name == "integral_image" else None,
+            peer=_INTEGRAL if _name == "integral_image" else _SUMS,
             reference="OpenCV integral; NumPy cumsum",
             frames=_INTEGRAL_OF_FRAMES if _name == "integral_image" else None,
         )
@@ -244,7 +269,7 @@ for _name, _low, _high in (("adjust_hue", -3.0, 3.0), ("adjust_saturation", 0.3,
             # sum over all pixels
             tolerances={"float32": Tolerance(1e-4, 1e-4)},
             gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
-            peer=opencv(_turned, atol=1e-3) if _name == "adjust_hue" else None,
+            peer=opencv(_turned if _name == "adjust_hue" else _saturated, atol=1e-3),
             reference="OpenCV cvtColor(COLOR_RGB2HSV) and back",
         )
     )
@@ -315,6 +340,7 @@ add(
         ],
         OUTPUT,
         gradients=(),
+        peer=of_levels(lambda ops, x, bits: ops.posterize(x, bits) if bits else x.point([0] * 256)),
         reference="Pillow ImageOps.posterize",
         frames=Frames(peer=_curve(lambda x, bits: x - x % 2.0 ** (8 - bits))),
     )
@@ -331,7 +357,14 @@ add(
         OUTPUT,
         gradients=("input", "additions"),
         gradient_tolerances=SUMS,
-        reference="Pillow ImageOps.solarize",
+        peer=Peer(
+            "torchvision.transforms.functional",
+            lambda functional, x, threshold: functional.solarize(x, threshold),
+            "samples",
+            before=lambda x, threshold, addition: (torch.as_tensor(x + addition).clamp(0, 1), threshold),
+            sizes={"C": 3},
+        ),
+        reference="Pillow ImageOps.solarize; torchvision solarize",
         frames=Frames(
             ranges={"thresholds": (70.0, 180.0), "additions": (-50.0, 50.0)}, peer=_curve(_solarized)
         ),

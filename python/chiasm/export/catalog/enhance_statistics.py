@@ -11,7 +11,7 @@ from torch import Generator, Tensor
 from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add, rejected
-from .enhance import OUTPUT, SUMS
+from .enhance import OUTPUT, SUMS, of_levels
 
 # --- equalization -------------------------------------------------------------------------------------------
 
@@ -21,6 +21,7 @@ add(
         [image()],
         OUTPUT,
         gradients=(),
+        peer=of_levels(lambda ops, x: ops.equalize(x)),
         reference="Pillow ImageOps.equalize",
         frames=Frames(
             peer=Peer(
@@ -33,6 +34,16 @@ add(
     )
 )
 
+
+def _folded(made: tuple[Any, list[Any]]) -> np.ndarray:
+    return np.reshape([np.asarray(image) for image in made[1]], made[0]) / 255
+
+
+def _unfolded(volumes: np.ndarray) -> tuple[Any, ...]:
+    levels = np.floor(255 * volumes + 0.5).astype(np.uint8)
+    return volumes.shape, [Image.fromarray(x.reshape(-1, x.shape[-1])) for x in levels]
+
+
 add(
     Spec(
         "enhance.equalize3d",
@@ -40,6 +51,13 @@ add(
         [TensorSpec("output", layout="NCDHW")],
         symbols={"D": (1, 4096)},
         gradients=(),
+        peer=Peer(
+            "PIL.ImageOps",
+            lambda ops, shape, images: (shape, [ops.equalize(image) for image in images]),
+            "samples",
+            before=_unfolded,
+            after=_folded,
+        ),
         reference="Pillow ImageOps.equalize of the volume's values",
     )
 )
@@ -51,8 +69,18 @@ add(
         OUTPUT,
         config={"cutoff": (1.0, 2.5)},
         gradients=(),
+        # where the exact result is a level, Pillow's may be the one below
+        peer=of_levels(lambda ops, x: ops.autocontrast(x, (1.0, 2.5)), atol=1.001 / 255),
         reference="Pillow ImageOps.autocontrast",
-        frames=Frames(),
+        frames=Frames(
+            peer=Peer(
+                "PIL.ImageOps",
+                lambda ops, x: ops.autocontrast(x, (1.0, 2.5)),
+                "planes",
+                atol=1,
+                before=lambda x: (Image.fromarray(x),),
+            )
+        ),
         errors=rejected(
             "cutoff", "percentages that are not negative and sum to less than 100", (math.nan, 1.0)
         ),
@@ -88,8 +116,14 @@ add(
         config={"clip_limit": 4.0, "grid_size": (3, 4)},
         symbols=STENCIL,
         gradients=(),
+        peer=opencv(
+            lambda cv2, x: cv2.createCLAHE(4.0, (4, 3)).apply(x),
+            "planes",
+            before=lambda x: (np.floor(255 * x + 0.5).astype(np.uint8),),
+            after=lambda levels: levels / 255,
+        ),
         reference="OpenCV createCLAHE",
-        frames=Frames(),
+        frames=Frames(peer=opencv(lambda cv2, x: cv2.createCLAHE(4.0, (4, 3)).apply(x), "planes")),
     )
 )
 
@@ -158,8 +192,12 @@ add(
         [TensorSpec("counts", description="pixels in each of 64 bins of [0, 1)")],
         config={"n_bins": 64, "min": 0.0, "max": 1.0},
         gradients=(),
+        peer=opencv(lambda cv2, x: cv2.calcHist([x], [0], None, [64], [0, 1]), "planes"),
         reference="OpenCV calcHist",
-        frames=Frames(config={"n_bins": 256, "max": 256.0}),
+        frames=Frames(
+            config={"n_bins": 256, "max": 256.0},
+            peer=opencv(lambda cv2, x: cv2.calcHist([x], [0], None, [256], [0, 256]), "planes"),
+        ),
         picture="histogram",
         errors=rejected("max", "a number above min = 0.0", math.nan),
     )
