@@ -268,11 +268,26 @@ add(
         config={"kernel_size": (5, 5)},
         symbols=STENCIL,
         gradient_tolerances=SUMMED,
+        peer=opencv(
+            lambda cv2, x, sigma, theta, wave: cv2.filter2D(
+                x, -1, cv2.getGaborKernel((5, 5), sigma, theta, wave, 0.5, 0.0)
+            ),
+        ),
         reference="OpenCV filter2D with getGaborKernel",
     )
 )
 
 # --- pooling ------------------------------------------------------------------------------------------------
+
+
+def _blurred(cv2: Any, x: np.ndarray) -> np.ndarray:
+    taps = np.array([0.25, 0.5, 0.25], np.float32)
+    return cv2.sepFilter2D(x, -1, taps, taps, borderType=cv2.BORDER_CONSTANT)[::2, ::2]
+
+
+def _blurred_maxima(cv2: Any, x: np.ndarray) -> np.ndarray:
+    return _blurred(cv2, cv2.dilate(x, np.ones((2, 2)), anchor=(0, 0))[:-1, :-1])
+
 
 for _name in ("blur_pool2d", "max_blur_pool2d"):
     add(
@@ -282,6 +297,7 @@ for _name in ("blur_pool2d", "max_blur_pool2d"):
             SAME,
             config={"kernel_size": 3, "stride": 2},
             symbols=STENCIL,
+            peer=opencv(_blurred if _name == "blur_pool2d" else _blurred_maxima),
             reference="SciPy ndimage",
         )
     )

@@ -26,6 +26,10 @@ def _gradient_magnitude(cv2: Any, x: Any):
     return cv2.magnitude(dx, dy)
 
 
+def _rounded_magnitude(cv2: Any, x: Any):
+    return cv2.convertScaleAbs(_gradient_magnitude(cv2, x))
+
+
 add(
     Spec(
         "filters.sobel",
@@ -37,7 +41,7 @@ add(
         special_values=_ZERO_TAPS,
         peer=opencv(_gradient_magnitude, "planes", atol=2e-3),
         reference="OpenCV Sobel(BORDER_REPLICATE)",
-        frames=Frames(),
+        frames=Frames(peer=opencv(_rounded_magnitude, "planes", atol=1)),
     )
 )
 
@@ -69,6 +73,12 @@ add(
     )
 )
 
+
+def _differences(ndimage: Any, x: np.ndarray) -> np.ndarray:
+    axes = (4, 3, 2)
+    return np.stack([ndimage.correlate1d(x, [-0.5, 0, 0.5], axis, mode="nearest") for axis in axes], 2)
+
+
 add(
     Spec(
         "filters.spatial_gradient3d",
@@ -76,6 +86,7 @@ add(
         [TensorSpec("output", description="d/dx, d/dy and d/dz")],
         config={"mode": "diff", "order": 1},
         symbols=DEEP,
+        peer=Peer("scipy.ndimage", _differences, "batch"),
         reference="NumPy gradient, SciPy ndimage.correlate",
         picture="derivatives",
     )

@@ -1,10 +1,11 @@
 """Filters: kernels."""
 
 import math
+from typing import Any
 
 import numpy as np
 
-from ..peer import opencv
+from ..peer import Peer, opencv
 from ..spec import Spec, TensorSpec
 from . import add, rejected
 
@@ -15,12 +16,23 @@ NOT_SIGMAS_3D = rejected("sigma", "positive numbers", (1.0, math.nan, 1.0))
 SIGMA = TensorSpec("sigma", ("B",), range=(0.5, 3.0), description="standard deviations in pixels")
 KERNELS = [TensorSpec("kernel", description="one kernel for each entry")]
 
+
+def _of_sum_1(taps: np.ndarray) -> np.ndarray:
+    return taps / taps.sum()
+
+
 add(
     Spec(
         "filters.gaussian",
         [SIGMA, TensorSpec("mean", ("B",), range=(1.0, 4.0), description="positions of the maxima")],
         KERNELS,
         config={"window_size": 5},
+        peer=Peer(
+            "scipy.stats",
+            lambda stats, sigma, mean: stats.norm.pdf(np.arange(5), mean, sigma),
+            "samples",
+            after=_of_sum_1,
+        ),
         reference="SciPy stats.norm.pdf",
         picture="kernels",
         errors=NOT_SIGMA,
@@ -34,12 +46,32 @@ _TAPS_2D = opencv(
     "samples",
 )
 
+
+def _taps_3d(cv2: Any, sigma: np.ndarray) -> Any:
+    z, y, x = (cv2.getGaussianKernel(n, s)[:, 0] for n, s in zip((3, 5, 3), sigma.tolist(), strict=True))
+    return z[:, None, None] * np.outer(y, x)
+
+
+_TAPS_3D = opencv(_taps_3d, "samples")
+_STEPS = Peer(
+    "scipy.stats",
+    lambda stats, sigma: np.diff(stats.norm.cdf(np.arange(-2.5, 3), scale=sigma)),
+    "samples",
+    after=_of_sum_1,
+)
+_BESSEL = Peer(
+    "scipy.special",
+    lambda special, sigma: special.ive(np.arange(-2, 3), sigma**2),
+    "samples",
+    after=_of_sum_1,
+)
+
 for _name, _size, _axes, _reference, _peer in (
     ("get_gaussian_kernel1d", 5, 1, "OpenCV getGaussianKernel", _TAPS),
-    ("get_gaussian_erf_kernel1d", 5, 1, "SciPy stats.norm.cdf", None),
-    ("get_gaussian_discrete_kernel1d", 5, 1, "SciPy special.ive", None),
+    ("get_gaussian_erf_kernel1d", 5, 1, "SciPy stats.norm.cdf", _STEPS),
+    ("get_gaussian_discrete_kernel1d", 5, 1, "SciPy special.ive", _BESSEL),
     ("get_gaussian_kernel2d", (5, 3), 2, "OpenCV getGaussianKernel", _TAPS_2D),
-    ("get_gaussian_kernel3d", (3, 5, 3), 3, "OpenCV getGaussianKernel", None),
+    ("get_gaussian_kernel3d", (3, 5, 3), 3, "OpenCV getGaussianKernel", _TAPS_3D),
 ):
     _sigma = (
         SIGMA
@@ -107,6 +139,12 @@ add(
         ],
         KERNELS,
         config={"kernel_size": (5, 9)},
+        peer=opencv(
+            lambda cv2, sigma, theta, wave, gamma, psi: cv2.getGaborKernel(
+                (9, 5), sigma, theta, wave, gamma, psi
+            ),
+            "samples",
+        ),
         reference="OpenCV getGaborKernel",
         picture="kernels",
     )

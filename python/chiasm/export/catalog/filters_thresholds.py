@@ -1,12 +1,13 @@
 """Filters: thresholds."""
 
 import math
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Generator, Tensor
 
-from ..peer import opencv
+from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, image
 from . import STENCIL, add, rejected
 from .filters import SAME
@@ -22,6 +23,7 @@ add(
         SAME,
         symbols=STENCIL,
         gradients=("input",),
+        peer=opencv(lambda cv2, x, low, high: cv2.copyTo(x, cv2.inRange(x, low, high)), sizes={"C": 3}),
         reference="OpenCV inRange",
         frames=Frames(
             ranges={"lower": (0.0, 80.0), "upper": (170.0, 255.0)},
@@ -45,6 +47,12 @@ def _two_classes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype
     return {"x": (0.3 * noise + 0.6 * bright).to(dtype)}
 
 
+def _separated(filters: Any, x: np.ndarray) -> tuple[Any, ...]:
+    """The threshold is the middle of a bin, whose pixels are below it."""
+    threshold = filters.threshold_otsu(x)
+    return np.where(x >= threshold + (x.max() - x.min()) / 512, x, 0), threshold
+
+
 for _suffix, _differentiable in (("", False), ("_differentiable", True)):
     add(
         Spec(
@@ -54,8 +62,19 @@ for _suffix, _differentiable in (("", False), ("_differentiable", True)):
             config={"slow_and_differentiable": _differentiable},
             symbols=STENCIL,
             sample=_two_classes,
+            peer=None if _differentiable else Peer("skimage.filters", _separated, "planes"),
             reference="scikit-image threshold_otsu, OpenCV THRESH_OTSU",
-            frames=None if _differentiable else Frames(reference="OpenCV THRESH_OTSU"),
+            frames=(
+                None
+                if _differentiable
+                else Frames(
+                    reference="OpenCV THRESH_OTSU",
+                    peer=opencv(
+                        lambda cv2, x: cv2.threshold(x, 0, 255, cv2.THRESH_TOZERO | cv2.THRESH_OTSU)[::-1],
+                        "planes",
+                    ),
+                )
+            ),
         ),
         fn="filters.otsu_threshold",
     )
@@ -89,7 +108,15 @@ for _suffix, _method, _kind in (
                 before=lambda x: (x.astype(np.uint8),),
             ),
             reference="OpenCV adaptiveThreshold",
-            frames=Frames(errors=rejected("max_value", "a whole number, 0 to 255, for bytes", math.nan)),
+            frames=Frames(
+                peer=opencv(
+                    lambda cv2, x, kind=_kind: cv2.adaptiveThreshold(
+                        x, 255, getattr(cv2, kind), cv2.THRESH_BINARY, 5, 2
+                    ),
+                    "planes",
+                ),
+                errors=rejected("max_value", "a whole number, 0 to 255, for bytes", math.nan),
+            ),
         ),
         fn="filters.adaptive_threshold",
     )
