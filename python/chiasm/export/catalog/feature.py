@@ -2,6 +2,7 @@
 
 import math
 
+from ..peer import Peer
 from ..spec import ErrorInput, Frames, Spec, TensorSpec, image
 from . import STENCIL, add, rejected
 
@@ -74,6 +75,7 @@ add(
         ],
         [TensorSpec("output", layout="NCDHW", description="coarser minus finer levels")],
         symbols={"D": (3, 4096)},
+        peer=Peer("numpy", lambda np, x: np.diff(x, axis=2), "batch"),
         reference="NumPy diff",
         picture="volumes",
     )
@@ -84,6 +86,14 @@ add(
         [image()],
         [TensorSpec("output", layout="NCHW", description="blob response")],
         symbols=_BORDER,
+        peer=Peer(
+            "scipy.ndimage",
+            lambda ndimage, x: (
+                ndimage.gaussian_filter(x, 1.6, mode="mirror", radius=6)
+                - ndimage.gaussian_filter(x, 1.0, mode="mirror", radius=4)
+            ),
+            "planes",
+        ),
         reference="SciPy gaussian_filter in float64",
         errors=(
             ErrorInput("sigma2", math.nan, "sigma1, sigma2: expected positive numbers, got 1.0 and nan"),

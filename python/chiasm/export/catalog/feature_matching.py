@@ -1,11 +1,13 @@
 """Features: matching of descriptors."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
+from ..peer import Peer, opencv
 from ..spec import Sampler, Spec, TensorSpec
 from . import add
 from .feature_frames import frames
@@ -100,18 +102,74 @@ def _add(
     )
 
 
-_add("match_nn.plain", [_FIRST, _SECOND], "Euclidean distances", "OpenCV BFMatcher")
-_add("match_nn.masked", [_FIRST, _SECOND, *_MASKS], "Euclidean distances", "OpenCV BFMatcher")
-_add("match_mnn.plain", [_FIRST, _SECOND], "Euclidean distances", "OpenCV BFMatcher with crossCheck")
+def _in_rows(count: int, found: Mapping[int, tuple[int, float]]) -> tuple[np.ndarray, ...]:
+    """Distances, indices and validity, of {row: (index, distance)}."""
+    distances, indices = np.zeros((count, 1)), np.full((count, 2), -1)
+    for i, (j, distance) in found.items():
+        distances[i], indices[i] = distance, (i, j)
+    return distances, indices, indices[:, 0] >= 0
+
+
+def _nearest(mutual: bool) -> Peer:
+    """OpenCV's brute-force matcher, of the descriptors that are there."""
+
+    def call(cv2: Any, first: Any, second: Any, *which: Any) -> Any:
+        matches = cv2.BFMatcher(cv2.NORM_L2, crossCheck=mutual).match(first, second)
+        return which or len(first), matches
+
+    def before(first: Any, second: Any, *masks: Any) -> tuple[Any, ...]:
+        if not masks:
+            return first, second
+        return first[masks[0]], second[masks[1]], *masks
+
+    def after(made: Any) -> tuple[np.ndarray, ...]:
+        which, matches = made
+        if isinstance(which, int):
+            return _in_rows(which, {m.queryIdx: (m.trainIdx, m.distance) for m in matches})
+        rows, columns = (np.flatnonzero(mask).tolist() for mask in which)
+        found = {rows[m.queryIdx]: (columns[m.trainIdx], m.distance) for m in matches}
+        return _in_rows(len(which[0]), found)
+
+    return opencv(call, "samples", before=before, after=after)
+
+
+def _ratios(cv2: Any, first: Any, second: Any, most: float) -> dict[int, tuple[int, float]]:
+    both = cv2.BFMatcher(cv2.NORM_L2).knnMatch(first, second, k=2)
+    return {
+        m.queryIdx: (m.trainIdx, m.distance / n.distance) for m, n in both if m.distance <= most * n.distance
+    }
+
+
+def _one_way(cv2: Any, first: Any, second: Any) -> tuple[np.ndarray, ...]:
+    return _in_rows(len(first), _ratios(cv2, first, second, 0.9))
+
+
+def _both_ways(cv2: Any, first: Any, second: Any) -> tuple[np.ndarray, ...]:
+    there, back = _ratios(cv2, first, second, 0.95), _ratios(cv2, second, first, 0.95)
+    mutual = {i: (j, max(r, back[j][1])) for i, (j, r) in there.items() if back.get(j, (-1, 0.0))[0] == i}
+    return _in_rows(len(first), mutual)
+
+
+_NEAREST = ("Euclidean distances", "OpenCV BFMatcher")
+_MUTUAL = ("Euclidean distances", "OpenCV BFMatcher with crossCheck")
+_add("match_nn.plain", [_FIRST, _SECOND], *_NEAREST, peer=_nearest(False))
+_add("match_nn.masked", [_FIRST, _SECOND, *_MASKS], *_NEAREST, peer=_nearest(False))
+_add("match_mnn.plain", [_FIRST, _SECOND], *_MUTUAL, peer=_nearest(True))
+_add("match_mnn.masked", [_FIRST, _SECOND, *_MASKS], *_MUTUAL, peer=_nearest(True))
 _add(
-    "match_mnn.masked", [_FIRST, _SECOND, *_MASKS], "Euclidean distances", "OpenCV BFMatcher with crossCheck"
+    "match_snn",
+    [_FIRST, _SECOND],
+    "ratios of distances",
+    "OpenCV BFMatcher knnMatch",
+    peer=opencv(_one_way, "samples"),
+    config={"th": 0.9},
 )
-_add("match_snn", [_FIRST, _SECOND], "ratios of distances", "OpenCV BFMatcher knnMatch", config={"th": 0.9})
 _add(
     "match_smnn",
     [_FIRST, _SECOND],
     "larger ratios of distances",
     "OpenCV BFMatcher knnMatch both ways",
+    peer=opencv(_both_ways, "samples"),
     config={"th": 0.95},
 )
 _add(
