@@ -1,10 +1,13 @@
 """Images at the border of a product: bytes in and out, grids, drawing."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
+from ..peer import Peer, opencv
 from ..spec import Sampler, Spec, TensorSpec, Tolerance, image
 from . import add
 
@@ -22,7 +25,10 @@ add(
             )
         ],
         [TensorSpec("output", layout="NCHW")],
-        reference="NumPy",
+        peer=Peer(
+            "torchvision.transforms.functional", lambda functional, x: functional.to_tensor(x), "samples"
+        ),
+        reference="torchvision to_tensor",
     )
 )
 add(
@@ -31,7 +37,13 @@ add(
         [image("tensor")],
         [TensorSpec("output", layout="NHWC", description="bytes")],
         gradients=(),
-        reference="NumPy rint; OpenCV addWeighted(dtype=CV_8U)",
+        peer=opencv(
+            lambda cv2, x: cv2.convertScaleAbs(x, alpha=255),
+            "samples",
+            before=lambda x: (x.transpose(1, 2, 0).copy(),),
+            sizes={"C": 3},
+        ),
+        reference="NumPy rint; OpenCV convertScaleAbs",
     )
 )
 add(
@@ -40,6 +52,14 @@ add(
         [image("tensor")],
         [TensorSpec("output", layout="CHW", description="one image, two of the batch to a row")],
         config={"n_row": 2, "padding": 2},
+        # with a border around the grid, unless there is one image only
+        peer=Peer(
+            "torchvision.utils",
+            lambda utils, x: utils.make_grid(x, nrow=2, padding=2),
+            "tensors",
+            after=lambda grid: grid[:, 2:-2, 2:-2],
+            sizes={"B": 5, "C": 3},
+        ),
         reference="NumPy slices",
     )
 )
@@ -81,6 +101,36 @@ def _sample(names: Sequence[str], coordinates: int = 2) -> Sampler:
     return sample
 
 
+def _drawn(one: Callable[..., Any]) -> Peer:
+    """OpenCV's drawing of one thing after the other, into a larger image, because OpenCV cuts lines."""
+
+    def call(cv2: Any, x: np.ndarray, *arguments: Any) -> np.ndarray:
+        for each in zip(*arguments, strict=True):
+            one(cv2, x, *each)
+        return x
+
+    def before(x: np.ndarray, *given: np.ndarray) -> tuple[Any, ...]:
+        *places, colors = given
+        colors = np.broadcast_to(colors, (len(places[0]), colors.shape[-1]))
+        moved = [(p.astype(int) + 8).tolist() for p in places]
+        return np.pad(x, ((8, 8), (8, 8), (0, 0))), *moved, colors.tolist()
+
+    return opencv(call, before=before, after=lambda x: x[8:-8, 8:-8], sizes={"C": 3})
+
+
+def _point(cv2: Any, x: np.ndarray, place: list[int], color: list[float]) -> None:
+    cv2.circle(x, place, 0, color, -1)
+
+
+def _line(cv2: Any, x: np.ndarray, start: list[int], end: list[int], color: list[float]) -> None:
+    cv2.line(x, start, end, color)
+
+
+def _rectangle(cv2: Any, x: np.ndarray, place: list[int], color: list[float]) -> None:
+    if place[0] <= place[2] and place[1] <= place[3]:
+        cv2.rectangle(x, place[:2], place[2:], color)
+
+
 _POINTS = ("B", "N", 2)
 add(
     Spec(
@@ -94,6 +144,7 @@ add(
         gradients=("image", "color"),
         gradient_tolerances=_SUM,
         sample=_sample(["points"]),
+        peer=_drawn(_point),
         reference="NumPy indexing",
     )
 )
@@ -110,6 +161,7 @@ add(
         gradients=("image", "color"),
         gradient_tolerances=_SUM,
         sample=_sample(["p1", "p2"]),
+        peer=_drawn(_line),
         reference="OpenCV line(LINE_8)",
     )
 )
@@ -128,6 +180,7 @@ add(
         gradients=("image", "color"),
         gradient_tolerances=_SUM,
         sample=_sample(["rectangle"], 4),
+        peer=_drawn(_rectangle),
         reference="OpenCV rectangle",
     )
 )
