@@ -195,8 +195,26 @@ _PADDED_TO_FIT: dict[str, Any] = {
     "config": {"window_size": (5, 4), "stride": (3, 5), "allow_auto_padding": True},
 }
 
+
+def _unfolded(F: Any, x: Tensor) -> Tensor:
+    return F.unfold(x, (4, 3), padding=(1, 2), stride=(2, 3)).transpose(1, 2).unflatten(2, (-1, 4, 3))
+
+
+def _folded(F: Any, patches: Tensor) -> Tensor:
+    """The means where windows overlap."""
+    columns = patches.flatten(2).transpose(1, 2)
+    total, count = (F.fold(x, (16, 26), (4, 5), stride=(2, 3)) for x in (columns, torch.ones_like(columns)))
+    return (total / count)[..., 1:, 2:-1]
+
+
 add(
-    Spec("contrib.extract_tensor_patches.padded", [image()], [_PATCHES], **_PATCHED),
+    Spec(
+        "contrib.extract_tensor_patches.padded",
+        [image()],
+        [_PATCHES],
+        peer=Peer("torch.nn.functional", _unfolded, "tensors"),
+        **_PATCHED,
+    ),
     fn="contrib.extract_tensor_patches",
 )
 add(
@@ -219,6 +237,7 @@ add(
             "stride": (2, 3),
             "unpadding": (1, 0, 2, 1),
         },
+        peer=Peer("torch.nn.functional", _folded, "tensors"),
         reference="a loop in NumPy",
         picture="windows",
     )
@@ -252,6 +271,15 @@ add(
         symbols={"N": (2, 1 << 20), "K": (2, 4096)},
         gradients=("x",),
         sample=_sample_points,
+        peer=Peer(
+            "sklearn.cluster",
+            lambda cluster, x, centers: cluster.KMeans(
+                len(centers), init=centers, n_init=1, max_iter=8, tol=0
+            ).fit(x),
+            "batch",
+            after=lambda found: (found.cluster_centers_, found.labels_),
+            sizes={"N": 80, "K": 7},  # fewer clusters than points
+        ),
         reference="scikit-learn KMeans",
         picture="clusters",
     )
