@@ -10,9 +10,22 @@ from torch import Generator, Tensor
 from ..peer import opencv
 from ..spec import ErrorInput, Spec, TensorSpec, Tolerance, frame
 from . import STENCIL, add, rejected, rejected_sizes
+from .color_camera import in_one_buffer
 from .feature_detection import blobs
 
 _STD = rejected("std", "numbers above 0", (math.nan, 1.0, 1.0))
+
+#: ImageNet's, red, green, blue
+_MEAN_LEVELS = tuple(255 * m for m in (0.485, 0.456, 0.406))
+_DEVIATIONS = np.array([0.229, 0.224, 0.225], np.float32)[:, None, None]
+
+
+def _edges(cv2: Any, frame: np.ndarray) -> np.ndarray:
+    grey = cv2.cvtColor(frame.astype(np.float32), cv2.COLOR_BGR2GRAY)
+    blurred = cv2.GaussianBlur(grey, (5, 5), 1.0, borderType=cv2.BORDER_REFLECT_101)
+    dx, dy = (cv2.Sobel(blurred, cv2.CV_32F, i, 1 - i, borderType=cv2.BORDER_REPLICATE) for i in (1, 0))
+    return cv2.convertScaleAbs(cv2.magnitude(dx, dy))
+
 
 add(
     Spec(
@@ -27,6 +40,15 @@ add(
             )
         ],
         symbols=STENCIL,
+        peer=opencv(
+            lambda cv2, x: (
+                cv2.dnn.blobFromImage(
+                    cv2.resize(x.astype(np.float32), (224, 224)), 1 / 255, mean=_MEAN_LEVELS, swapRB=True
+                )
+                / _DEVIATIONS
+            ),
+            "batch",
+        ),
         reference="OpenCV resize and blobFromImage",
         errors=_STD,
     )
@@ -49,6 +71,7 @@ add(
         tolerances={
             "uint8": Tolerance(1, 0)
         },  # a float result halfway between two integers may round either way
+        peer=opencv(_edges, "batch"),
         reference="OpenCV cvtColor, GaussianBlur, Sobel, magnitude",
     )
 )
@@ -113,10 +136,17 @@ def _opencv_camera_letterbox(code: str):
     return opencv(call, "samples", atol=1.001 / 255, sizes={"H": 120, "W": 160, "UH": 60, "UW": 80})
 
 
+_I420 = opencv(
+    lambda cv2, whole: _opencv_letterbox(cv2, cv2.cvtColor(whole, cv2.COLOR_YUV2BGR_I420)),
+    "samples",
+    before=lambda y, u, v: (in_one_buffer(y, u, v),),
+    atol=1.001 / 255,
+    sizes={"H": 120, "W": 160, "UH": 60, "UW": 80},
+)
 for _name, _parts, _peer in (
     ("nv12", [_luma(), _chroma("uv", 2)], _opencv_camera_letterbox("COLOR_YUV2BGR_NV12")),
     ("nv21", [_luma(), _chroma("vu", 2)], _opencv_camera_letterbox("COLOR_YUV2BGR_NV21")),
-    ("i420", [_luma(), _chroma("u", 1), _chroma("v", 1)], None),
+    ("i420", [_luma(), _chroma("u", 1), _chroma("v", 1)], _I420),
     (
         "yuyv",
         [_luma("frame", 4, ("H", "W"), "pairs of pixels: luma, U, luma, V")],
