@@ -30,10 +30,12 @@ from ..wheel import PAUSE, copy_of, interleaved, room
 
 #: (batch, height, width), of three channels
 IMAGES = ((8, 256, 256), (1, 1080, 1920))
+#: the symbols of these sizes, which a peer does not change, and those of resized images and of chroma
+EXTENT = ("H", "W", "OH", "OW", "UH", "UW")
 #: boxes or masks of an image
 OBJECTS = 100
-#: for ops without images: the number of samples, and of points in each
-BATCH, POINTS = 1000, 1000
+#: for ops without images: the number of samples of one item, or of samples and of items in each
+BATCH, SAMPLES, POINTS = 1000, 8, 1000
 
 
 def main(threads: int, seconds: float, names: list[str]) -> None:
@@ -70,8 +72,9 @@ def sizes(spec: Spec) -> list[dict[str, int]]:
             for b, h, w in IMAGES
         ]
     else:
-        made = [{"B": BATCH, "C": 3, "N": POINTS}]
-    return [samples.fit(spec, sizes) for sizes in made]
+        made = [{"B": SAMPLES if "N" in used else BATCH, "C": 3, "N": POINTS}]
+    own = {s: n for s, n in spec.peer.sizes.items() if s not in EXTENT} if spec.peer else {}
+    return [samples.fit(spec, sizes | own) for sizes in made]
 
 
 def keep_memory() -> None:
