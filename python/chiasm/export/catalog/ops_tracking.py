@@ -85,8 +85,9 @@ def _states(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> 
 
 def _filter(cv2: Any, mean: np.ndarray, covariance: np.ndarray) -> Any:
     kalman = cv2.KalmanFilter(7, 4)
-    kalman.statePost = kalman.statePre = mean[:, None]
-    kalman.errorCovPost = kalman.errorCovPre = covariance
+    # it writes into what it gets
+    kalman.statePost, kalman.statePre = np.array(mean[:, None]), np.array(mean[:, None])
+    kalman.errorCovPost, kalman.errorCovPre = np.array(covariance), np.array(covariance)
     return kalman
 
 
