@@ -1,6 +1,7 @@
 """Filters: thresholds."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,11 @@ for _suffix, _method, _kind in (
     ("", "mean", "ADAPTIVE_THRESH_MEAN_C"),
     ("_gaussian", "gaussian", "ADAPTIVE_THRESH_GAUSSIAN_C"),
 ):
+    _peer = opencv(
+        lambda cv2, x, kind=_kind: cv2.adaptiveThreshold(x, 255, getattr(cv2, kind), cv2.THRESH_BINARY, 5, 2),
+        "planes",
+        before=lambda x: (x.astype(np.uint8),),
+    )
     add(
         Spec(
             f"filters.adaptive_threshold{_suffix}",
@@ -100,21 +106,11 @@ for _suffix, _method, _kind in (
             symbols=STENCIL,
             gradients=(),
             sample=_levels,
-            peer=opencv(
-                lambda cv2, x, kind=_kind: cv2.adaptiveThreshold(
-                    x, 255, getattr(cv2, kind), cv2.THRESH_BINARY, 5, 2
-                ),
-                "planes",
-                before=lambda x: (x.astype(np.uint8),),
-            ),
+            peer=_peer,
             reference="OpenCV adaptiveThreshold",
             frames=Frames(
-                peer=opencv(
-                    lambda cv2, x, kind=_kind: cv2.adaptiveThreshold(
-                        x, 255, getattr(cv2, kind), cv2.THRESH_BINARY, 5, 2
-                    ),
-                    "planes",
-                ),
+                # Gaussian means halfway between two levels are rounded up here, and to even ones by OpenCV.
+                peer=replace(_peer, before=None) if _method == "mean" else None,
                 errors=rejected("max_value", "a whole number, 0 to 255, for bytes", math.nan),
             ),
         ),
