@@ -67,6 +67,13 @@ add(
         config={"per_plane": True},
         symbols={"OH": (1, 32768), "OW": (1, 32768)},
         gradients=(),
+        peer=Peer(
+            "skimage.exposure",
+            lambda exposure, x, template: exposure.match_histograms(x, template),
+            "planes",
+            before=lambda x, template: (np.floor(255 * x + 0.5), np.floor(255 * template + 0.5)),
+            after=lambda matched: matched / 255,
+        ),
         reference="scikit-image match_histograms on bytes",
     )
 )

@@ -173,12 +173,27 @@ for _name, _axis in (("hflip", 1), ("vflip", 0), ("rot180", -1)):
 
 # --- pyramids -----------------------------------------------------------------------------------------------
 
+
+def _blurred(cv2: Any, x: Any) -> Any:
+    return cv2.GaussianBlur(x, (5, 5), 0, borderType=cv2.BORDER_REFLECT_101)
+
+
+def _halved(cv2: Any, x: Any) -> Any:
+    return cv2.resize(_blurred(cv2, x), (x.shape[1] // 2, x.shape[0] // 2))
+
+
+def _pyramid(cv2: Any, x: Any) -> tuple[Any, ...]:
+    half = _halved(cv2, x)
+    return x, half, _halved(cv2, half)
+
+
 add_transform(
     "pyrdown.by_2",
     [image()],
-    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
+    "OpenCV GaussianBlur and resize",
     fn="pyrdown",
     symbols=STENCIL,
+    peer=opencv(_halved),
     special_values=ZERO_WEIGHTS,
     frames=Frames(
         config={"sampling": "alternate"},
@@ -201,8 +216,9 @@ add_transform(
 add_transform(
     "pyrup",
     [image()],
-    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
+    "OpenCV GaussianBlur and resize",
     fn="pyrup",
+    peer=opencv(lambda cv2, x: _blurred(cv2, cv2.resize(x, None, fx=2, fy=2))),
     symbols=STENCIL,
     special_values=ZERO_WEIGHTS,
     frames=Frames(
@@ -216,8 +232,9 @@ _HALVES = {"H": (16, 32768), "W": (16, 32768)}
 add_transform(
     "build_pyramid",
     [image()],
-    "composition of pyrdown",
+    "OpenCV GaussianBlur and resize",
     fn="build_pyramid",
+    peer=opencv(_pyramid),
     config={"max_level": 3},
     symbols=_HALVES,
     special_values=ZERO_WEIGHTS,

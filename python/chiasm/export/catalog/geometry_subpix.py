@@ -100,7 +100,22 @@ _add(
     symbols=_CUBE,
     gradients=(),
 )
-_add("nms3d_minmax", [_VOLUME], ["maxima", "minima"], _SCIPY, symbols=_CUBE, gradients=())
+_HIGHS = _maxima((3, 3, 3), True)
+
+
+def _both(ndimage: Any, x: np.ndarray) -> tuple[Any, ...]:
+    return _HIGHS.call(ndimage, x), _HIGHS.call(ndimage, -x)
+
+
+_add(
+    "nms3d_minmax",
+    [_VOLUME],
+    ["maxima", "minima"],
+    _SCIPY,
+    peer=Peer("scipy.ndimage", _both, "batch"),
+    symbols=_CUBE,
+    gradients=(),
+)
 
 # --- quadratics ---------------------------------------------------------------------------------------------
 
