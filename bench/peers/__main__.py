@@ -26,7 +26,7 @@ HEAD = f"""# Benchmarks beside other libraries
 
 Made by `make bench WHAT=peers` on {{date}}: {{cpu}}, {{cores}} cores.
 chiasm {chiasm.__version__}'s native backend writes into the caller's buffers; OpenCV's wheel {{opencv}}
-(with IPP), SciPy, scikit-image, Pillow and NumPy allocate their results, in memory that malloc reuses. All
+(with IPP) and the other libraries allocate their results, in memory that malloc reuses. All
 are called from Python, in turns, in one process; medians. The images are photographs with three channels. A
 peer that takes one image is called for each image of a batch.
 

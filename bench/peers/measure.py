@@ -34,8 +34,9 @@ IMAGES = ((8, 256, 256), (1, 1080, 1920))
 EXTENT = ("H", "W", "OH", "OW", "UH", "UW")
 #: boxes or masks of an image
 OBJECTS = 100
-#: for ops without images: the number of samples of one item, or of samples and of items in each
-BATCH, SAMPLES, POINTS = 1000, 8, 1000
+#: for ops without images: the number of samples of one item, or of samples and of items in each, and the
+#: dimensions of a descriptor
+BATCH, SAMPLES, POINTS, DIMENSIONS = 1000, 8, 1000, 128
 
 
 def main(threads: int, seconds: float, names: list[str]) -> None:
@@ -72,7 +73,7 @@ def sizes(spec: Spec) -> list[dict[str, int]]:
             for b, h, w in IMAGES
         ]
     else:
-        made = [{"B": SAMPLES if "N" in used else BATCH, "C": 3, "N": POINTS}]
+        made = [{"B": SAMPLES if "N" in used else BATCH, "C": 3, "N": POINTS, "D": DIMENSIONS}]
     own = {s: n for s, n in spec.peer.sizes.items() if s not in EXTENT} if spec.peer else {}
     return [samples.fit(spec, sizes | own) for sizes in made]
 
