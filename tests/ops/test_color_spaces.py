@@ -193,12 +193,6 @@ def test_hue_of_any_number_of_turns() -> None:
     torch.testing.assert_close(color.hls_to_rgb(turned), color.hls_to_rgb(x), atol=1e-6, rtol=0)
 
 
-def test_hsl_is_hls_in_another_order() -> None:
-    x = photo(2, 3, 11, 13)
-    assert torch.equal(color.rgb_to_hsl(x), color.rgb_to_hls(x)[:, [0, 2, 1]])
-    assert torch.equal(color.hsl_to_rgb(x), color.hls_to_rgb(x[:, [0, 2, 1]]))
-
-
 SPACES = ["hls", "hsl", "hsv", "lab", "linear_rgb", "luv", "xyz", "ycbcr", "yuv"]
 
 

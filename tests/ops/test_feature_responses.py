@@ -82,11 +82,6 @@ def test_hessian_finds_blobs_dark_and_bright() -> None:
         assert int(response.argmax()) == 15 * 31 + 15
 
 
-def test_dog_of_a_scale_space() -> None:
-    x = photo(2, 15, 9, 11, torch.float64).reshape(2, 3, 5, 9, 11)
-    np.testing.assert_array_equal(feature.dog_response(x), np.diff(x.numpy(), axis=2))
-
-
 @pytest.mark.parametrize(("sigma1", "sigma2", "radii"), [(1.0, 1.6, (4, 6)), (0.8, 2.3, (3, 9))])
 def test_dog_single(sigma1: float, sigma2: float, radii: tuple[int, int]) -> None:
     x = photo(3, 2, 26, 31, torch.float64)

@@ -2,7 +2,6 @@
 
 from typing import Callable
 
-import cv2
 import numpy as np
 import pytest
 import torch
@@ -72,16 +71,6 @@ def test_point_line_distance_without_a_direction() -> None:
     distance = point_line_distance(torch.ones(1, 2), line)
     distance.backward()
     assert distance.isfinite().all() and line.grad.isfinite().all()
-
-
-def test_transform_points_equals_opencv() -> None:
-    points = rand(3, 7, 2)
-    h = torch.eye(3, dtype=torch.float64) + 0.1 * rand(3, 3, 3, seed=1)
-    moved = transform_points(h, points)
-    for b in range(3):
-        np.testing.assert_allclose(
-            moved[b], cv2.perspectiveTransform(points[b : b + 1].numpy(), h[b].numpy())[0], rtol=1e-10
-        )
 
 
 @pytest.mark.parametrize(

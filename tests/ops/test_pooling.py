@@ -37,13 +37,6 @@ def test_blur_pool(shape: tuple[int, ...], size: int | tuple[int, int], stride: 
             np.testing.assert_allclose(blur_pool2d(x, size, stride), expected, atol=1e-12)
 
 
-def test_blur_pool_equals_convolution() -> None:
-    x = photo(2, 3, 22, 27)
-    kernel = torch.from_numpy(np.outer(binomial(3), binomial(3))).float().expand(3, 1, 3, 3)
-    expected = torch.nn.functional.conv2d(x, kernel, stride=2, padding=1, groups=3)
-    torch.testing.assert_close(blur_pool2d(x, 3), expected)
-
-
 @pytest.mark.parametrize("pool", [1, 2, 3])
 def test_max_blur_pool(pool: int) -> None:
     x = photo(2, 5, 19, 24, torch.float64)

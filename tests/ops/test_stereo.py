@@ -90,15 +90,6 @@ def test_a_rectified_pair_stays_as_it_is() -> None:
     assert P2[0, 0, 3].item() == pytest.approx(-0.3 * K[1, 1])
 
 
-@pytest.mark.parametrize("size", [(7, 5), (3, 40)])
-def test_reprojection_equals_opencv(size: tuple[int, int]) -> None:
-    disparity = np.random.default_rng(0).uniform(2, 60, size)
-    Q = stereo_rectify(*tensors(*rig(1, "left")), *size)[4]
-    expected = cv2.reprojectImageTo3D(disparity.astype(np.float32), Q[0].numpy())
-    result = reproject_disparity_to_3d(torch.from_numpy(disparity)[None, None], Q)
-    np.testing.assert_allclose(result[0], expected, rtol=1e-5, atol=1e-6)
-
-
 def test_no_disparity_is_far_away() -> None:
     Q = stereo_rectify(*tensors(*rig(1, "left")), 5, 6)[4]
     disparity = torch.zeros(1, 1, 5, 6, dtype=torch.float64, requires_grad=True)

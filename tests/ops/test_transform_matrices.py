@@ -11,7 +11,6 @@ from chiasm.geometry.transform import (
     get_perspective_transform,
     get_rotation_matrix2d,
     get_shear_matrix2d,
-    get_translation_matrix2d,
     invert_affine_transform,
     projection_from_Rt,
 )
@@ -68,11 +67,6 @@ def test_unequal_scales_come_first() -> None:
         np.testing.assert_allclose(
             actual[b], about(rotation(float(ANGLE[b]), SCALE[b]), CENTER[b])[:2], atol=1e-9
         )
-
-
-def test_translation() -> None:
-    for b, matrix in enumerate(get_translation_matrix2d(CENTER)):
-        np.testing.assert_array_equal(matrix, translation(*CENTER[b].tolist()))
 
 
 def test_shear_is_about_its_centre() -> None:
