@@ -1,7 +1,7 @@
 """Geometry: local maxima to a fraction of a pixel, and heat maps."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -41,9 +41,8 @@ _SUPPRESSED = TensorSpec("output", description="input at the maxima, 0 elsewhere
 _SCIPY = "SciPy maximum_filter"
 
 
-def _maxima(size: tuple[int, ...], mask_only: bool) -> Peer:
-    """Values that exceed all others in a window, as SciPy's filter finds them; what lies outside is
-    infinite."""
+def _exceeding(size: tuple[int, ...]) -> Callable[[Any, np.ndarray], np.ndarray]:
+    """Which values exceed all others in a window, by SciPy's filter; what lies outside is infinite."""
     others = np.ones(size, bool)
     others[tuple((k - 1) // 2 for k in size)] = False
     options: dict[str, Any] = {
@@ -53,11 +52,12 @@ def _maxima(size: tuple[int, ...], mask_only: bool) -> Peer:
         "origin": [0, 0, *((k - 1) // 2 - k // 2 for k in size)],
     }
 
-    def call(ndimage: Any, x: np.ndarray) -> np.ndarray:
-        found = x > ndimage.maximum_filter(x, **options)
-        return found if mask_only else found * x
+    return lambda ndimage, x: x > ndimage.maximum_filter(x, **options)
 
-    return Peer("scipy.ndimage", call, "batch")
+
+def _maxima(size: tuple[int, ...], mask_only: bool) -> Peer:
+    found = _exceeding(size)
+    return Peer("scipy.ndimage", found if mask_only else lambda ndimage, x: found(ndimage, x) * x, "batch")
 
 
 _add(
@@ -100,19 +100,13 @@ _add(
     symbols=_CUBE,
     gradients=(),
 )
-_HIGHS = _maxima((3, 3, 3), True)
-
-
-def _both(ndimage: Any, x: np.ndarray) -> tuple[Any, ...]:
-    return _HIGHS.call(ndimage, x), _HIGHS.call(ndimage, -x)
-
-
+_HIGH = _exceeding((3, 3, 3))
 _add(
     "nms3d_minmax",
     [_VOLUME],
     ["maxima", "minima"],
     _SCIPY,
-    peer=Peer("scipy.ndimage", _both, "batch"),
+    peer=Peer("scipy.ndimage", lambda ndimage, x: (_HIGH(ndimage, x), _HIGH(ndimage, -x)), "batch"),
     symbols=_CUBE,
     gradients=(),
 )
