@@ -44,3 +44,25 @@ def test_a_delayed_signal_ends_the_command_after_the_block(number: signal.Signal
 def test_what_the_caller_ignores_stays_ignored() -> None:
     ignore = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
     assert run(signal.SIGHUP, ignore) == (0, "went on 1\nnot ended\n")
+
+
+def test_a_limit_of_cpu_time_is_named_and_leaves_time_to_clean_up() -> None:
+    program = """
+import resource, time
+from chiasm.export.ending import ended
+
+resource.setrlimit(resource.RLIMIT_CPU, (int(time.process_time()) + 1, resource.RLIM_INFINITY))
+with ended():
+    try:
+        while True:
+            pass
+    finally:
+        start = time.process_time()
+        while time.process_time() < start + 1.5:
+            pass
+        print("cleaned up", flush=True)
+"""
+    process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert process.stdout == "cleaned up\n"
+    assert process.stderr == "Error: the limit of CPU time is used up (see `ulimit -t`)\n"
+    assert process.returncode == 128 + signal.SIGXCPU

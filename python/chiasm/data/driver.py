@@ -166,8 +166,8 @@ def _expect_alive(call: Callable[..., Any], *arguments: Any) -> Any:
         return call(*arguments)
     except (EOFError, ConnectionError):
         raise DataError(
-            "a worker was killed, perhaps because memory was short: finished shards are kept; the same"
-            " command goes on from there (with fewer at once: --jobs 1)"
+            "a worker was killed, perhaps because memory was short (or CPU time, see `ulimit -t`): finished"
+            " shards are kept; the same command goes on from there (with fewer at once: --jobs 1)"
         ) from None
 
 

@@ -28,15 +28,15 @@ class Terminated(KeyboardInterrupt):
 @contextmanager
 def _termination_is_an_exception() -> Generator[None]:
     """A signal to end raises Terminated in the block, so that it stops its workers and removes unfinished
-    files. A second signal ends the process at once."""
+    files. A second signal ends the process at once; but that of a limit of CPU time comes every second."""
     signals: list[int] = []
     if threading.current_thread() is threading.main_thread():
         # Not if the caller ignores it, as nohup does
-        signals = [n for n in ENDING if signal.getsignal(n) is signal.SIG_DFL]
+        signals = [n for n in (*ENDING, signal.SIGXCPU) if signal.getsignal(n) is signal.SIG_DFL]
 
     def end(number: int, _frame: object) -> NoReturn:
         for other in signals:
-            signal.signal(other, signal.SIG_DFL)
+            signal.signal(other, signal.SIG_IGN if other == number == signal.SIGXCPU else signal.SIG_DFL)
         raise Terminated(number)
 
     for number in signals:
@@ -87,7 +87,9 @@ def ended() -> Generator[None]:
             yield
         sys.stdout.flush()  # so that a failed write is detected here, not when the interpreter ends
     except Terminated as error:
-        fail("terminated", 128 + error.args[0])
+        number = error.args[0]
+        limit = number == signal.SIGXCPU
+        fail("the limit of CPU time is used up (see `ulimit -t`)" if limit else "terminated", 128 + number)
     except KeyboardInterrupt:
         fail("interrupted", 130)
     except BrokenPipeError:
