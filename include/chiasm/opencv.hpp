@@ -121,15 +121,25 @@ inline cv::Mat to_mat(const Tensor& tensor) {
                     std::to_string(shape.size()) + " dimensions");
   }
   const int64_t channels = has_channels ? shape[2] : 1;
-  if (channels < 1 || channels > CV_CN_MAX || shape[0] > INT_MAX || shape[1] > INT_MAX) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: expected at most " + std::to_string(CV_CN_MAX) +
+  if (channels < 1 || channels > CV_CN_MAX) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: expected 1 to " + std::to_string(CV_CN_MAX) +
                                              " channels, got " + std::to_string(channels) +
                                              " (is the tensor (C, H, W)?)");
+  }
+  for (const int64_t size : {shape[0], shape[1]}) {
+    if (size < 0 || size > INT_MAX)
+      throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: expected 0 to " + std::to_string(INT_MAX) +
+                                               " rows and columns, got " + std::to_string(size));
   }
   const bool dense_pixels =
       (!has_channels || channels == 1 || strides[2] == 1) && (shape[1] <= 1 || strides[1] == channels);
   if (!dense_pixels)
     throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the pixels of a row do not follow each other in memory");
+  // A Mat's step is not negative, and 0 stands for rows without gaps
+  if (shape[0] > 1 && strides[0] < shape[1] * channels)
+    throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the rows share memory or lie backwards: their stride is " +
+                                             std::to_string(strides[0]) + " elements, expected at least " +
+                                             std::to_string(shape[1] * channels));
   const int type = CV_MAKETYPE(detail::depth_of_dtype(tensor.dtype()), static_cast<int>(channels));
   const size_t step =
       shape[0] <= 1 ? size_t{cv::Mat::AUTO_STEP} : static_cast<size_t>(strides[0]) * CV_ELEM_SIZE1(type);

@@ -66,6 +66,10 @@ TEST(OpenCv, BackToMat) {
   EXPECT_THROW(to_mat(Tensor(values.data(), {1, 1, 2, 3})), Error);
   EXPECT_THROW(to_mat(Tensor(values.data(), {1, 1, 600})), Error);
   EXPECT_THROW(to_mat(Tensor::strided(values.data(), {2, 3}, {1, 2})), Error);
+  // A Mat would take a step of 0 for rows without gaps, and read behind the only row
+  for (const int64_t step : {0, 2, -3})
+    EXPECT_THROW(to_mat(Tensor::strided(values.data() + 3, {2, 3}, {step, 1})), Error);
+  EXPECT_THROW(to_mat(Tensor(values.data(), {int64_t{1} << 40, 3})), Error);
   EXPECT_THROW(to_mat(Tensor(values.data(), {2, 3}, Device::cuda())), Error);
 }
 
