@@ -23,9 +23,9 @@ def in_dtype(value: Any, dtype: str) -> np.ndarray:
     """
     array = np.asarray(value)
     if array.dtype == dtype:  # may be large, and only its size be used: not to be touched
-        return np.ascontiguousarray(array).reshape(array.shape)
+        return np.reshape(np.ascontiguousarray(array), array.shape)
     with np.errstate(all="ignore"):
-        made = np.ascontiguousarray(value, dtype).reshape(array.shape)
+        made = np.reshape(np.ascontiguousarray(value, dtype), array.shape)
         if made.dtype.kind in "biu":
             wrong = made != array
         else:
