@@ -23,6 +23,17 @@
 namespace chiasm::python {
 namespace {
 
+// For classes whose objects only this module makes: pybind11 would take an object that __new__ alone has made,
+// and use memory that nothing has written.
+py::custom_type_setup made_here() {
+  return py::custom_type_setup([](PyHeapTypeObject* type) {
+    type->ht_type.tp_new = [](PyTypeObject* self, PyObject*, PyObject*) -> PyObject* {
+      PyErr_Format(PyExc_TypeError, "%s: only chiasm.runtime makes its objects", self->tp_name);
+      return nullptr;
+    };
+  });
+}
+
 std::vector<std::string> dtype_names(const TensorInfo& info) {
   std::vector<std::string> names;
   for (const DType dtype : info.dtypes) names.emplace_back(chiasm::name(dtype));
@@ -189,7 +200,7 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
   m.attr("ChiasmError") = error_class();
   py::register_local_exception_translator(translate);
 
-  py::class_<TensorInfo>(m, "TensorInfo", "One input or output in a method's signature.")
+  py::class_<TensorInfo>(m, "TensorInfo", made_here(), "One input or output in a method's signature.")
       .def_readonly("name", &TensorInfo::name)
       .def_readonly("description", &TensorInfo::description)
       .def_readonly("layout", &TensorInfo::layout, "'NCHW', 'HWC', ... or ''")
@@ -202,7 +213,7 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
                joined(shape_texts(info), ", ") + "]>";
       });
 
-  py::class_<Output>(m, "Output", "An output of a run, for any library that speaks DLPack.")
+  py::class_<Output>(m, "Output", made_here(), "An output of a run, for any library that speaks DLPack.")
       .def("__dlpack__", dlpack, py::kw_only(), arg("stream") = py::none(), arg("max_version") = py::none(),
            arg("dl_device") = py::none(), arg("copy") = py::none(),
            "A DLPack capsule over the output's memory. On CUDA, use it on the stream that the method ran on.")
@@ -210,7 +221,7 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
       .def_property_readonly("shape", &Output::shape)
       .def_property_readonly("dtype", [](const Output& output) { return dtype_name(output.dtype()); });
 
-  py::class_<PythonMethod>(m, "Method",
+  py::class_<PythonMethod>(m, "Method", made_here(),
                            R"(An entry point of a bundle, loaded on one backend: call it with arrays.
 
 Inputs are NumPy arrays, torch tensors, or anything else with ``__dlpack__`` or the buffer protocol, and are
@@ -250,7 +261,7 @@ the first error is raised, with the run's number.)")
            "A (shape, dtype) for each output that these inputs would give.")
       .def("__repr__", &PythonMethod::repr);
 
-  py::class_<SelfTestRow>(m, "SelfTestRow", "A golden case replayed on one backend.")
+  py::class_<SelfTestRow>(m, "SelfTestRow", made_here(), "A golden case replayed on one backend.")
       .def_readonly("method", &SelfTestRow::method)
       .def_readonly("backend", &SelfTestRow::backend)
       .def_readonly("artifact", &SelfTestRow::artifact)
@@ -267,8 +278,9 @@ the first error is raised, with the run's number.)")
                        (row.message.empty() ? "" : ", " + row.message) + ">");
       });
 
-  py::class_<LoadOptions>(m, "LoadOptions", "How to load a method; the members are those of chiasm.hpp.")
-      .def(py::init<>())
+  py::class_<LoadOptions>(m, "LoadOptions", made_here(),
+                          "How to load a method; the members are those of chiasm.hpp.")
+      .def_static("make", [] { return LoadOptions(); })
       .def_readwrite("backend", &LoadOptions::backend)
       .def_readwrite("allow_native_code", &LoadOptions::allow_native_code)
       .def_readwrite("fused", &LoadOptions::fused)
@@ -292,8 +304,8 @@ the first error is raised, with the run's number.)")
           arg("name"));
 
   const py::call_guard<WithoutGil> without_gil;
-  py::class_<Bundle>(m, "Bundle")
-      .def(py::init([](const std::string& path) { return Bundle::open(path); }), arg("path"), without_gil)
+  py::class_<Bundle>(m, "Bundle", made_here())
+      .def_static("open", &Bundle::open, arg("path"), without_gil)
       .def_property_readonly("name", [](const Bundle& bundle) { return bundle.info().name; })
       .def_property_readonly("version", [](const Bundle& bundle) { return bundle.info().version; })
       .def_property_readonly("summary", [](const Bundle& bundle) { return bundle.info().summary; })
@@ -304,7 +316,7 @@ the first error is raised, with the run's number.)")
       .def("method", load, arg("name"), arg("options"))
       .def("self_test", &Bundle::self_test, arg("options"), without_gil);
 
-  py::class_<BackendInfo>(m, "BackendInfo",
+  py::class_<BackendInfo>(m, "BackendInfo", made_here(),
                           "Whether a backend can be used in this process, and if not, why and what to do.")
       .def_readonly("name", &BackendInfo::name)
       .def_readonly("available", &BackendInfo::available)

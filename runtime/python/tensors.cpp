@@ -5,6 +5,7 @@
 #include <dlpack/dlpack.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace chiasm::python {
 namespace {
@@ -134,6 +135,28 @@ std::string first_line(const py::error_already_set& error) {
   return whole.substr(0, whole.find('\n'));
 }
 
+// Inside it NumPy does not warn of overflows.
+class WithoutWarning {
+ public:
+  explicit WithoutWarning(const py::module_& numpy)
+      : state_(numpy.attr("errstate")(py::arg("over") = "ignore")) {
+    state_.attr("__enter__")();
+  }
+  WithoutWarning(const WithoutWarning&) = delete;
+  WithoutWarning& operator=(const WithoutWarning&) = delete;
+  ~WithoutWarning() {
+    const py::error_scope pending;  // of the block
+    try {
+      state_.attr("__exit__")(py::none(), py::none(), py::none());
+    } catch (py::error_already_set& error) {
+      error.discard_as_unraisable("chiasm");
+    }
+  }
+
+ private:
+  py::object state_;
+};
+
 // A DLPack tensor of ours, with everything that it points to.
 template <class Managed>
 struct Exported {
@@ -187,11 +210,18 @@ std::string text_of(py::handle text) {
 }
 
 std::string described(py::handle object) {
+  constexpr size_t kMost = 60;
   if (object.is_none()) return "None";
-  if (PyUnicode_CheckExact(object.ptr()) != 0) return "'" + text_of(object) + "'";
   const std::string type = type_name(object);
-  if (PyLong_CheckExact(object.ptr()) == 0 && PyFloat_CheckExact(object.ptr()) == 0) return type;
-  return text_of(py::repr(object)) + " (" + type + ")";
+  const bool is_text = PyUnicode_CheckExact(object.ptr()) != 0;
+  if (!is_text && PyLong_CheckExact(object.ptr()) == 0 && PyFloat_CheckExact(object.ptr()) == 0) return type;
+  const auto shown = py::reinterpret_steal<py::object>(PyObject_Repr(object.ptr()));
+  if (!shown) {  // an integer of thousands of digits
+    PyErr_Clear();
+    return type;
+  }
+  const std::string text = text_of(shown);
+  return text.size() > kMost ? type : is_text ? text : text + " (" + type + ")";
 }
 
 const char* dtype_name(int32_t dtype) {
@@ -259,8 +289,7 @@ void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
   } else if (role_ == Role::input &&
              (py::isinstance<py::float_>(object) || py::isinstance<py::int_>(object) ||
               py::isinstance<py::bool_>(object))) {
-    const py::dtype dtype = numpy_dtype(number_dtype(info));
-    add_array(py::array(py::module_::import("numpy").attr("asarray")(object, dtype)), info);
+    add_array(number(object, info), info);
   } else if (py::isinstance<py::bytes>(object)) {  // for NumPy a text
     refuse(info, "expected an array, got bytes; pass numpy.frombuffer(data, dtype).reshape(shape)");
   } else if (PyObject_CheckBuffer(object.ptr()) != 0 || py::hasattr(object, "__array_interface__")) {
@@ -289,6 +318,23 @@ chiasm_tensor& Arguments::append(const chiasm_tensor_info& info, int64_t ndim) {
 
 int32_t Arguments::number_dtype(const chiasm_tensor_info& info) const {
   return info.dtype_count > 1 && generic_dtype_ >= 0 ? generic_dtype_ : info.dtypes[0];
+}
+
+py::array Arguments::number(py::handle object, const chiasm_tensor_info& info) const {
+  const int32_t code = number_dtype(info);
+  const bool is_float = kDTypes[code].numpy_kind == 'f' || kDTypes[code].numpy_kind == 'V';
+  const py::dtype dtype = numpy_dtype(code);
+  try {
+    const py::module_ numpy = py::module_::import("numpy");
+    const WithoutWarning quiet(numpy);  // of a number that becomes infinite
+    const py::object made = numpy.attr("asarray")(object, dtype), value = made.attr("item")();
+    if (is_float ? std::isfinite(value.cast<double>()) || !std::isfinite(object.cast<double>())
+                 : value.equal(object))
+      return made;
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_Exception)) throw;  // KeyboardInterrupt
+  }
+  refuse(info, "expected a value of " + std::string(dtype_name(code)) + ", got " + described(object));
 }
 
 void Arguments::add_array(py::array array, const chiasm_tensor_info& info) {

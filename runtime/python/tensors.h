@@ -42,7 +42,7 @@ class Arguments {
   Arguments& operator=(const Arguments&) = delete;
 
   /** A NumPy array, a torch tensor, anything with `__dlpack__` or the buffer protocol; for an input also a
-   *  Python number, which becomes a 0-d tensor of the dtype in `info`. */
+   *  Python number, which becomes a 0-d tensor. */
   void add(py::handle object, const chiasm_tensor_info& info);
 
   const std::vector<chiasm_tensor>& views() const { return views_; }
@@ -55,6 +55,8 @@ class Arguments {
     std::array<int64_t, CHIASM_MAX_DIMS> shape, strides;
   };
 
+  /** A Python number in the dtype of `info`, which must hold it: no part of an integer is left out. */
+  py::array number(py::handle object, const chiasm_tensor_info& info) const;
   void add_array(py::array array, const chiasm_tensor_info& info);
   void add_dlpack(py::object capsule, const chiasm_tensor_info& info);
   /** The result of `make`; an exception raised by the object becomes our error, which says `what` failed. */

@@ -9,7 +9,7 @@ import numpy as np
 import onnx
 import pytest
 import torch
-from scale_bundle import BACKENDS, artifact, example, tensor, write_bundle, write_scale
+from scale_bundle import BACKENDS, artifact, example, scripted, tensor, write_bundle, write_scale
 
 import chiasm.runtime as runtime
 from chiasm.runtime import ChiasmError, Code
@@ -265,6 +265,54 @@ def test_objects_that_are_no_arrays(method: runtime.Method, given: object, words
     with pytest.raises(ChiasmError) as error:
         method(given, scale, keep)
     assert str(error.value).startswith("input 'x': ") and words in str(error.value), str(error.value)
+
+
+class Numbers(torch.nn.Module):
+    def forward(self, x: torch.Tensor, n: torch.Tensor, flag: torch.Tensor, f: torch.Tensor) -> torch.Tensor:
+        return torch.where(flag, x * n + f, x)
+
+
+def test_numbers_that_a_dtype_cannot_hold(tmp_path: Path) -> None:
+    dtypes = {"x": "float32", "n": "int64", "flag": "bool", "f": "float32"}
+    inputs = [tensor(name, dtype, ["H"] if name == "x" else []) for name, dtype in dtypes.items()]
+    program = scripted(Numbers())
+    methods = {
+        "forward": {
+            "inputs": inputs,
+            "outputs": [tensor("y", "float32", ["H"])],
+            "artifacts": [artifact("torch", "torchscript", "program.pt", program, ["float32"])],
+        }
+    }
+    golden = {
+        f"a/{name}": np.ones([1] * (name in "xy"), dtypes.get(name, "float32")) for name in [*dtypes, "y"]
+    }
+    case = {"prefix": "a", "method": "forward", "dtype": "float32"}
+    bundle = write_bundle(tmp_path, "test.numbers", methods, {"program.pt": program}, golden, [case])
+    method, x = runtime.open(bundle).method(backend="torch"), np.ones(2, np.float32)
+    for numbers in ((2, True, 1.0), (2.0, 1, 1), (True, 1.0, True)):
+        np.testing.assert_array_equal(method(x, *numbers), x * numbers[0] + numbers[2])
+    for name, value, words in (
+        ("n", 2.7, "int64, got 2.7 (float)"),
+        ("n", float("nan"), "int64, got nan (float)"),
+        ("n", 1 << 63, "int64, got 9223372036854775808 (int)"),
+        ("flag", 2, "bool, got 2 (int)"),
+        ("flag", 0.3, "bool, got 0.3 (float)"),
+        ("f", 1e39, "float32, got 1e+39 (float)"),
+        ("f", 10**400, "float32, got int"),
+        ("f", 10**5000, "float32, got int"),
+    ):
+        given = {"n": 2, "flag": True, "f": 1.0} | {name: value}
+        with pytest.raises(ChiasmError) as error:
+            method(x, **given)
+        assert str(error.value) == f"input '{name}': expected a value of {words}"
+
+
+def test_nobody_else_makes_its_objects(method: runtime.Method) -> None:
+    """What __new__ alone had made was used as if it were a method."""
+    for cls in (type(method), type(method.inputs[0]), type(method.run(example(), returns="dlpack")[0])):
+        for make in (cls, cls.__new__, type("Subclass", (cls,), {})):
+            with pytest.raises(TypeError, match=r"only chiasm\.runtime makes"):
+                make(*[cls] * (make is cls.__new__))
 
 
 def test_what_is_no_list_of_runs(method: runtime.Method) -> None:

@@ -57,7 +57,7 @@ class Bundle:
     """An opened bundle: its description and its methods. `open` returns it."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self._handle = _runtime.Bundle(_text("path", os.fsdecode(path)))
+        self._handle = _runtime.Bundle.open(_text("path", os.fsdecode(path)))
         self._info: dict[str, Any] | None = None
 
     @property
@@ -307,7 +307,7 @@ def _text(argument: str, value: Any) -> str:
 
 
 def _load_options(backend: str, device: Any, allow_native_code: bool) -> _runtime.LoadOptions:
-    options = _runtime.LoadOptions()
+    options = _runtime.LoadOptions.make()
     options.backend, options.allow_native_code = _text("backend", backend), allow_native_code
     options.with_device(*_parse_device(device))
     return options
