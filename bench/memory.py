@@ -1,6 +1,6 @@
 """make bench WHAT=memory: what ops need beside inputs and outputs -> docs/benchmarks_memory.md.
 
-The ops are those of WHAT=peers, on an image of 1080p or as many objects. Each op's first run is in a process
+The ops are all that have a peer, on an image of 1080p or as many objects. Each op's first run is in a process
 of its own, in which the largest resident set is compared with that before the run.
 """
 
@@ -44,7 +44,7 @@ miss it.
 
 
 def main() -> int:
-    entries = chosen(sys.argv[1:])
+    entries = chosen(sys.argv[1:], untimed=True)
     export_bundles((e.spec.name for e in entries), formats=("native",))
     torch.set_num_threads(1)  # no threads that a forked process would lack
     rows = [(e.spec.name, *measured(e)) for e in track(entries, "memory")]

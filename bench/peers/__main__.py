@@ -1,4 +1,4 @@
-"""make bench WHAT=peers: every op that another library has too, compared with it from Python ->
+"""make bench WHAT=peers: ops that another library has too, compared with it from Python ->
 docs/benchmarks_peers.md."""
 
 from __future__ import annotations

@@ -51,12 +51,15 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
             print(json.dumps(row | measured(entry, size, threads, seconds)), flush=True)
 
 
-def chosen(names: list[str]) -> list[Entry]:
-    """The ops with a peer whose name contains one of `names`; all of them if `names` is empty."""
+def chosen(names: list[str], untimed: bool = False) -> list[Entry]:
+    """The ops with a peer whose name contains one of `names`; all of them if `names` is empty. Peers with
+    timed=False are left out, unless `untimed`."""
     return [
         e
         for name, e in catalog().items()
-        if e.spec.peer is not None and (not names or any(n in name for n in names))
+        if (peer := e.spec.peer) is not None
+        and (peer.timed or untimed)
+        and (not names or any(n in name for n in names))
     ]
 
 

@@ -45,7 +45,8 @@ class Peer:
     differently. share: the share of values that may be further apart, if rounding decides. before: converts
     an op's inputs to the arguments of a call; after: converts a call's result to the op's output, if
     conventions differ; neither counts as the peer's time. sizes: symbols with the only size that the peer
-    takes, such as {"C": 3}.
+    takes, such as {"C": 3}. timed: False if the benchmark does not compare times: a call is a loop in Python,
+    does another amount of work, or needs too much memory at the benchmark's sizes.
     """
 
     library: str
@@ -58,6 +59,7 @@ class Peer:
     before: Call | None = None
     after: Callable[[Any], Any] | None = None
     sizes: Mapping[str, int] = field(default_factory=dict[str, int])
+    timed: bool = True
 
 
 def opencv(

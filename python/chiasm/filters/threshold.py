@@ -97,8 +97,9 @@ def adaptive_threshold(
     is replicated.
 
     For uint8, "mean" is identical to OpenCV's. "gaussian" uses the rounded mean of :func:`gaussian_blur2d`,
-    whose weights are multiples of 1/256. From a block_size of 11 on, OpenCV's weights are not such multiples,
-    so that its mean may be another level.
+    whose weights are multiples of 1/256; a mean halfway between two levels is rounded up here, and to the
+    even one by OpenCV. From a block_size of 11 on, OpenCV's weights are not such multiples, so that its mean
+    may be another level.
 
     Args:
         input: (B, C, H, W), floating point or uint8. With ``rounded``, in whole levels, for example 0 to 255.

@@ -219,7 +219,7 @@ add(
         "contrib.extract_tensor_patches.padded",
         [image()],
         [_PATCHES],
-        peer=Peer("torch.nn.functional", _unfolded, "tensors"),
+        peer=Peer("torch.nn.functional", _unfolded, "tensors", timed=False),
         **_PATCHED,
     ),
     fn="contrib.extract_tensor_patches",
@@ -244,7 +244,7 @@ add(
             "stride": (2, 3),
             "unpadding": (1, 0, 2, 1),
         },
-        peer=Peer("torch.nn.functional", _folded, "tensors"),
+        peer=Peer("torch.nn.functional", _folded, "tensors", timed=False),
         reference="a loop in NumPy",
         picture="windows",
     )
@@ -286,6 +286,7 @@ add(
             "batch",
             after=lambda found: (found.cluster_centers_, found.labels_),
             sizes={"N": 80, "K": 7},  # fewer clusters than points
+            timed=False,
         ),
         reference="scikit-learn KMeans",
         picture="clusters",

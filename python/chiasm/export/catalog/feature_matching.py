@@ -130,7 +130,7 @@ def _nearest(mutual: bool) -> Peer:
         found = {rows[m.queryIdx]: (columns[m.trainIdx], m.distance) for m in matches}
         return _in_rows(len(which[0]), found)
 
-    return opencv(call, "samples", before=before, after=after)
+    return opencv(call, "samples", before=before, after=after, timed=False)
 
 
 def _ratios(cv2: Any, first: Any, second: Any, most: float) -> dict[int, tuple[int, float]]:
@@ -161,7 +161,7 @@ _add(
     [_FIRST, _SECOND],
     "ratios of distances",
     "OpenCV BFMatcher knnMatch",
-    peer=opencv(_one_way, "samples"),
+    peer=opencv(_one_way, "samples", timed=False),
     config={"th": 0.9},
 )
 _add(
@@ -169,7 +169,7 @@ _add(
     [_FIRST, _SECOND],
     "larger ratios of distances",
     "OpenCV BFMatcher knnMatch both ways",
-    peer=opencv(_both_ways, "samples"),
+    peer=opencv(_both_ways, "samples", timed=False),
     config={"th": 0.95},
 )
 _add(

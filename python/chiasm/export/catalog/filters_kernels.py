@@ -39,11 +39,12 @@ add(
     )
 )
 
-_TAPS = opencv(lambda cv2, sigma: cv2.getGaussianKernel(5, sigma)[:, 0], "samples")
+_TAPS = opencv(lambda cv2, sigma: cv2.getGaussianKernel(5, sigma)[:, 0], "samples", timed=False)
 
 _TAPS_2D = opencv(
     lambda cv2, sigma: np.outer(cv2.getGaussianKernel(5, sigma[0]), cv2.getGaussianKernel(3, sigma[1])),
     "samples",
+    timed=False,
 )
 
 
@@ -52,18 +53,20 @@ def _taps_3d(cv2: Any, sigma: np.ndarray) -> Any:
     return z[:, None, None] * np.outer(y, x)
 
 
-_TAPS_3D = opencv(_taps_3d, "samples")
+_TAPS_3D = opencv(_taps_3d, "samples", timed=False)
 _STEPS = Peer(
     "scipy.stats",
     lambda stats, sigma: np.diff(stats.norm.cdf(np.arange(-2.5, 3), scale=sigma)),
     "samples",
     after=_of_sum_1,
+    timed=False,
 )
 _BESSEL = Peer(
     "scipy.special",
     lambda special, sigma: special.ive(np.arange(-2, 3), sigma**2),
     "samples",
     after=_of_sum_1,
+    timed=False,
 )
 
 for _name, _size, _axes, _reference, _peer in (
@@ -144,6 +147,7 @@ add(
                 (9, 5), sigma, theta, wave, gamma, psi
             ),
             "samples",
+            timed=False,
         ),
         reference="OpenCV getGaborKernel",
         picture="kernels",

@@ -97,6 +97,7 @@ add(
             lambda cv2, x, k: cv2.projectPoints(x, _NO_TURN, _NO_TURN, k, None)[0],
             "samples",
             after=lambda pixels: pixels[0, 0],
+            timed=False,
         ),
         reference="OpenCV projectPoints",
     )
@@ -219,6 +220,7 @@ def _fisheye_peer(function: str) -> Peer:
         "samples",
         before=lambda point, p: (point[None, None], *_fisheye(p)),
         after=lambda points: points[0, 0],
+        timed=False,
     )
 
 

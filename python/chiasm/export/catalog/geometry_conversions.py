@@ -333,10 +333,10 @@ _spec(
     ["extrinsics"],
     _POSES,
     _TRANSFORM,
-    peer=scipys(lambda transform, r, t: pose(transform, r, t).as_matrix()),
+    peer=scipys(lambda transform, r, t: pose(transform, r, t).as_matrix(), timed=False),
 )
-_OTHER_AXES = scipys(lambda transform, r, t: parts(_turned(transform, pose(transform, r, t))))
-_INVERSE = scipys(lambda transform, r, t: parts(pose(transform, r, t).inv()))
+_OTHER_AXES = scipys(lambda transform, r, t: parts(_turned(transform, pose(transform, r, t))), timed=False)
+_INVERSE = scipys(lambda transform, r, t: parts(pose(transform, r, t).inv()), timed=False)
 for _name, _peer in (
     ("camtoworld_graphics_to_vision_Rt", _OTHER_AXES),
     ("camtoworld_vision_to_graphics_Rt", _OTHER_AXES),
@@ -345,7 +345,7 @@ for _name, _peer in (
 ):
     _spec(_name, _POSE, ["R_out", "t_out"], _POSES, _TRANSFORM, peer=_peer)
 _OTHER_AXES_4X4 = scipys(
-    lambda transform, m: _turned(transform, transform.RigidTransform.from_matrix(m)).as_matrix()
+    lambda transform, m: _turned(transform, transform.RigidTransform.from_matrix(m)).as_matrix(), timed=False
 )
 for _name, _argument, _peer in (
     ("camtoworld_graphics_to_vision_4x4", "extrinsics_graphics", _OTHER_AXES_4X4),
@@ -353,7 +353,7 @@ for _name, _argument, _peer in (
     (
         "matrix4x4_to_Rt",
         "extrinsics",
-        scipys(lambda transform, m: parts(transform.RigidTransform.from_matrix(m))),
+        scipys(lambda transform, m: parts(transform.RigidTransform.from_matrix(m)), timed=False),
     ),
 ):
     _spec(
@@ -374,7 +374,7 @@ def _of_quaternions(convert: Callable[[Any, Any], Any]) -> Peer:
         made = convert(transform, transform.RigidTransform.from_components(t[..., 0], rotation))
         return made.rotation.as_quat(scalar_first=True), made.translation[..., None]
 
-    return scipys(call, after=lambda pose: (_canonical(pose[0]), pose[1]))
+    return scipys(call, after=lambda pose: (_canonical(pose[0]), pose[1]), timed=False)
 
 
 for _name, _peer in (

@@ -134,7 +134,7 @@ for _name, _reference in {
             # points a hundredth off their lines: distances are differences, and gradients sums over points
             gradient_tolerances=LOOSE,
             sample=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"),
-            peer=opencv(_sampson, "samples", before=_homogeneous)
+            peer=opencv(_sampson, "samples", before=_homogeneous, timed=False)
             if _name == "sampson_epipolar_distance"
             else None,
             reference=_reference,
@@ -216,7 +216,8 @@ add(
         [TensorSpec("R"), TensorSpec("t")],
         sample=_sample_two_motions,
         peer=scipys(
-            lambda transform, r1, t1, r2, t2: parts(pose(transform, r2, t2) * pose(transform, r1, t1).inv())
+            lambda transform, r1, t1, r2, t2: parts(pose(transform, r2, t2) * pose(transform, r1, t1).inv()),
+            timed=False,
         ),
         reference="SciPy RigidTransform",
     )

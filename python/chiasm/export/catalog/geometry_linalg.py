@@ -113,7 +113,7 @@ for _name, (_names, _call) in _POSES.items():
             f"geometry.linalg.{_name}",
             [TensorSpec(n, ("N", 4, 4), description="rigid transformations [R t; 0 1]") for n in _names],
             sample=_sample_poses(_names),
-            peer=scipys(_call, after=lambda motion: motion.as_matrix()),
+            peer=scipys(_call, after=lambda motion: motion.as_matrix(), timed=False),
             reference="SciPy RigidTransform",
         )
     )
@@ -158,7 +158,7 @@ for _name, _degree in {"quadratic": 2, "cubic": 3, "quartic": 4}.items():
             [TensorSpec("roots", description="real roots in descending order, then zeros")],
             dtypes=("float32", "float64"),
             sample=_sample_roots(_degree),
-            peer=Peer("numpy", lambda np, p: np.roots(p), "samples", after=_real_first),
+            peer=Peer("numpy", lambda np, p: np.roots(p), "samples", after=_real_first, timed=False),
             special_values="of an infinite coefficient there are no roots, or any",
             reference="NumPy roots",
             picture="polynomials",
@@ -249,6 +249,7 @@ add(
             lambda linear_model, p, q, weights: linear_model.LinearRegression().fit(p, q, weights),
             "samples",
             after=lambda fit: np.vstack([np.column_stack([fit.coef_, fit.intercept_]), [[0, 0, 1]]]),
+            timed=False,
         ),
         reference="NumPy lstsq",
         picture="fitted maps",

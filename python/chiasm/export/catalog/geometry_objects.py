@@ -103,6 +103,7 @@ add(
                 [0, 1], transform.Rotation.from_quat([a, b], scalar_first=True)
             )(t).as_quat(scalar_first=True),
             "samples",
+            timed=False,
         ),
         reference="SciPy Slerp",
     )
@@ -166,6 +167,7 @@ _PEERS = {
         lambda linalg, m: linalg.logm(m),
         "samples",
         after=lambda m: np.array([m[0, 2], m[1, 2], m[1, 0]]),
+        timed=False,
     ),
     "so2_exp": scipys(
         lambda transform, a: transform.Rotation.from_euler("z", a).as_matrix(),
@@ -183,10 +185,12 @@ _PEERS = {
     "se3_exp": scipys(
         lambda transform, v: transform.RigidTransform.from_exp_coords(v).as_matrix(),
         before=lambda v: (np.roll(v, 3, -1),),
+        timed=False,
     ),
     "se3_log": scipys(
         lambda transform, m: transform.RigidTransform.from_matrix(m).as_exp_coords(),
         after=lambda v: np.roll(v, 3, -1),
+        timed=False,
     ),
 }
 _OF_TANGENTS = {"exp": "matrix", "hat": "matrix", "left_jacobian": "jacobian", "right_jacobian": "jacobian"}

@@ -115,7 +115,7 @@ def _drawn(one: Callable[..., Any]) -> Peer:
         moved = [(p.astype(int) + 8).tolist() for p in places]
         return np.pad(x, ((8, 8), (8, 8), (0, 0))), *moved, colors.tolist()
 
-    return opencv(call, before=before, after=lambda x: x[8:-8, 8:-8], sizes={"C": 3})
+    return opencv(call, before=before, after=lambda x: x[8:-8, 8:-8], sizes={"C": 3}, timed=False)
 
 
 def _point(cv2: Any, x: np.ndarray, place: list[int], color: list[float]) -> None:

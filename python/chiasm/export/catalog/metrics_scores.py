@@ -68,6 +68,7 @@ def _confused(normalize: str | None) -> Peer:
         ),
         "samples",
         before=lambda pred, target: (pred.ravel(), target.ravel()),
+        timed=False,
     )
 
 
@@ -119,6 +120,7 @@ add(
             ),
             "samples",
             before=_counted,
+            timed=False,
         ),
         reference="scikit-learn jaccard_score, torchmetrics",
         picture="values of classes",
@@ -248,6 +250,7 @@ for _name, _output, _reference, _peer in (
             lambda metrics, x, y: metrics.mean_absolute_error(y, x),
             "batch",
             before=_of_known,
+            timed=False,
         ),
     ),
     (
@@ -259,6 +262,7 @@ for _name, _output, _reference, _peer in (
             lambda metrics, x, y: metrics.root_mean_squared_error(y, x),
             "batch",
             before=_of_known,
+            timed=False,
         ),
     ),
 ):

@@ -50,7 +50,7 @@ add(
         symbols={"B": (1, 64), "N": (1, 1024), "M": (1, 1024)},
         gradients=(),
         sample=_costs,
-        peer=Peer("scipy.optimize", _assigned, "samples"),
+        peer=Peer("scipy.optimize", _assigned, "samples", timed=False),
         reference="scipy.optimize.linear_sum_assignment",
         picture="tensors",
     )
@@ -122,7 +122,7 @@ _NEW_STATE = [
 for _name, _peer, _others in (
     (
         "kalman_predict",
-        opencv(_predicted, "samples"),
+        opencv(_predicted, "samples", timed=False),
         [
             TensorSpec("transition", (7, 7), description="what a state is multiplied by"),
             TensorSpec("process_noise", (7, 7), description="a covariance"),
@@ -130,7 +130,7 @@ for _name, _peer, _others in (
     ),
     (
         "kalman_update",
-        opencv(_updated, "samples"),
+        opencv(_updated, "samples", timed=False),
         [
             TensorSpec("measurement", ("B", "N", 4), description="one of each state"),
             TensorSpec("observation", (4, 7), description="what is measured of a state"),

@@ -67,9 +67,12 @@ def motions(generator: Generator, rotation: Tensor) -> Tensor:
     return made
 
 
-def scipys(call: Call, *, before: Call | None = None, after: Callable[[Any], Any] | None = None) -> Peer:
-    """A peer in SciPy's Rotation or RigidTransform, which take a whole batch. `call` gets their module."""
-    return Peer("scipy.spatial.transform", call, "batch", before=before, after=after)
+def scipys(
+    call: Call, *, before: Call | None = None, after: Callable[[Any], Any] | None = None, **options: Any
+) -> Peer:
+    """A peer in SciPy's Rotation or RigidTransform, which take a whole batch. `call` gets their module. Those
+    with a RigidTransform are not timed, because it does more than the ops, such as an SVD of each matrix."""
+    return Peer("scipy.spatial.transform", call, "batch", before=before, after=after, **options)
 
 
 def pose(transform: Any, r: Any, t: Any) -> Any:
