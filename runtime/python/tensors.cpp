@@ -212,7 +212,7 @@ std::string text_of(py::handle text) {
 std::string described(py::handle object) {
   constexpr size_t kMost = 60;
   if (object.is_none()) return "None";
-  const std::string type = type_name(object);
+  std::string type = type_name(object);
   const bool is_text = PyUnicode_CheckExact(object.ptr()) != 0;
   if (!is_text && PyLong_CheckExact(object.ptr()) == 0 && PyFloat_CheckExact(object.ptr()) == 0) return type;
   const auto shown = py::reinterpret_steal<py::object>(PyObject_Repr(object.ptr()));
@@ -327,7 +327,8 @@ py::array Arguments::number(py::handle object, const chiasm_tensor_info& info) c
   try {
     const py::module_ numpy = py::module_::import("numpy");
     const WithoutWarning quiet(numpy);  // of a number that becomes infinite
-    const py::object made = numpy.attr("asarray")(object, dtype), value = made.attr("item")();
+    py::object made = numpy.attr("asarray")(object, dtype);
+    const py::object value = made.attr("item")();
     if (is_float ? std::isfinite(value.cast<double>()) || !std::isfinite(object.cast<double>())
                  : value.equal(object))
       return made;
