@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace chiasm::python {
 namespace {
@@ -19,7 +20,8 @@ struct VersionedTensor {
   DLTensor tensor;
 };
 constexpr uint64_t kReadOnly = 1;
-constexpr int kBool = 6;  // kDLBool
+constexpr int kBool = 6;                 // kDLBool
+constexpr double kLeastLargest = 65504;  // float16's largest value: every floating-point dtype holds it
 constexpr const char* kNoCapsule = "its memory cannot be had through DLPack";
 constexpr const char* kCapsule = "dltensor";
 constexpr const char* kVersionedCapsule = "dltensor_versioned";
@@ -326,11 +328,13 @@ py::array Arguments::number(py::handle object, const chiasm_tensor_info& info) c
   const py::dtype dtype = numpy_dtype(code);
   try {
     const py::module_ numpy = py::module_::import("numpy");
-    const WithoutWarning quiet(numpy);  // of a number that becomes infinite
+    const double given = is_float ? PyFloat_AsDouble(object.ptr()) : 0;
+    if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+    std::optional<WithoutWarning> quiet;  // only for numbers that may become infinite: it takes microseconds
+    if (!(std::abs(given) <= kLeastLargest)) quiet.emplace(numpy);
     py::object made = numpy.attr("asarray")(object, dtype);
     const py::object value = made.attr("item")();
-    if (is_float ? std::isfinite(value.cast<double>()) || !std::isfinite(object.cast<double>())
-                 : value.equal(object))
+    if (is_float ? std::isfinite(value.cast<double>()) || !std::isfinite(given) : value.equal(object))
       return made;
   } catch (const py::error_already_set& error) {
     if (!error.matches(PyExc_Exception)) throw;  // KeyboardInterrupt

@@ -88,12 +88,11 @@ class Group(click.Group):
     interrupt, else 1."""
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
-        with ended():  # `--help` is written before `invoke`
-            try:
-                os.getcwd()
-            except FileNotFoundError:  # in which MKL, a part of torch, would end the process
-                fail("the working folder was deleted: change to another one (`cd`)", 1)
-            return super().main(*args, **kwargs)
+        try:
+            os.getcwd()
+        except FileNotFoundError:  # in which MKL, a part of torch, would end the process
+            fail("the working folder was deleted: change to another one (`cd`)", 1)
+        return super().main(*args, **kwargs)
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
         with _explained():  # wrong usage of the group; and `--help`, which click writes here
