@@ -88,6 +88,7 @@ add(
 
 # without odd sizes, whose last pixels chiasm repeats
 _EVEN = {"H": 16, "W": 22}
+_WITH_CHROMA = _EVEN | {"UH": 8, "UW": 11}
 
 
 def _subsampled(rows: int) -> Peer:
@@ -98,6 +99,11 @@ def _subsampled(rows: int) -> Peer:
         return yuv[..., 0], skimage.transform.downscale_local_mean(yuv[..., 1:], (rows, 2, 1))
 
     return Peer("skimage", call, sizes=_EVEN)
+
+
+def _repeated(y: Any, uv: Any) -> Any:
+    """Both at the size of y."""
+    return np.dstack([y, uv.repeat(2, 0).repeat(2, 1)])
 
 
 def _subsampled_frames(rows: int) -> Peer:
@@ -157,18 +163,16 @@ add(
         special_values=_ZERO_FACTORS,
         peer=Peer(
             "skimage.color",
-            lambda color, y, uv: color.yuv2rgb(np.dstack([y, uv.repeat(2, 0).repeat(2, 1)])),
+            lambda color, y, uv: color.yuv2rgb(_repeated(y, uv)),
             atol=1e-4,
-            sizes=_EVEN | {"UH": 8, "UW": 11},
+            sizes=_WITH_CHROMA,
         ),
         reference="scikit-image yuv2rgb of NumPy repeat",
         frames=Frames(
             reference="OpenCV cvtColor(COLOR_YUV2RGB) of NumPy repeat",
             peer=opencv(
-                lambda cv2, y, uv: cv2.cvtColor(
-                    np.dstack([y, uv.repeat(2, 0).repeat(2, 1)]), cv2.COLOR_YUV2RGB
-                ),
-                sizes=_EVEN | {"UH": 8, "UW": 11},
+                lambda cv2, y, uv: cv2.cvtColor(_repeated(y, uv), cv2.COLOR_YUV2RGB),
+                sizes=_WITH_CHROMA,
             ),
         ),
     )
@@ -193,7 +197,7 @@ def in_one_buffer(y: Any, u: Any, v: Any) -> Any:
 def _two_planes(code: str) -> Peer:
     return opencv(
         lambda cv2, y, pairs: cv2.cvtColorTwoPlane(y, pairs, getattr(cv2, code)),
-        sizes={"H": 16, "W": 22, "UH": 8, "UW": 11},
+        sizes=_WITH_CHROMA,
     )
 
 
@@ -206,7 +210,7 @@ for _name, _parts, _peer in (
         opencv(
             lambda cv2, whole: cv2.cvtColor(whole, cv2.COLOR_YUV2RGB_I420),
             before=lambda y, u, v: (in_one_buffer(y, u, v),),
-            sizes={"H": 16, "W": 22, "UH": 8, "UW": 11},
+            sizes=_WITH_CHROMA,
         ),
     ),
 ):

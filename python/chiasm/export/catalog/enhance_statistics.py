@@ -87,6 +87,11 @@ add(
     )
 )
 
+
+def _clahe(cv2: Any, x: np.ndarray) -> np.ndarray:
+    return cv2.createCLAHE(4.0, (4, 3)).apply(x)
+
+
 add(
     Spec(
         "enhance.clahe",
@@ -103,7 +108,7 @@ add(
         OUTPUT,
         config={"clip_limit": 4.0, "tile_grid_size": (4, 3)},
         symbols=STENCIL,
-        peer=opencv(lambda cv2, x: cv2.createCLAHE(4.0, (4, 3)).apply(x), "planes"),
+        peer=opencv(_clahe, "planes"),
         reference="OpenCV createCLAHE",
     )
 )
@@ -117,13 +122,13 @@ add(
         symbols=STENCIL,
         gradients=(),
         peer=opencv(
-            lambda cv2, x: cv2.createCLAHE(4.0, (4, 3)).apply(x),
+            _clahe,
             "planes",
             before=lambda x: (np.floor(255 * x + 0.5).astype(np.uint8),),
             after=lambda levels: levels / 255,
         ),
         reference="OpenCV createCLAHE",
-        frames=Frames(peer=opencv(lambda cv2, x: cv2.createCLAHE(4.0, (4, 3)).apply(x), "planes")),
+        frames=Frames(peer=opencv(_clahe, "planes")),
     )
 )
 

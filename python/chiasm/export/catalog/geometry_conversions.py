@@ -213,16 +213,21 @@ _spec(
 
 # --- homogeneous coordinates --------------------------------------------------------------------------------
 
+
+def _opencvs(function: str, dimensions: int) -> Peer:
+    return opencv(
+        lambda cv2, x: getattr(cv2, function)(x),
+        "samples",
+        after=lambda points: points[:, 0],
+        sizes={"D": dimensions},
+    )
+
+
 _spec(
     "convert_points_to_homogeneous",
     {"points": (("B", "N", "D"), "points")},
     reference="OpenCV convertPointsToHomogeneous",
-    peer=opencv(
-        lambda cv2, x: cv2.convertPointsToHomogeneous(x),
-        "samples",
-        after=lambda points: points[:, 0],
-        sizes={"D": 3},
-    ),
+    peer=_opencvs("convertPointsToHomogeneous", 3),
     symbols={"D": (1, 64)},
 )
 _spec(
@@ -230,12 +235,7 @@ _spec(
     {"points": (("B", "N", "D"), "points, the last coordinate the divisor")},
     makers={"points": lambda g, s: uniform(g, 0.5, 2.0, s["B"], s["N"], s["D"])},
     reference="OpenCV convertPointsFromHomogeneous",
-    peer=opencv(
-        lambda cv2, x: cv2.convertPointsFromHomogeneous(x),
-        "samples",
-        after=lambda points: points[:, 0],
-        sizes={"D": 4},
-    ),
+    peer=_opencvs("convertPointsFromHomogeneous", 4),
     symbols={"D": (3, 64)},
 )
 _spec("convert_affinematrix_to_homography", {"A": (("B", 2, 3), "affine transforms")})

@@ -240,39 +240,21 @@ def _of_known(found: np.ndarray, true: np.ndarray, valid: np.ndarray) -> tuple[n
     return found[valid], true[valid]
 
 
-for _name, _output, _reference, _peer in (
-    (
-        "mean_absolute_disparity_error",
-        "in pixels",
-        "scikit-learn mean_absolute_error",
-        Peer(
-            "sklearn.metrics",
-            lambda metrics, x, y: metrics.mean_absolute_error(y, x),
-            "batch",
-            before=_of_known,
-            timed=False,
-        ),
-    ),
-    (
-        "root_mean_squared_disparity_error",
-        "in pixels",
-        "scikit-learn root_mean_squared_error",
-        Peer(
-            "sklearn.metrics",
-            lambda metrics, x, y: metrics.root_mean_squared_error(y, x),
-            "batch",
-            before=_of_known,
-            timed=False,
-        ),
-    ),
-):
+for _kind in ("mean_absolute", "root_mean_squared"):
+    _scikits = f"{_kind}_error"
     add(
         Spec(
-            f"metrics.{_name}",
+            f"metrics.{_kind}_disparity_error",
             _DISPARITIES,
-            [TensorSpec("error", description=_output)],
-            peer=_peer,
-            reference=_reference,
+            [TensorSpec("error", description="in pixels")],
+            peer=Peer(
+                "sklearn.metrics",
+                lambda metrics, x, y, scikits=_scikits: getattr(metrics, scikits)(y, x),
+                "batch",
+                before=_of_known,
+                timed=False,
+            ),
+            reference=f"scikit-learn {_scikits}",
             picture="comparison",
         )
     )
