@@ -443,6 +443,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "boxes.kept_boxes": lambda t: [
         (torch.cat([numbers(t, 2, 9, 2), 1 + numbers(t, 2, 9, 3)[..., :2]], -1), integers(2, 2, 9), 0.4, 5)
     ],
+    "assignment.assigned_columns": lambda t: [
+        (numbers(torch.float64, 2, 5, m), torch.full([2, 1], 0.6, dtype=torch.float64)) for m in (3, 9)
+    ],
     "resizing.resized_and_blurred": lambda t: in_borders(t, 24, 30, False, FIVE, border),
     "canny.canny_hysteresis": lambda t: [(numbers(t, 2, 1, 12, 17), 0.4, 0.8, 100)],
     "canny.canny_nms": lambda t: [(numbers(t, 2, 1, 12, 17), 1e-6)],

@@ -50,7 +50,7 @@ add(
         symbols={"B": (1, 64), "N": (1, 1024), "M": (1, 1024)},
         gradients=(),
         sample=_costs,
-        peer=Peer("scipy.optimize", _assigned, "samples", timed=False),
+        peer=Peer("scipy.optimize", _assigned, "samples"),
         reference="scipy.optimize.linear_sum_assignment",
         picture="tensors",
     )

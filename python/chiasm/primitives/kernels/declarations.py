@@ -825,6 +825,14 @@ _declare(
     ["N <= INT32_MAX"],
 )
 
+_declare(
+    "assigned_columns(float64[B, N, M] costs, float64[B, 1] alone) -> int64[B, N]",
+    "assignment.cpp",
+    """The column of each row in an assignment with the least sum of costs, infinity for a forbidden pair, or
+    -1: a row may stay without a column at the cost `alone`, which exceeds all finite costs. Not NaN.""",
+    ["M >= 1", "N <= INT32_MAX"],
+)
+
 # Networks
 
 #: For convolutions: the window's stride and first position, the dilation, and the result's size.
