@@ -225,12 +225,13 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
   bool first_frames = true;
   for (size_t n = 0; n < count; ++n) {
     const TensorRule& rule = inputs_[n];
-    check_common(tensor_at(inputs, n), rule, "input");
-    const chiasm_tensor tensor = as_batch(tensor_at(inputs, n), n, first_frames, call);
+    const chiasm_tensor& given = tensor_at(inputs, n);
+    check_common(given, rule, "input");
+    const chiasm_tensor tensor = as_batch(given, n, first_frames, call);
     first_frames = first_frames && !rule.frames;
     call.inputs[n] = tensor;
     if (static_cast<size_t>(tensor.ndim) != rule.dims.size()) {
-      refuse_shape(tensor, rule, "input", call, n, "");
+      refuse_shape(given, rule, "input", call, n, "");
     }
     for (size_t i = 0; i < rule.dims.size(); ++i) {
       const int64_t got = tensor.shape[i];
@@ -238,14 +239,14 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
       if (dim.rule == Rule::bind) {
         const Symbol& symbol = symbols_[static_cast<size_t>(dim.operand)];
         if (got < symbol.min || got > symbol.max) {
-          refuse_shape(tensor, rule, "input", call, n,
+          refuse_shape(given, rule, "input", call, n,
                        ": " + symbol.name + " must be from " + std::to_string(symbol.min) + " to " +
                            std::to_string(symbol.max));
         }
         call.symbols[dim.operand] = got;
       } else if (dim.rule != Rule::expression) {
         const int64_t expected = dim.rule == Rule::constant ? dim.operand : call.symbols[dim.operand];
-        if (got != expected) refuse_shape(tensor, rule, "input", call, n, "");
+        if (got != expected) refuse_shape(given, rule, "input", call, n, "");
       }
     }
   }
@@ -256,7 +257,7 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
         if (inputs_[n].dims[i].rule != Rule::expression) continue;
         const int64_t expected = evaluate(inputs_[n].spec->shape[i], inputs_[n], "input", call);
         if (tensor.shape[i] != expected) {
-          refuse_shape(tensor, inputs_[n], "input", call, n,
+          refuse_shape(tensor_at(inputs, n), inputs_[n], "input", call, n,
                        ": " + inputs_[n].spec->shape[i].text() + " is " + std::to_string(expected));
         }
       }

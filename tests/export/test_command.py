@@ -358,6 +358,17 @@ def test_wrong_words() -> None:
         assert "\x1b" not in done.stderr
 
 
+def test_an_empty_output_is_no_folder(sobel: Path, photo: Path) -> None:
+    for words in (
+        ["export", "filters.sobel", "-o", ""],
+        ["pack", "filters", sobel, "-o", ""],
+        ["run", sobel, photo, ""],
+        ["map", sobel, photo.parent, ""],
+        ["triton", "", sobel],
+    ):
+        refused(run(*words), "expected a path, got an empty text", status=2)
+
+
 def test_a_backend_that_is_no_text(light: Folder, photo: Path, tmp_path: Path) -> None:
     refused(
         run("run", light("filters.sobel"), photo, tmp_path / "out.png", "-b", "\udcff"), "backend", "UTF-8"

@@ -95,6 +95,20 @@ def test_import_is_light() -> None:
     assert run_python(modules) == "[]"
 
 
+def test_a_subinterpreter_refuses_the_import() -> None:
+    # mod_wsgi runs applications in them.
+    code = """
+try: import _interpreters as interpreters
+except ImportError: import _xxsubinterpreters as interpreters
+text = "try: import chiasm.runtime" + chr(10) + "except ImportError as error: print(error, flush=True)"
+interpreters.run_string(interpreters.create(), text)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert "main interpreter only, and this is subinterpreter 1; with mod_wsgi" in done.stdout, done.stderr
+
+
 def test_torch_can_be_imported_after_its_backend(tmp_path: Path) -> None:
     path = str(write_scale(tmp_path))
     code = (

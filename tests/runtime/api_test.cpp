@@ -140,7 +140,7 @@ TEST_F(Call, FramesThatDoNotFitAreNamed) {
     return refusal(CHIASM_INVALID_ARGUMENT, [&] { method.run({frame, sigma}); });
   };
   EXPECT_EQ(says({image_.data(), {5}}), "input 'input': expected shape (B, H, W, C), got (5,)");
-  EXPECT_THAT(says({image_.data(), {4, 5, 5}}), HasSubstr("got (1, 4, 5, 5): C must be from 1 to 4"));
+  EXPECT_THAT(says({image_.data(), {4, 5, 5}}), HasSubstr("got (4, 5, 5): C must be from 1 to 4"));
   EXPECT_THAT(says(Tensor::strided(image_.data(), {4, 5, 3}, {12, 3, 1})),
               AllOf(HasSubstr("expected elements in row-major order, none of which share memory, got strides "
                               "(12, 3, 1) for shape (4, 5, 3)"),

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import click
 
-from ..export.command import jobs_option, pairs
+from ..export.command import OutputPath, jobs_option, pairs
 from ..export.console import console
 
 
 @click.command("map")
 @click.argument("bundle", type=click.Path(path_type=Path, exists=True, file_okay=False))
 @click.argument("source", metavar="INPUT", type=click.Path(path_type=Path, exists=True))
-@click.argument("output", type=click.Path(path_type=Path, file_okay=False))
+@click.argument("output", type=OutputPath())
 @click.option(
     "-c",
     "--column",

@@ -17,7 +17,7 @@ from ..data.command import map_command
 from ..doctor import report
 from ..packs import SUFFIX, listing
 from ..triton.command import triton
-from .command import Group, jobs_option, pairs
+from .command import Group, OutputPath, jobs_option, pairs
 from .console import console
 from .errors import ExportError
 from .manifest import FORMATS, GPUS, METHODS, read_manifest
@@ -80,7 +80,7 @@ def list_ops(patterns: tuple[str, ...], installed: bool) -> None:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=OutputPath(),
     default=Path("bundles"),
     show_default=True,
     help="Folder that gets the bundles.",
@@ -218,7 +218,7 @@ def doctor() -> None:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=OutputPath(),
     default=Path("dist"),
     show_default=True,
     help="Folder that gets the wheel.",
@@ -353,7 +353,7 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
 @main.command()
 @click.argument("bundle", type=click.Path(path_type=Path, exists=True))
 @click.argument("source", type=click.Path(path_type=Path, exists=True, dir_okay=False))
-@click.argument("target", type=click.Path(path_type=Path, dir_okay=False))
+@click.argument("target", type=OutputPath(file_okay=True))
 @click.option(
     "-b",
     "--backend",

@@ -9,6 +9,7 @@ import os
 import re
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import click
@@ -31,6 +32,19 @@ def jobs_option(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]
     return click.option(
         "-j", "--jobs", type=click.IntRange(1), default=cores, show_default="one a core", help=text
     )
+
+
+class OutputPath(click.Path):
+    """A path that need not exist. An empty one, as of a shell variable that is not set, is refused: pathlib
+    takes it for the working folder."""
+
+    def __init__(self, *, file_okay: bool = False) -> None:
+        super().__init__(path_type=Path, file_okay=file_okay, dir_okay=not file_okay)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "":
+            self.fail("expected a path, got an empty text", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:

@@ -26,6 +26,21 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+
+def _check_interpreter() -> None:
+    """Raise in a subinterpreter, where importing the extension would wait for ever for the interpreter lock."""
+    api = ctypes.pythonapi
+    api.PyInterpreterState_Get.restype = ctypes.c_void_p
+    api.PyInterpreterState_GetID.restype = ctypes.c_int64
+    number = api.PyInterpreterState_GetID(ctypes.c_void_p(api.PyInterpreterState_Get()))
+    if number != 0:
+        raise ImportError(
+            "chiasm's runtime works in a process's main interpreter only, and this is subinterpreter"
+            f" {number}; with mod_wsgi, set `WSGIApplicationGroup %{{GLOBAL}}`"
+        )
+
+
+_check_interpreter()
 try:
     from chiasm import _runtime
 except ImportError as error:

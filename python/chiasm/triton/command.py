@@ -6,9 +6,11 @@ from pathlib import Path
 
 import click
 
+from ..export.command import OutputPath
+
 
 @click.command("triton")
-@click.argument("repository", type=click.Path(path_type=Path, file_okay=False))
+@click.argument("repository", type=OutputPath())
 @click.argument("parts", nargs=-1, required=True, metavar="[NAME=]BUNDLE...")
 @click.option(
     "--ensemble",
