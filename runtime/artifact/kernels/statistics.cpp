@@ -44,177 +44,128 @@ int64_t strips_of(int64_t n, int64_t pixels) {
   return n >= omp_get_max_threads() ? 1 : std::clamp<int64_t>(pixels / kPart, 1, omp_get_max_threads());
 }
 
-// Widens `least` and `greatest` to those of n values; NaN is ignored. Says whether a value was outside of them,
-// which is rare after the first parts of an image: only then are the lanes compared with each other.
-template <class P>
-bool widen(const P* x, int64_t n, P& least, P& greatest) {
-  const Lanes<P> d;
-  constexpr int64_t kVectors = 4;
-  const auto from = hn::Set(d, least), to = hn::Set(d, greatest);
-  hn::Vec<Lanes<P>> low[kVectors], high[kVectors];
-  std::fill_n(low, kVectors, from);
-  std::fill_n(high, kVectors, to);
-  const auto take = [&](int64_t v, const P* p) {
-    const auto values = hn::LoadU(d, p);
-    // the second argument if one is NaN
-    low[v] = smaller(values, low[v]);
-    high[v] = larger(values, high[v]);
-  };
-  int64_t k = 0;
-  for (; k + kVectors * kLanes<P> <= n; k += kVectors * kLanes<P>)
-    for (int64_t v = 0; v < kVectors; ++v) take(v, x + k + v * kLanes<P>);
-  for (; k + kLanes<P> <= n; k += kLanes<P>) take(0, x + k);
-  P last[kLanes<P>];
-  if (k < n && n >= kLanes<P>) {
-    take(0, x + n - kLanes<P>);
-  } else if (k < n) {
-    std::fill(std::copy(x, x + n, last), last + kLanes<P>, x[0]);
-    take(0, last);
-  }
-  for (int64_t v = 1; v < kVectors; ++v) {
-    low[0] = hn::Min(low[0], low[v]);
-    high[0] = hn::Max(high[0], high[v]);
-  }
-  if (hn::AllTrue(d, hn::And(hn::Eq(low[0], from), hn::Eq(high[0], to)))) return false;
-  P lanes[2][kLanes<P>];
-  hn::StoreU(low[0], d, lanes[0]);
-  hn::StoreU(high[0], d, lanes[1]);
-  least = *std::min_element(lanes[0], lanes[0] + kLanes<P>);
-  greatest = *std::max_element(lanes[1], lanes[1] + kLanes<P>);
-  return true;
-}
-
-// The first of n values that equals `value`, or -1.
-template <class P>
-int64_t first_equal(const P* x, int64_t n, P value) {
-  const Lanes<P> d;
-  int64_t k = 0;
-  for (; k + kLanes<P> <= n; k += kLanes<P>) {
-    const intptr_t lane = hn::FindFirstTrue(d, hn::Eq(hn::LoadU(d, x + k), hn::Set(d, value)));
-    if (lane >= 0) return k + lane;
-  }
-  for (; k < n; ++k)
-    if (x[k] == value) return k;
-  return -1;
-}
-
-// An extreme value and its first index; -1 if there is none.
+// An extreme value of a channel, and the first pixel of the first run that has it.
 template <class P>
 struct Extreme {
   P value;
-  int64_t index = -1;
-};
+  int64_t run = 0;
 
-// The least and the greatest value of a channel.
-template <class P>
-struct Range {
-  using Limits = std::numeric_limits<P>;
-  static constexpr bool is_float = std::is_floating_point_v<P>;
-  Extreme<P> least{is_float ? Limits::infinity() : Limits::max()};
-  Extreme<P> greatest{is_float ? -Limits::infinity() : Limits::lowest()};
-
-  // Takes n values that come after all that it has; the first of them is at index `first`.
-  void take(const P* x, int64_t n, int64_t first) {
-    P low = least.value, high = greatest.value;
-    // a value may be one of the two that stand for none
-    if (!widen(x, n, low, high) && least.index >= 0 && greatest.index >= 0) return;
-    const auto update = [&](Extreme<P>& extreme, P value) {
-      if (extreme.index >= 0 && value == extreme.value) return;
-      const int64_t index = first_equal(x, n, value);
-      if (index >= 0) extreme = {value, first + index};
-    };
-    update(least, low);
-    update(greatest, high);
-  }
-
-  // Takes the range of values that come after all that it has.
-  void take(const Range& later) {
-    if (later.least.index >= 0 && (least.index < 0 || later.least.value < least.value)) least = later.least;
-    if (later.greatest.index >= 0 && (greatest.index < 0 || later.greatest.value > greatest.value))
-      greatest = later.greatest;
+  // The first of the pixels from the run's to `end` that has the value, -1 if there is none. `channel` points at
+  // the channel's value of pixel 0.
+  int64_t pixel(const P* channel, int64_t step, int64_t end) const {
+    for (int64_t k = run; k < end; ++k)
+      if (channel[k * step] == value) return k;
+    return -1;
   }
 };
 
-// The ranges of the channels of pixels.
+// The extreme values of the channels of pixels, of which there are 1 to 4. NaN is ignored.
 template <class P>
-class Ranges {
+class Extremes {
  public:
-  explicit Ranges(int64_t step) : step_(step), ranges_(static_cast<size_t>(step)) {
-    if (step < 2 || step > 4) return;
-    for (auto& limits : limits_) limits.resize(ranges_.size() * kLanes<P>);
+  explicit Extremes(int64_t step) : step_(step) {
+    using Limits = std::numeric_limits<P>;
+    constexpr bool is_float = std::is_floating_point_v<P>;
+    std::fill_n(extremes_[0], step, Extreme<P>{is_float ? Limits::infinity() : Limits::max()});
+    std::fill_n(extremes_[1], step, Extreme<P>{is_float ? -Limits::infinity() : Limits::lowest()});
+    repeat();
   }
 
-  // Takes n pixels that come after all that it has; the first of them is pixel `first`.
-  void take(const P* x, int64_t n, int64_t first) {
-    if (has_all(x, n)) return;
-    for_channels(x, n, step_, [&](int64_t c, const P* values) { ranges_[size_t(c)].take(values, n, first); });
-    for (size_t k = 0; k < limits_[0].size(); ++k) {
-      limits_[0][k] = ranges_[k % ranges_.size()].least.value;
-      limits_[1][k] = ranges_[k % ranges_.size()].greatest.value;
-    }
-    complete_ = std::all_of(ranges_.begin(), ranges_.end(), [](const Range<P>& range) {
-      return range.least.index >= 0 && range.greatest.index >= 0;
-    });
+  // Takes a run of n values that come after all that it has. Pixels are not split into channels: a block of
+  // vectors is a whole number of pixels, so each of its lanes has one channel.
+  void take(const P* x, int64_t n, int64_t run) {
+    step_ == 3 ? take_of<3>(x, n, run) : take_of<4>(x, n, run);
   }
 
-  const Range<P>& operator[](int64_t channel) const { return ranges_[static_cast<size_t>(channel)]; }
+  // The least value of a channel, or the greatest.
+  const Extreme<P>& get(bool greatest, int64_t channel) const { return extremes_[greatest][channel]; }
 
  private:
-  // Whether no value is outside of its channel's range: true for nearly all runs of an image. To find that out,
-  // pixels need not be split into channels.
-  bool has_all(const P* x, int64_t n) const {
-    if (!complete_ || n < kLanes<P>) return false;
-    return (step_ == 2 && has_all_of<2>(x, n)) || (step_ == 3 && has_all_of<3>(x, n)) ||
-           (step_ == 4 && has_all_of<4>(x, n));
-  }
-
-  template <int kStep>
-  bool has_all_of(const P* x, int64_t n) const {
+  template <int kVectors>
+  void take_of(const P* x, int64_t n, int64_t run) {
     const Lanes<P> d;
-    hn::Vec<Lanes<P>> limits[2][kStep], low[kStep], high[kStep];
-    for (int64_t v = 0; v < kStep; ++v) {
-      low[v] = limits[0][v] = hn::LoadU(d, limits_[0].data() + v * kLanes<P>);
-      high[v] = limits[1][v] = hn::LoadU(d, limits_[1].data() + v * kLanes<P>);
+    constexpr int64_t kBlock = kVectors * kLanes<P>;
+    P block[2][kBlock];
+    if (n < kBlock) {
+      for (int64_t k = 0; k < kBlock; ++k) block[0][k] = x[k % n];
+      x = block[0];
+      n = kBlock;
     }
-    for (int64_t k = 0; k < n; k += kLanes<P>) {
-      const P* const pixels = x + std::min(k, n - kLanes<P>) * kStep;
-      for (int64_t v = 0; v < kStep; ++v) {
-        const auto values = hn::LoadU(d, pixels + v * kLanes<P>);
+    hn::Vec<Lanes<P>> limits[2][kVectors], low[kVectors], high[kVectors];
+    for (int64_t v = 0; v < kVectors; ++v) {
+      low[v] = limits[0][v] = hn::LoadU(d, limits_[0] + v * kLanes<P>);
+      high[v] = limits[1][v] = hn::LoadU(d, limits_[1] + v * kLanes<P>);
+    }
+    for (int64_t k = 0; k < n; k += kBlock) {
+      const P* const from = x + std::min(k, n - kBlock);
+      for (int64_t v = 0; v < kVectors; ++v) {
+        const auto values = hn::LoadU(d, from + v * kLanes<P>);
         // the second argument if one is NaN
         low[v] = smaller(values, low[v]);
         high[v] = larger(values, high[v]);
       }
     }
     auto same = hn::Eq(low[0], limits[0][0]);
-    for (int64_t v = 0; v < kStep; ++v) {
+    for (int64_t v = 0; v < kVectors; ++v) {
       same = hn::And(same, hn::Eq(low[v], limits[0][v]));
       same = hn::And(same, hn::Eq(high[v], limits[1][v]));
     }
-    return hn::AllTrue(d, same);
+    // Nearly all runs of an image have no new extreme.
+    if (hn::AllTrue(d, same)) return;
+    for (int64_t v = 0; v < kVectors; ++v) {
+      hn::StoreU(low[v], d, block[0] + v * kLanes<P>);
+      hn::StoreU(high[v], d, block[1] + v * kLanes<P>);
+    }
+    for (int64_t k = 0, c = 0; k < kBlock; ++k, c = c + 1 == step_ ? 0 : c + 1) {
+      if (block[0][k] < extremes_[0][c].value) extremes_[0][c] = {block[0][k], run};
+      if (block[1][k] > extremes_[1][c].value) extremes_[1][c] = {block[1][k], run};
+    }
+    repeat();
+  }
+
+  void repeat() {
+    for (int64_t k = 0, c = 0; k < 4 * kLanes<P>; ++k, c = c + 1 == step_ ? 0 : c + 1) {
+      limits_[0][k] = extremes_[0][c].value;
+      limits_[1][k] = extremes_[1][c].value;
+    }
   }
 
   int64_t step_;
-  std::vector<Range<P>> ranges_;
-  bool complete_ = false;  // each range has a value
-  // The least and the greatest values of the channels of as many pixels as a vector has lanes
-  std::vector<P> limits_[2];
+  Extreme<P> extremes_[2][4];   // the least and the greatest value of each channel
+  P limits_[2][4 * kLanes<P>];  // their values, for the lanes of a block
 };
 
 }  // namespace
 
 template <class P>
 void extreme_indices(const P* x, int64_t n, int64_t length, int64_t step, int64_t* out) {
-  const int64_t strips = strips_of(n, length / step);
-  std::vector<Ranges<P>> found(static_cast<size_t>(n * strips), Ranges<P>(step));
+  const int64_t pixels = length / step, strips = strips_of(n, pixels);
+  // Of more than four channels each is taken alone.
+  const int64_t together = step <= 4 ? step : 1, parts = step / together;
+  std::vector<Extremes<P>> found(static_cast<size_t>(n * strips * parts), Extremes<P>(together));
   for_runs(x, n, length, step, strips, [&](int64_t place, const P* values, int64_t count, int64_t first) {
-    found[static_cast<size_t>(place)].take(values, count, first);
+    Extremes<P>* const here = found.data() + place * parts;
+    if (parts == 1) return here->take(values, count * step, first);
+    for_channels(values, count, step,
+                 [&](int64_t c, const P* channel) { here[c].take(channel, count, first); });
   });
   for (int64_t i = 0; i < n * step; ++i) {
-    Range<P> range;
-    for (int64_t strip = 0; strip < strips; ++strip)
-      range.take(found[static_cast<size_t>(i / step * strips + strip)][i % step]);
-    out[2 * i] = std::max<int64_t>(range.least.index, 0);
-    out[2 * i + 1] = std::max<int64_t>(range.greatest.index, 0);
+    const int64_t row = i / step, c = i % step;
+    const P* const channel = x + row * length + c;
+    for (const bool greatest : {false, true}) {
+      P best{};
+      int64_t at = -1;
+      for (int64_t strip = 0; strip < strips; ++strip) {
+        const auto& extremes = found[static_cast<size_t>((row * strips + strip) * parts + c / together)];
+        const Extreme<P>& extreme = extremes.get(greatest, c % together);
+        if (at >= 0 && !(greatest ? extreme.value > best : extreme.value < best)) continue;
+        const int64_t pixel = extreme.pixel(channel, step, pixels * (strip + 1) / strips);
+        if (pixel < 0) continue;
+        best = extreme.value;
+        at = pixel;
+      }
+      out[2 * i + greatest] = std::max<int64_t>(at, 0);
+    }
   }
 }
 
