@@ -31,9 +31,10 @@
  *  Stack: a call to the native backend, and a load, need at most 256 KiB of the calling thread's stack. The
  *  engines of the other backends are made for the 8 MiB that threads have by default.
  *
- *  Floating point: every function that can fail works in the default environment (rounding to nearest, with
- *  subnormal numbers, no traps), also in its threads, and gives the caller's back, with its flags: a result
- *  does not depend on it. Threads that another part of the program has made in an engine keep theirs.
+ *  Floating point: every function that can fail sets the default environment (rounding to nearest, with
+ *  subnormal numbers, no traps) in all its threads, and restores the caller's environment and flags before it
+ *  returns: a result does not depend on them. Threads that another part of the program has made in an engine
+ *  keep theirs.
  */
 #ifndef CHIASM_CHIASM_H
 #define CHIASM_CHIASM_H

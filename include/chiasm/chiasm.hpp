@@ -601,7 +601,7 @@ class Method final {
 
   /** The signature, with the dtype for which the method was loaded. */
   MethodInfo info() const;
-  /** "native", "torch" or "onnx" */
+  /** "native", "torch", "onnx", or the name of another plug-in. */
   std::string backend() const { return detail::api().method_backend(handle()); }
   /** The artifact's file name inside the bundle. */
   std::string artifact() const { return detail::api().method_artifact(handle()); }

@@ -116,9 +116,10 @@ class Method:
     An entry point of a bundle, loaded on one backend: call it with arrays.
 
     Inputs are NumPy arrays, torch tensors, or anything else with ``__dlpack__`` or the buffer protocol, and
-    are read where they are: they must be dense. Python numbers stand for 0-d inputs. Outputs are torch
-    tensors if any input was one, else NumPy arrays; one output is returned as itself, several as a tuple. The
-    GIL is released while the method runs, and one method may run in many threads at once.
+    are read where they are. On the CPU rows and elements may have gaps between them, on CUDA they may not.
+    Python numbers stand for 0-d inputs. Outputs are torch tensors if any input was one, else NumPy arrays;
+    one output is returned as itself, several as a tuple. The GIL is released while the method runs, and one
+    method may run in many threads at once.
     """
     def __call__(self, *args, **kwargs) -> typing.Any:
         """
@@ -150,8 +151,8 @@ class Method:
         """
     def run_into(self, inputs: typing.Any, outputs: typing.Any, *, stream: typing.Any = None) -> None:
         """
-        Run into arrays of the caller, each given as in `run`. They must be dense and writable, have the
-        shapes and dtypes of `output_shapes`, and overlap neither the inputs nor each other.
+        Run into arrays of the caller, each given as in `run`. They must be writable, on CUDA dense,
+        have the shapes and dtypes of `output_shapes`, and overlap neither the inputs nor each other.
         """
     @property
     def artifact(self) -> str:
@@ -161,7 +162,7 @@ class Method:
     @property
     def backend(self) -> str:
         """
-        'native', 'torch' or 'onnx'
+        'native', 'torch', 'onnx', or the name of another plug-in
         """
     @property
     def inputs(self) -> list[TensorInfo]: ...

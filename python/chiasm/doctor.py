@@ -59,7 +59,7 @@ def _runtime() -> Iterator[str]:
         return
     yield from _cpu()
     cores, limit = len(os.sched_getaffinity(0)), chiasm.runtime.get_num_threads()
-    yield f"threads    {cores} cores for this process; a run uses up to {limit or cores}"
+    yield f"threads    {cores} cores for this process; a run uses up to {limit}"
     try:
         policy = chiasm.runtime.get_trust()
         keys = [key for key in os.environ.get("CHIASM_TRUSTED_KEYS", "").split(":") if key]

@@ -225,11 +225,13 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
                            R"(An entry point of a bundle, loaded on one backend: call it with arrays.
 
 Inputs are NumPy arrays, torch tensors, or anything else with ``__dlpack__`` or the buffer protocol, and are
-read where they are: they must be dense. Python numbers stand for 0-d inputs. Outputs are torch tensors if any
-input was one, else NumPy arrays; one output is returned as itself, several as a tuple. The GIL is released
-while the method runs, and one method may run in many threads at once.)")
+read where they are. On the CPU rows and elements may have gaps between them, on CUDA they may not. Python
+numbers stand for 0-d inputs. Outputs are torch tensors if any input was one, else NumPy arrays; one output is
+returned as itself, several as a tuple. The GIL is released while the method runs, and one method may run in
+many threads at once.)")
       .def_property_readonly("name", &PythonMethod::name)
-      .def_property_readonly("backend", &PythonMethod::backend, "'native', 'torch' or 'onnx'")
+      .def_property_readonly("backend", &PythonMethod::backend,
+                             "'native', 'torch', 'onnx', or the name of another plug-in")
       .def_property_readonly("artifact", &PythonMethod::artifact, "The file's name inside the bundle.")
       .def_property_readonly("inputs", &PythonMethod::inputs)
       .def_property_readonly("outputs", &PythonMethod::outputs)
@@ -246,10 +248,11 @@ returns : {"numpy", "torch", "dlpack"}, optional
 stream : int or torch.cuda.Stream, optional
     On CUDA, the stream to enqueue on: the call returns when the work is enqueued. By default torch's current
     stream for torch tensors, else the default stream.)")
-      .def("run_into", &PythonMethod::run_into, arg("inputs"), arg("outputs"), py::kw_only(),
-           arg("stream") = py::none(),
-           R"(Run into arrays of the caller, each given as in `run`. They must be dense and writable, have the
-shapes and dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
+      .def(
+          "run_into", &PythonMethod::run_into, arg("inputs"), arg("outputs"), py::kw_only(),
+          arg("stream") = py::none(),
+          R"(Run into arrays of the caller, each given as in `run`. They must be writable, on CUDA dense, have
+the shapes and dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
       .def(
           "run_each", &PythonMethod::run_each, arg("inputs"), arg("outputs"), py::kw_only(),
           arg("stream") = py::none(),

@@ -64,8 +64,8 @@ def map_command(
     structs of `data` and `shape` where shapes differ; and `error`: null, or why the op could not take this
     image, whose outputs are then zeros, or null in structs.
 
-    A shard's file is there when it is finished. The same command once more does what is not done yet, after
-    whatever ended it; the bytes are those of a run that was not ended.
+    A shard's file appears when it is complete. After any interruption, run the same command again: it
+    continues, and its files have the same bytes as those of one uninterrupted run.
 
     \b
     Examples:
@@ -84,7 +84,7 @@ def map_command(
         import pyarrow  # noqa: F401
     except ImportError:
         raise DataError(
-            "pyarrow is not installed, which reads and writes parquet: pip install pyarrow"
+            'pyarrow is not installed, which reads and writes parquet: pip install "chiasm[data]"'
         ) from None
     shards, files = plan(source, rows)
     folder = Path(os.path.realpath(output))  # not resolve(), which raises an error of its own for a loop

@@ -86,7 +86,7 @@ def adjust_saturation_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor
     """Multiply the saturation of an HSV image and limit it to [0, 1].
 
     Args:
-        image: HSV (*, 3, H, W), floating point.
+        image: HSV (*, 3, H, W), floating point: saturation in [0, 1]; hue and value stay as they are.
         factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one for each
             sample.
 

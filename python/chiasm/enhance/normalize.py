@@ -70,7 +70,7 @@ def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0,
     the channel.
 
     Args:
-        input: (*, H, W), floating point.
+        input: (*, H, W), floating point, any values.
         min_val: the new least value.
         max_val: the new greatest value.
         eps: keeps the division defined where all values of a channel are equal.
@@ -80,7 +80,7 @@ def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0,
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input has fewer than three dimensions.
+        ValueError: if input has fewer than two dimensions or no pixels.
 
     Example:
         >>> normalize_min_max(torch.tensor([[[2.0, 3.0, 4.0]]]), eps=0.0)

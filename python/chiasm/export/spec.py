@@ -27,6 +27,9 @@ class TensorSpec:
 
     shape: integers and symbols ("B", "H"); empty for outputs, whose shape the exporter derives.
     dtype: "T", the type variable of a generic op, or a concrete one ("uint8"). Derived for outputs.
+    layout: the order of an image's dimensions, "NCHW" or "NHWC", or empty. color: the channels,
+    such as "RGB", "BGR", "GRAY", or empty. description: what the values are, in a few words. Users see all
+    three in `chiasm info`.
     range: nominal values, for test inputs and for users; not enforced.
     sizes: the op gets this tensor's shape instead of the tensor, in these arguments: one for all sizes, or
     one for each. Every runtime can pass tensors, but not every runtime can pass numbers that change from call
@@ -106,7 +109,9 @@ class Spec:
     three. special_values: why backends may differ from eager Python on inputs with NaN or infinity; empty if
     they agree (tests/parity/special_values.py). takes_gradients: True for a function that calls
     torch.autograd.grad (an optimisation step); it is traced like a gradient, and has no vjp. sample: makes
-    inputs from (generator, sizes, dtype), if independent uniform values do not suit. reference: what the
+    inputs from (generator, sizes, dtype), if independent uniform values do not suit. summary: one line for
+    users, by default the first of the docstring. errors: what the op rejects, for tests. version: the op's,
+    which the manifest states. reference: what the
     values are tested against, in words. peer: the same op in another library: tests compare values with it,
     the benchmark times it. also: other settings that are tested like `config`, whose entries they replace,
     but are not deployed. picture: how the gallery shows the op, if its tensors' layouts do not tell: a name

@@ -171,7 +171,16 @@ def correlate2d(
 ) -> Tensor:
     """``filter2d`` with behaviour "corr": the kernel is not rotated.
 
-    Args, Returns, Raises: see ``filter2d``.
+    Args:
+        input: (B, C, H, W), floating point or uint8.
+        kernel: floating point, (kH, kW), (1, kH, kW) or (B, kH, kW).
+        border_type, normalized, padding: see ``filter2d``.
+
+    Returns:
+        (B, C, H, W); for padding "valid" (B, C, H - kH + 1, W - kW + 1).
+
+    Raises:
+        TypeError, ValueError: as ``filter2d``.
 
     Example:
         >>> correlate2d(torch.eye(3)[None, None], torch.tensor([[0.0, 0.0, 1.0]]), "constant")[0, 0]
@@ -191,7 +200,16 @@ def convolve2d(
 ) -> Tensor:
     """``filter2d`` with behaviour "conv": the kernel is rotated by 180 degrees.
 
-    Args, Returns, Raises: see ``filter2d``.
+    Args:
+        input: (B, C, H, W), floating point or uint8.
+        kernel: floating point, (kH, kW), (1, kH, kW) or (B, kH, kW).
+        border_type, normalized, padding: see ``filter2d``.
+
+    Returns:
+        (B, C, H, W); for padding "valid" (B, C, H - kH + 1, W - kW + 1).
+
+    Raises:
+        TypeError, ValueError: as ``filter2d``.
 
     Example:
         >>> convolve2d(torch.eye(3)[None, None], torch.tensor([[0.0, 0.0, 1.0]]), "constant")[0, 0]
@@ -207,7 +225,16 @@ def correlate3d(
 ) -> Tensor:
     """``filter3d`` with behaviour "corr": the kernel is not reversed.
 
-    Args, Returns, Raises: see ``filter3d``.
+    Args:
+        input: (B, C, D, H, W), floating point.
+        kernel: (kD, kH, kW), (1, kD, kH, kW) or (B, kD, kH, kW).
+        border_type, normalized: see ``filter3d``.
+
+    Returns:
+        (B, C, D, H, W).
+
+    Raises:
+        TypeError, ValueError: as ``filter3d``.
 
     Example:
         >>> correlate3d(torch.arange(4.0).reshape(1, 1, 1, 1, 4), torch.tensor([[[0.0, 0.0, 1.0]]])).flatten()
@@ -221,7 +248,16 @@ def convolve3d(
 ) -> Tensor:
     """``filter3d`` with behaviour "conv": the kernel is reversed along its three axes.
 
-    Args, Returns, Raises: see ``filter3d``.
+    Args:
+        input: (B, C, D, H, W), floating point.
+        kernel: (kD, kH, kW), (1, kD, kH, kW) or (B, kD, kH, kW).
+        border_type, normalized: see ``filter3d``.
+
+    Returns:
+        (B, C, D, H, W).
+
+    Raises:
+        TypeError, ValueError: as ``filter3d``.
 
     Example:
         >>> convolve3d(torch.arange(4.0).reshape(1, 1, 1, 1, 4), torch.tensor([[[0.0, 0.0, 1.0]]])).flatten()
@@ -241,7 +277,16 @@ def fft_conv(
     """``filter2d`` under the name of Kornia's convolution by Fourier transforms. This op uses no Fourier
     transform: not every runtime has one, and the direct sum is exact. Its time grows with the kernel's area.
 
-    Args, Returns, Raises: see ``filter2d``.
+    Args:
+        input: (B, C, H, W), floating point or uint8.
+        kernel: floating point, (kH, kW), (1, kH, kW) or (B, kH, kW).
+        border_type, normalized, padding, behaviour: see ``filter2d``.
+
+    Returns:
+        (B, C, H, W); for padding "valid" (B, C, H - kH + 1, W - kW + 1).
+
+    Raises:
+        TypeError, ValueError: as ``filter2d``.
 
     Example:
         >>> fft_conv(torch.ones(1, 1, 4, 4), torch.ones(3, 3), padding="valid").flatten()

@@ -1,7 +1,7 @@
 """Run exported bundles, on any backend that is present, without importing torch.
 
 A *bundle* is a folder ``NAME.chiasm`` that the exporter wrote; a *method* is an entry point of it; a
-*backend* (native, torch, onnx) runs it.
+*backend* (native, torch, onnx, or another plug-in) runs it.
 
 Examples
 --------
@@ -26,21 +26,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from .interpreter import subinterpreter
 
-def _check_interpreter() -> None:
-    """Raise in a subinterpreter, where importing the extension would wait for ever for the interpreter lock."""
-    api = ctypes.pythonapi
-    api.PyInterpreterState_Get.restype = ctypes.c_void_p
-    api.PyInterpreterState_GetID.restype = ctypes.c_int64
-    number = api.PyInterpreterState_GetID(ctypes.c_void_p(api.PyInterpreterState_Get()))
-    if number != 0:
-        raise ImportError(
-            "chiasm's runtime works in a process's main interpreter only, and this is subinterpreter"
-            f" {number}; with mod_wsgi, set `WSGIApplicationGroup %{{GLOBAL}}`"
-        )
-
-
-_check_interpreter()
+if subinterpreter():
+    raise ImportError(
+        "chiasm's runtime works in a process's main interpreter only, and this is subinterpreter"
+        f" {subinterpreter()}; with mod_wsgi, set `WSGIApplicationGroup %{{GLOBAL}}`"
+    )
 try:
     from chiasm import _runtime
 except ImportError as error:
@@ -249,6 +241,11 @@ def set_num_threads(count: int) -> None:
     """Set how many threads a run may use, for every backend; 0, the default, means all cores of this process.
 
     Call it before the first method is loaded. The torch backend sets torch's own thread count to it.
+
+    Raises
+    ------
+    ChiasmError
+        INVALID_ARGUMENT if the number is not from 0 to 1024, FAILED_PRECONDITION after the first load.
     """
     _runtime.set_num_threads(_number("count", count))
 
@@ -259,7 +256,7 @@ def get_num_threads() -> int:
     Examples
     --------
     >>> import chiasm.runtime
-    >>> chiasm.runtime.get_num_threads() >= 0
+    >>> chiasm.runtime.get_num_threads() > 0
     True
     """
     return _runtime.get_num_threads()
@@ -277,6 +274,12 @@ def set_trust(policy: str, keys: Sequence[str | os.PathLike[str]] = ()) -> None:
         data (ONNX, or what a backend declares as data), never a program.
     keys
         For "signed": minisign public keys, each as its 56 characters or as the path of a file.
+
+    Raises
+    ------
+    ChiasmError
+        INVALID_ARGUMENT for an unknown policy, a key that is none, or "signed" without a key;
+        FAILED_PRECONDITION after the first load.
     """
     if isinstance(keys, (str, bytes, os.PathLike)):
         raise TypeError(f"keys: expected a list of keys, got {keys!r}")

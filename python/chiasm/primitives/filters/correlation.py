@@ -64,13 +64,15 @@ def correlate3d_valid(p: Tensor, kernel: Tensor) -> Tensor:
     """Correlate (B, C, D + kd - 1, H + kh - 1, W + kw - 1) with (B or 1, kd, kh, kw) to (B, C, D, H, W)."""
     kd, kh, kw = kernel.size(1), kernel.size(2), kernel.size(3)
     depth, height, width = p.size(2) - kd + 1, p.size(3) - kh + 1, p.size(4) - kw + 1
-    out = p[:, :, :depth, :height, :width] * kernel[:, 0, 0, 0, None, None, None, None]
+    # With few operators a tap, because a volume has many taps, and an export traces every one.
+    taps = kernel.flatten(1)[:, :, None, None, None, None].unbind(1)
+    out = p[:, :, :depth, :height, :width] * taps[0]
     for d in range(kd):
         for i in range(kh):
             rows = p[:, :, d : d + depth, i : i + height]
             for j in range(kw):
                 if d + i + j > 0:
-                    out = out + rows[..., j : j + width] * kernel[:, d, i, j, None, None, None, None]
+                    out = out + rows[..., j : j + width] * taps[(d * kh + i) * kw + j]
     return out
 
 
