@@ -730,9 +730,10 @@ inline std::vector<BackendInfo> backends() {
   return all;
 }
 
-/** How many threads a run may use, in every backend; 0: all cores of this process. Call it before the first
- *  method is loaded. */
+/** How many threads a run may use, in every backend, 0 to 1024; 0: all cores of this process. Call it before
+ *  the first method is loaded. */
 inline void set_num_threads(int32_t count) { detail::check(detail::api().set_num_threads(count)); }
+/** How many threads a run may use; more than 0. */
 inline int32_t get_num_threads() { return detail::api().get_num_threads(); }
 
 /** Which bundles this process runs; the values are those of chiasm_trust_policy. */
@@ -749,6 +750,7 @@ inline void set_trust(TrustPolicy policy, const std::vector<std::string>& keys =
   for (const std::string& key : keys) c_keys.push_back(key.c_str());
   detail::check(detail::api().set_trust(static_cast<int32_t>(policy), c_keys.data(), c_keys.size()));
 }
+/** The trust policy of the process: the one that was set, or else the environment's. */
 inline TrustPolicy trust_policy() {
   int32_t policy = 0;
   detail::check(detail::api().get_trust(&policy, nullptr, nullptr));

@@ -238,9 +238,10 @@ def backends() -> list[BackendInfo]:
 
 
 def set_num_threads(count: int) -> None:
-    """Set how many threads a run may use, for every backend; 0, the default, means all cores of this process.
+    """Set how many threads a run may use, for every backend.
 
-    Call it before the first method is loaded. The torch backend sets torch's own thread count to it.
+    A number from 0 to 1024; 0, the default, means all cores of this process. Call it before the first method
+    is loaded. The torch backend sets torch's own thread count to it.
 
     Raises
     ------
