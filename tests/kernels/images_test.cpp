@@ -1,5 +1,6 @@
 // The kernels alone, against OpenCV or the definition in plain loops of doubles, at sizes that leave parts of
 // vectors and tiles.
+#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -110,6 +111,45 @@ TYPED_TEST(Kernels, Correlate2dMatchesOpenCv) {
 constexpr float kTaps[9] = {0.1f, 0.2f, 0.3f, 0.15f, 0.25f, 0.35f, 0.12f, 0.22f, 0.32f};
 KERNEL_BENCHMARK(correlate2d_3x3, [](const float* x, Planes p, float* out) {
   correlate2d(x, {1, p.count, p.height, p.width}, kTaps, 1, 3, 3, Border::kReflect, out);
+});
+
+TYPED_TEST(Kernels, Correlate3dMatchesTheDefinition) {
+  using T = TypeParam;
+  constexpr int64_t kBatch = 2, kChannels = 2;
+  for (const auto& [d, h, w] : {std::array<int64_t, 3>{1, 1, 1}, {5, 4, 9}, {4, 70, 37}})
+    for (const auto& [kz, ky, kx] : {std::array<int64_t, 3>{3, 3, 3}, {1, 1, 1}, {2, 4, 3}})
+      for (int b = 0; b < 4; ++b)
+        for (const bool shared : {true, false}) {
+          const int64_t volume = d * h * w, window = kz * ky * kx;
+          const auto x = this->random(kBatch * kChannels * volume),
+                     taps = this->random(kBatch * window, -1, 1);
+          std::vector<T> out(x.size());
+          correlate3d(x.data(), kBatch, kChannels, d, h, w, taps.data(), shared ? 1 : kBatch, kz, ky, kx,
+                      kBorders[b], out.data());
+          const auto place = [b](int64_t i, int64_t size) {
+            return cv::borderInterpolate(static_cast<int>(i), static_cast<int>(size), kOpenCvBorders[b]);
+          };
+          for (int64_t i = 0; i < static_cast<int64_t>(x.size()); ++i) {
+            const int64_t image = i / volume, z = i / (h * w) % d, y = i / w % h, column = i % w;
+            double sum = 0;
+            for (int64_t k = 0; k < window; ++k) {
+              const int64_t u = place(z + k / (ky * kx) - (kz - 1) / 2, d),
+                            v = place(y + k / kx % ky - (ky - 1) / 2, h),
+                            s = place(column + k % kx - (kx - 1) / 2, w);
+              if (u < 0 || v < 0 || s < 0) continue;
+              sum += double(x[image * volume + (u * h + v) * w + s]) *
+                     double(taps[(shared ? 0 : image / kChannels) * window + k]);
+            }
+            ASSERT_NEAR(out[i], sum, 1e-5) << d << " " << h << " " << w << ", border " << b;
+          }
+        }
+}
+
+KERNEL_CALL_BENCHMARK(correlate3d_3x3x3, [] {
+  return [x = kernel_benchmarks::random(64 * 128 * 128), taps = kernel_benchmarks::random(27),
+          out = std::vector<float>(64 * 128 * 128)]() mutable {
+    correlate3d(x.data(), 1, 1, 64, 128, 128, taps.data(), 1, 3, 3, 3, Border::kReflect, out.data());
+  };
 });
 
 TYPED_TEST(Kernels, SobelMatchesOpenCv) {

@@ -240,6 +240,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "correlation.correlated2d": lambda t: [
         (x, numbers(t, b, 3, 2), name) for x in images(t) for b in (1, x.size(0)) for name in BORDERS
     ],
+    "correlation.correlated3d": lambda t: [
+        (numbers(t, 2, 1, 5, 6, 7), numbers(t, b, 2, 3, 2), name) for b in (1, 2) for name in BORDERS
+    ],
     "correlation.correlate2d_valid": lambda t: [
         (x, numbers(t, b, 3, 2)) for x in images(t) for b in (1, x.size(0))
     ],

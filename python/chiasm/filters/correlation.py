@@ -159,7 +159,7 @@ def filter3d(
     check_border(border_type)
     check_choice(behaviour, ["corr", "conv"], "behaviour")
     k = _ready(kernel, input, 3, "(kD, kH, kW) or (B, kD, kH, kW)", normalized, behaviour == "conv", "kernel")
-    return correlated3d(input, centred(k.size(1)), centred(k.size(2)), centred(k.size(3)), border_type, k)
+    return correlated3d(input, k, border_type)
 
 
 def correlate2d(

@@ -29,7 +29,7 @@ struct Combined {
 template <class T, class Made>
 void weigh(const T* const* sources, const T* taps, int64_t count, Made made, T* out, int64_t n,
            const T* next) {
-  for_lanes_fetching<T, 4>(n, next, [=](auto d, auto vectors, int64_t x) {
+  for_lanes_fetching<T, 4, true>(n, next, [=](auto d, auto vectors, int64_t x) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     auto tap = hn::Set(d, taps[0]);
     hn::Vec<decltype(d)> sum[vectors];
@@ -51,7 +51,7 @@ void weigh_pairs(const T* const* sources, const T* taps, int64_t, Made made, T* 
   T tap[kPairs + 1];
   for (int k = 0; k <= 2 * kPairs; ++k) from[k] = sources[k];
   for (int k = 0; k <= kPairs; ++k) tap[k] = taps[k];
-  for_lanes_fetching<T, 4>(n, next, [=](auto d, auto vectors, int64_t x) {
+  for_lanes_fetching<T, 4, true>(n, next, [=](auto d, auto vectors, int64_t x) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     hn::Vec<decltype(d)> sum[vectors];
     for (int v = 0; v < vectors; ++v)
@@ -138,13 +138,60 @@ void correlate2d(const T* x, Images images, const T* windows, int64_t n, int64_t
     for (int64_t y = tile.top; y < tile.bottom; ++y) {
       T* const target = tile_row(out + plane, planes, tile, y);
       const T* const next = rows.advance(y, target);
-      for (int64_t k = 0; k < count; ++k) sources[k] = rows.at(y, k / kw, k % kw);
+      for (int64_t i = 0; i < kh; ++i) {
+        const T* const row = rows.at(y, i, 0);
+        for (int64_t j = 0; j < kw; ++j) sources[i * kw + j] = row + j;
+      }
       weigh(sources, taps, count, Itself(), target, tile.right - tile.left, next);
     }
   });
 }
 
+// The sum of a voxel's window has the order of the definition: by planes, rows, columns.
+template <class T>
+void correlate3d(const T* x, int64_t b, int64_t c, int64_t d, int64_t h, int64_t w, const T* windows,
+                 int64_t n, int64_t kz, int64_t ky, int64_t kx, Border border, T* out) {
+  const Planes planes{b * c * d, h, w};
+  const int64_t count = kz * ky * kx, threads = omp_get_max_threads();
+  const int64_t ends = PaddedRows<T>::ends(planes, kx, (kx - 1) / 2);
+  std::vector<const T*> all_sources(static_cast<size_t>(count * threads));
+  std::vector<std::vector<PaddedRows<T>>> all_rows(static_cast<size_t>(threads));
+  for (auto& rows : all_rows) rows.reserve(static_cast<size_t>(kz));
+  const std::vector<T> zeros(border == Border::kConstant ? static_cast<size_t>(padded_length<T>(w, 0)) : 0);
+  for_tiles<T>(planes, kz * (ky + 1) + 1, kz * ky, ends, border,
+               [&](const Tile& tile, T* rings, int64_t length) {
+                 const int64_t volume = tile.plane / d, depth = tile.plane % d;
+                 const T* const taps = windows + (n > 1 ? volume / c * count : 0);
+                 const T** const sources = all_sources.data() + count * omp_get_thread_num();
+                 // The rows of each plane of the window that is not beyond the volume.
+                 std::vector<PaddedRows<T>>& rows = all_rows[static_cast<size_t>(omp_get_thread_num())];
+                 rows.clear();
+                 const auto plane = [&](int64_t k) { return inside(depth + k - (kz - 1) / 2, d, border); };
+                 for (int64_t k = 0; k < kz; ++k)
+                   if (plane(k) >= 0)
+                     rows.emplace_back(x + (volume * d + plane(k)) * h * w, planes, tile, border, T(0), ky,
+                                       kx, (ky - 1) / 2, (kx - 1) / 2, rings + k * ky * length, length);
+                 for (int64_t y = tile.top; y < tile.bottom; ++y) {
+                   T* const target = tile_row(out + tile.plane * h * w, planes, tile, y);
+                   const T* next = target;
+                   for (const PaddedRows<T>& of_plane : rows) next = of_plane.advance(y, target);
+                   auto of_plane = rows.begin();
+                   const T** source = sources;
+                   for (int64_t k = 0; k < kz; ++k) {
+                     const bool is_inside = plane(k) >= 0;
+                     for (int64_t i = 0; i < ky; ++i) {
+                       const T* const row = is_inside ? of_plane->at(y, i, 0) : zeros.data();
+                       for (int64_t j = 0; j < kx; ++j) *source++ = is_inside ? row + j : row;
+                     }
+                     of_plane += is_inside;
+                   }
+                   weigh(sources, taps, count, Itself(), target, tile.right - tile.left, next);
+                 }
+               });
+}
+
 CHIASM_INSTANTIATE(separable)
 CHIASM_INSTANTIATE(correlate2d)
+CHIASM_INSTANTIATE(correlate3d)
 
 }  // namespace chiasm::kernels

@@ -114,8 +114,7 @@ def _shifts(p: Tensor, kernel: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 _bordered2d = stencil(correlate2d_valid)
-#: The correlation of a volume with a border.
-correlated3d = stencil3d(correlate3d_valid)
+_bordered3d = stencil3d(correlate3d_valid)
 
 
 @primitive
@@ -125,6 +124,16 @@ def correlated2d(x: Tensor, kernel: Tensor, border_type: str) -> Tensor:
 
 
 correlated2d.lowering("native", when=kernels.has_kernel)(kernels.correlate2d)
+
+
+@primitive
+def correlated3d(x: Tensor, kernel: Tensor, border_type: str) -> Tensor:
+    """``correlated2d`` of a volume (B, C, D, H, W) with (B or 1, kd, kh, kw)."""
+    depth, height, width = centred(kernel.size(1)), centred(kernel.size(2)), centred(kernel.size(3))
+    return _bordered3d(x, depth, height, width, border_type, kernel)
+
+
+correlated3d.lowering("native", when=kernels.has_kernel)(kernels.correlate3d)
 
 
 def separable_any(

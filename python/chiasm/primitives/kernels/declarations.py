@@ -66,6 +66,13 @@ _declare(
     ["N in (1, B)", "1 <= KY <= INT32_MAX", "1 <= KX <= INT32_MAX", "KY * KX <= INT32_MAX"],
 )
 _declare(
+    "correlate3d(T[B, C, D, H, W] x, T[N, KZ, KY, KX] taps, Border border) -> T[B, C, D, H, W]",
+    "separable.cpp",
+    """Correlation of volumes with one window of taps for all, or one per volume, as `correlate2d`.""",
+    ["N in (1, B)", "D >= 1"]
+    + [f"1 <= {size} <= INT32_MAX" for size in ("KZ", "KY", "KX", "KZ * KY", "KZ * KY * KX")],
+)
+_declare(
     """separable_bytes(uint8[N, H, W] x, int32[RY, KY] taps_y, int32[RX, KX] taps_x, int step, Border border)
     -> uint8[N, H, W]""",
     "separable_bytes.cpp",
