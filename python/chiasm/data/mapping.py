@@ -161,14 +161,14 @@ class Map:
         """
         from .tensors import collate
 
-        return collate(self, samples, self._read())
+        return collate(self, samples, self._sources())
 
     def _numpy(self, batch: Mapping[str, Any]) -> dict[str, Any]:
         import numpy as np
 
         from .columns import from_numpy
 
-        columns = {name: from_numpy(name, self._find(batch, name)) for name in self._read()}
+        columns = {name: from_numpy(name, self._find(batch, name)) for name in self._sources()}
         kept = {name: values for name, values in batch.items() if name not in columns}
         rows, errors = self.run(columns, self._name_of(batch))
         valid = np.array([e is None for e in errors], bool)
@@ -183,7 +183,7 @@ class Map:
         from .columns import from_arrow
 
         names = batch.schema.names
-        columns = {name: from_arrow(name, self._find(batch, name)) for name in self._read()}
+        columns = {name: from_arrow(name, self._find(batch, name)) for name in self._sources()}
         rows, errors = self.run(columns, self._name_of(batch), first)
         # by their places, because several may have one name
         kept = [i for i, name in enumerate(names) if name not in columns]
@@ -219,7 +219,7 @@ class Map:
             result[ERROR] = pa.array(errors, pa.string())
         return result
 
-    def _read(self) -> list[str]:
+    def _sources(self) -> list[str]:
         """The columns that the op reads, each once."""
         return list(dict.fromkeys(self.columns.values()))
 

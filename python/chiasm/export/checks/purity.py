@@ -58,7 +58,7 @@ def impure(name: str, what: str, where: str | None, operator: str | None, remedy
     return Impure("\n".join(p for p in parts if p))
 
 
-def writes(name: str, target: str | None, where: str | None, operator: str | None) -> Impure:
+def write_error(name: str, target: str | None, where: str | None, operator: str | None) -> Impure:
     """The error for a write: into the input called `target`, or else into a state."""
     if target is not None:
         remedy = f"instead: change a copy: {target} = {target}.clone()" + (
@@ -70,7 +70,7 @@ def writes(name: str, target: str | None, where: str | None, operator: str | Non
     return impure(name, "it changes a tensor that it keeps between calls", where, operator, _STATE)
 
 
-def draws(name: str, where: str | None, operator: str | None) -> Impure:
+def draw_error(name: str, where: str | None, operator: str | None) -> Impure:
     """The error for random numbers."""
     return impure(name, "it draws random numbers, which are others in every engine", where, operator, _RANDOM)
 
@@ -98,7 +98,7 @@ class _Watch(TorchDispatchMode):
         for tensor in _written(func, args, kwargs):
             memory = _memory(tensor)
             if memory and memory not in self.made:
-                self.found = writes(
+                self.found = write_error(
                     self.name, self.inputs.get(memory), own_line(traceback.extract_stack()), str(func)
                 )
                 raise self.found
@@ -112,7 +112,7 @@ class _Watch(TorchDispatchMode):
         if drawing and (
             kwargs.get("generator") is not None or not torch.equal(before, torch.get_rng_state())
         ):
-            self.found = draws(self.name, own_line(traceback.extract_stack()), str(func))
+            self.found = draw_error(self.name, own_line(traceback.extract_stack()), str(func))
             raise self.found
         given = {_memory(t) for t in tree_iter((args, kwargs)) if isinstance(t, Tensor)}
         made = {_memory(t) for t in tree_iter(result) if isinstance(t, Tensor)}
@@ -227,7 +227,7 @@ def _watched(
         raise watch.found
     for key, value in copies.items():
         if not _same(value, inputs[key]):  # for example by NumPy, which the watch does not see
-            raise writes(name, key, None, None)
+            raise write_error(name, key, None, None)
     places = [(_memory(t), t.storage_offset(), t.shape, t.stride()) for t in (*copies.values(), *results)]
     return results, [places[i] in places[:i] for i in range(len(copies), len(places))]
 

@@ -17,7 +17,7 @@ from typing import Any
 import torch
 
 from ..errors import quoted_line
-from .purity import MARKERS, draws, impure, is_random, writes
+from .purity import MARKERS, draw_error, impure, is_random, write_error
 
 _STATE = "a state of the module"
 #: If one of these arguments is this constant, an operator draws no random numbers.
@@ -65,9 +65,9 @@ def check_script(name: str, scripted: torch.jit.ScriptModule, dtypes: Mapping[st
                 and (found := origins[value.debugName()])
             ):
                 target = min(found)
-                raise writes(name, None if target == _STATE else target, where, _spelled(node))
+                raise write_error(name, None if target == _STATE else target, where, _spelled(node))
         if _is_random(node, schema):
-            raise draws(name, where, _spelled(node))
+            raise draw_error(name, where, _spelled(node))
 
 
 def _graph(scripted: torch.jit.ScriptModule) -> torch._C.Graph:
