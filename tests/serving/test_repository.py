@@ -144,6 +144,7 @@ def test_refusals(tmp_path: Path) -> None:
         ([f"a/b={SOBEL}"], "expected a bundle"),
         ([f"..={SOBEL}"], "'..' cannot be a model's name"),
         ([f"a b={SOBEL}"], "'a b' cannot be a model's name"),
+        ([f"{'a' * 256}={SOBEL}"], "expected up to 255 letters"),
         ([SOBEL, SOBEL], "two models would be called 'filters.sobel'"),
         ([f"same={PREPARE}", SOBEL, "--ensemble", "same"], "two models would be called 'same'"),
         ([SOBEL, "--ensemble", "one"], "expected two parts or more, got 1"),

@@ -14,7 +14,7 @@ from ..export.manifest import SUFFIX, BundleError, read_manifest, schema
 from ..export.signing import check_files
 
 #: A model's name is a folder's name, and part of URLs.
-_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,254}")  # a folder's name has at most 255 bytes
 #: Element types of bundles, which Triton has too: numbers, and no strings
 _DTYPE = re.compile(schema()["$defs"]["dtype"]["pattern"])
 
@@ -68,7 +68,7 @@ class Part:
         """The name, if it is valid for a model."""
         if not _NAME.fullmatch(name):
             raise RepositoryError(
-                f"{name!r} cannot be a model's name: expected letters, digits, '_', '.' and '-'"
+                f"{name!r} cannot be a model's name: expected up to 255 letters, digits, '_', '.' and '-'"
             )
         return name
 
