@@ -65,11 +65,14 @@ def main() -> int:
                     progress.advance(task)
             if process.returncode:
                 return process.returncode
-    text = page(rows, load)
+    problems = [row["problem"] for row in rows if "problem" in row]
+    text = page([row for row in rows if "problem" not in row], load)
     if not options.ops:
         PAGE.write_text(text)
     print(text)
-    return 0
+    for problem in problems:
+        print(f"not in the table: {problem}", file=sys.stderr)
+    return 1 if problems else 0
 
 
 def page(rows: list[dict], load: float) -> str:
