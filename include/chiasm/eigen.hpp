@@ -16,6 +16,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -137,12 +138,12 @@ struct EigenLayout<T, std::enable_if_t<std::is_base_of_v<Eigen::QuaternionBase<T
 template <class Scalar>
 class Packed final {
  public:
-  Packed(std::vector<Scalar> values, Shape shape) : values_(std::move(values)), shape_(shape) {}
+  Packed(std::unique_ptr<Scalar[]> values, Shape shape) : values_(std::move(values)), shape_(shape) {}
   /** A read-only view. */
-  operator Tensor() const { return Tensor(values_.data(), shape_); }
+  operator Tensor() const { return Tensor(static_cast<const Scalar*>(values_.get()), shape_); }
 
  private:
-  std::vector<Scalar> values_;
+  std::unique_ptr<Scalar[]> values_;
   Shape shape_;
 };
 
@@ -152,17 +153,17 @@ template <class T, class Allocator>
 auto pack(const std::vector<T, Allocator>& items) {
   using Layout = detail::EigenLayout<T>;
   const Shape shape = Layout::shape(static_cast<int64_t>(items.size()));
-  std::vector<typename Layout::Scalar> values(static_cast<size_t>(shape.count()));
+  auto values = std::make_unique<typename Layout::Scalar[]>(static_cast<size_t>(shape.count()));
   const size_t each = static_cast<size_t>(Layout::shape(1).count());
-  for (size_t i = 0; i < items.size(); ++i) Layout::put(items[i], values.data() + i * each);
+  for (size_t i = 0; i < items.size(); ++i) Layout::put(items[i], values.get() + i * each);
   return Packed<typename Layout::Scalar>(std::move(values), shape);
 }
 
 /** One object, as a batch of one. */
 template <class T, class Layout = detail::EigenLayout<T>>
 auto pack(const T& item) {
-  std::vector<typename Layout::Scalar> values(static_cast<size_t>(Layout::shape(1).count()));
-  Layout::put(item, values.data());
+  auto values = std::make_unique<typename Layout::Scalar[]>(static_cast<size_t>(Layout::shape(1).count()));
+  Layout::put(item, values.get());
   return Packed<typename Layout::Scalar>(std::move(values), Layout::shape(1));
 }
 
@@ -173,6 +174,9 @@ auto unpack(const Tensor& tensor) {
   using Layout = detail::EigenLayout<T>;
   const Shape one = Layout::shape(1);
   const int64_t each = one.count();
+  if (tensor.device() != Device::cpu())
+    throw Error(CHIASM_INVALID_ARGUMENT,
+                "unpack: expected a tensor in the CPU's memory: copy it there first");
   const Shape& shape = tensor.shape();
   // The last dimensions must be those of an object; vectors may have one more dimension, of size 1.
   size_t left = shape.size(), wanted = one.size();

@@ -12,6 +12,7 @@
 
 #include "backends/plugin.h"
 #include "base/room.h"
+#include "base/signals.h"
 
 namespace chiasm::plugin {
 
@@ -21,6 +22,7 @@ inline int32_t threads_left(int32_t wanted) {
   std::vector<std::thread> threads;
   std::mutex mutex;
   std::unique_lock<std::mutex> all_are_there(mutex);
+  const SignalsBlocked blocked;  // in the new threads
   try {
     threads.reserve(static_cast<size_t>(wanted));
     while (static_cast<int32_t>(threads.size()) < wanted)

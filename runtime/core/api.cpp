@@ -1,9 +1,12 @@
 #include "core/api.h"
 
+#include <pthread.h>
+
 #include <cstring>
 #include <map>
 #include <mutex>
 
+#include "base/fork.h"
 #include "core/bundle.h"
 #include "core/method.h"
 #include "core/registry.h"
@@ -82,14 +85,31 @@ chiasm_status* set_trust_policy(int32_t policy, const char* const* keys, size_t 
   });
 }
 
-/** The texts of these keys, in memory that is never freed. */
+/** Lists of keys' texts, in memory that is never freed. */
+struct KeyTexts {
+  using Lists = std::map<std::vector<std::string>, std::vector<const char*>>;
+  std::mutex mutex;
+  Lists* lists = new Lists;
+
+  static KeyTexts& instance() {
+    static KeyTexts* const texts = [] {
+      ::pthread_atfork(nullptr, nullptr, [] {
+        KeyTexts& in_child = instance();
+        if (!free_in_child(in_child.mutex)) in_child.lists = new Lists;  // the old ones may be half changed
+      });
+      return new KeyTexts;
+    }();
+    return *texts;
+  }
+};
+
+/** The texts of these keys. */
 const std::vector<const char*>& interned(const std::vector<PublicKey>& keys) {
-  static std::mutex& mutex = *new std::mutex;
-  static auto& lists = *new std::map<std::vector<std::string>, std::vector<const char*>>;
+  KeyTexts& known = KeyTexts::instance();
   std::vector<std::string> texts;
   for (const PublicKey& key : keys) texts.push_back(text_of(key));
-  const std::lock_guard<std::mutex> lock(mutex);
-  const auto [place, is_new] = lists.try_emplace(std::move(texts));
+  const std::lock_guard<std::mutex> lock(known.mutex);
+  const auto [place, is_new] = known.lists->try_emplace(std::move(texts));
   if (is_new) {
     for (const std::string& text : place->first) place->second.push_back(text.c_str());
   }

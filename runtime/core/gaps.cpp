@@ -97,9 +97,10 @@ Order order_of(const chiasm_tensor& tensor) {
     if (size == 1) continue;
     if (stride < needed) return Order::no_order;
     gaps = gaps || stride != needed;
-    int64_t reach = 0;
-    if (__builtin_mul_overflow(stride, size, &needed) ||
-        __builtin_mul_overflow(stride * (size - 1), base::kDTypes[tensor.dtype].size, &reach) ||
+    int64_t elements = 0, reach = 0;  // from the first to the last along this dimension
+    if (__builtin_mul_overflow(stride, size - 1, &elements) ||
+        __builtin_add_overflow(needed, elements, &needed) ||
+        __builtin_mul_overflow(elements, base::kDTypes[tensor.dtype].size, &reach) ||
         __builtin_add_overflow(bytes, reach, &bytes))
       return Order::no_order;
   }

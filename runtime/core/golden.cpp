@@ -98,7 +98,7 @@ Comparison compare(const void* actual, const void* expected, size_t count, int32
     ++result.mismatches;
     result.passed = false;
     // The excess is NaN if a golden infinity came out finite, which counts as the worst.
-    if (result.mismatches == 1 || !(excess <= worst_excess)) {
+    if (result.mismatches == 1 || (!std::isnan(worst_excess) && !(excess <= worst_excess))) {
       worst_excess = excess;
       result.worst = i;
       result.actual = a;

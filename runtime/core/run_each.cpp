@@ -87,7 +87,13 @@ class Queue {
 void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, size_t input_count,
               const chiasm_tensor* outputs, size_t output_count, const chiasm_run_options* options) {
   const auto of_run = [](const chiasm_tensor* all, size_t run, size_t count) {
-    return all == nullptr || count == 0 ? all : &tensor_at(all, run * count);
+    if (all == nullptr || count == 0) return all;
+    const chiasm_tensor* const first = &tensor_at(all, run * count);
+    if (first->struct_size != all->struct_size)
+      fail(CHIASM_INVALID_ARGUMENT, "its first tensor's struct_size is " +
+                                        std::to_string(first->struct_size) + ", that of run 0 " +
+                                        std::to_string(all->struct_size));
+    return first;
   };
   check_run_options(options);  // even if there are no runs
   std::vector<Memory> memory;

@@ -188,10 +188,12 @@ void Signature::refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule
     shape += (i == 0 ? "" : ", ") + dims[i].text();
     for (const size_t symbol : dims[i].symbols()) {
       const Binding& from = bindings_[symbol];
-      const bool is_known = !is_input || from.input < tensor_index ||
-                            (from.input == tensor_index && rule.dims[i].rule == Rule::same) ||
-                            rule.dims[i].rule == Rule::expression;
-      if (!is_known || std::find(told.begin(), told.end(), symbol) != told.end()) continue;
+      const bool is_told = !is_input || from.input < tensor_index ||
+                           (from.input == tensor_index && rule.dims[i].rule == Rule::same) ||
+                           rule.dims[i].rule == Rule::expression;
+      if (!is_told || (is_input && !call.known[symbol]) ||
+          std::find(told.begin(), told.end(), symbol) != told.end())
+        continue;
       told.push_back(symbol);
       known += (known.empty() ? " with " : ", ") + symbols_[symbol].name + "=" +
                std::to_string(call.symbols[symbol]) + " (from ";
@@ -223,6 +225,7 @@ int64_t Signature::evaluate(const Expression& dim, const TensorRule& rule, const
 void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& call) const {
   check_array(inputs, count, inputs_.size(), "input");
   bool first_frames = true;
+  call.known.reset();
   for (size_t n = 0; n < count; ++n) {
     const TensorRule& rule = inputs_[n];
     const chiasm_tensor& given = tensor_at(inputs, n);
@@ -244,6 +247,7 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
                            std::to_string(symbol.max));
         }
         call.symbols[dim.operand] = got;
+        call.known.set(static_cast<size_t>(dim.operand));
       } else if (dim.rule != Rule::expression) {
         const int64_t expected = dim.rule == Rule::constant ? dim.operand : call.symbols[dim.operand];
         if (got != expected) refuse_shape(given, rule, "input", call, n, "");

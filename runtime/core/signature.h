@@ -1,6 +1,7 @@
 /** The checks between a caller and an engine: a backend gets only tensors that fit its method's signature. */
 #pragma once
 
+#include <bitset>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct Call {
   int64_t output_shapes[kMaxTensors][CHIASM_MAX_DIMS];
   size_t output_bytes[kMaxTensors];
   int64_t symbols[kMaxSymbols];
+  std::bitset<kMaxSymbols> known;       /**< which symbols the inputs have given so far */
   int64_t frame_shapes[kMaxTensors][4]; /**< of inputs that are single frames */
   int32_t missing = 0;                  /**< how many dimensions the first of these lacks */
 

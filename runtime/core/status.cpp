@@ -14,9 +14,16 @@ chiasm_status* out_of_memory() noexcept {
   return &status;
 }
 
+/** A message is one line, whatever texts of callers and engines are in it. */
+std::string one_line(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = c == '\n' || c == '\t' ? ' ' : '?';
+  return text;
+}
+
 chiasm_status* make_status(int32_t code, const char* message) noexcept {
   try {
-    return new chiasm_status{code, message};
+    return new chiasm_status{code, one_line(message)};
   } catch (...) {
     return out_of_memory();
   }

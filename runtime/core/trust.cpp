@@ -1,9 +1,13 @@
 #include "core/trust.h"
 
-#include <cstdlib>
-#include <mutex>
-#include <optional>
+#include <pthread.h>
 
+#include <atomic>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+
+#include "base/fork.h"
 #include "core/file.h"
 #include "core/registry.h"
 #include "core/status.h"
@@ -13,14 +17,26 @@ namespace {
 
 constexpr const char* kPolicyNames[] = {"any", "signed", "data_only"};
 
+/** A trust that was set, and those set before it, which readers may still have. */
+struct Set {
+  Trust trust;
+  std::unique_ptr<const Set> before;
+};
+
+/** A fork may come at any time. So a new trust is one store, and keys are read from files outside the lock. */
 struct State {
-  std::mutex mutex;
-  std::optional<Trust> set;
-  bool used = false;
+  std::mutex mutex;  // of whoever sets
+  std::atomic<const Set*> last{nullptr};
+  std::atomic<bool> used{false};
+
+  void set(Trust trust) { last.store(new Set{std::move(trust), std::unique_ptr<const Set>(last.load())}); }
 };
 
 State& state() {
-  static State* const instance = new State;
+  static State* const instance = [] {
+    ::pthread_atfork(nullptr, nullptr, [] { free_in_child(state().mutex); });
+    return new State;
+  }();
   return *instance;
 }
 
@@ -76,23 +92,23 @@ void set_trust(int32_t policy, const std::vector<std::string>& keys) {
   const std::lock_guard<std::mutex> lock(now.mutex);
   if (now.used)
     fail(CHIASM_FAILED_PRECONDITION, "the trust policy cannot change after the first method was loaded");
-  now.set = std::move(trust);
+  now.set(std::move(trust));
 }
 
 Trust get_trust() {
-  State& now = state();
-  const std::lock_guard<std::mutex> lock(now.mutex);
-  return now.set ? *now.set : from_environment();
+  const Set* const last = state().last.load();
+  return last != nullptr ? last->trust : from_environment();
 }
 
 const Trust& use_trust() {
   State& now = state();
-  const std::lock_guard<std::mutex> lock(now.mutex);
   if (!now.used) {
-    if (!now.set) now.set = from_environment();
+    Trust trust = get_trust();
+    const std::lock_guard<std::mutex> lock(now.mutex);
+    if (now.last.load() == nullptr) now.set(std::move(trust));
     now.used = true;
   }
-  return *now.set;
+  return now.last.load()->trust;
 }
 
 }  // namespace chiasm::core

@@ -31,7 +31,7 @@ OrtErrorCode code_of(int32_t code) {
   }
 }
 
-/** Compiled reductions allocate a partial result for each of this many threads. */
+/** Compiled ops allocate memory for each of this many threads before they start them. */
 int32_t most_threads() {
   static const auto count =
       static_cast<int32_t>(std::clamp(std::thread::hardware_concurrency(), 1u, unsigned{Team::kMost}));
@@ -151,7 +151,7 @@ void Kernel::run(OrtKernelContext* context) {
   if (work.host.num_threads == 1) {
     work.run();
   } else {
-    Team team(api, context, experience_);
+    Team team(api, context, experience_, work.host.num_threads);
     work.host.context = &team;
     work.host.fork = [](void* t, Team::Body body, void* argument) {
       static_cast<Team*>(t)->fork(body, argument);

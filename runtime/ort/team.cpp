@@ -1,5 +1,6 @@
 #include "ort/team.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -69,13 +70,16 @@ void Team::take_part() {
 }
 
 void Team::fork(Body body, void* argument) {
-  const int32_t known = experience_.load(std::memory_order_relaxed), expected = known == 0 ? kMost : known;
+  const int32_t known = experience_.load(std::memory_order_relaxed);
+  const int32_t expected = known == 0 ? most_ : std::min(known, most_);
   int32_t count = joined_.load(std::memory_order_acquire);
   if (count < expected) {
     const auto limit = Clock::now() + kPatience;
     do relax();
     while ((count = joined_.load(std::memory_order_acquire)) < expected && Clock::now() < limit);
   }
+  // A larger pool has more threads than the op has prepared for.
+  count = std::min(count, most_);
   if (count == 1) {
     body(argument, 0, 1);
     return;

@@ -25,16 +25,17 @@ class Team final {
   using Experience = std::atomic<int32_t>;
   static constexpr int32_t kMost = 64;
 
-  Team(const OrtApi& api, const OrtKernelContext* context, Experience& experience)
-      : api_(api), context_(context), experience_(experience), serial_(next_serial()) {}
+  /** `most`: how many threads a region has at most, 1 to kMost, however many the session's pool has. */
+  Team(const OrtApi& api, const OrtKernelContext* context, Experience& experience, int32_t most)
+      : api_(api), context_(context), experience_(experience), most_(most), serial_(next_serial()) {}
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
   /** Calls `run` in this thread, during which `fork` may be called. Must not throw. */
   OrtStatus* run(void (*run)(void*), void* argument);
 
-  /** Calls body(argument, i, n) at the same time on n threads, this one being 0, and returns when all have
-   *  returned. */
+  /** Calls body(argument, i, n) at the same time on n threads, `most` of them or fewer, this one being 0, and
+   *  returns when all have returned. */
   void fork(Body body, void* argument);
 
  private:
@@ -46,6 +47,7 @@ class Team final {
   const OrtApi& api_;
   const OrtKernelContext* context_;
   Experience& experience_;
+  const int32_t most_;
   const std::thread::id master_ = std::this_thread::get_id();
   void (*run_)(void*) = nullptr;
   void* run_argument_ = nullptr;

@@ -325,9 +325,9 @@ the first error is raised, with the run's number.)")
       .def_readonly("available", &BackendInfo::available)
       .def_readonly("has_cuda", &BackendInfo::has_cuda)
       .def_readonly("engine_version", &BackendInfo::engine_version)
-      .def_readonly("problem", &BackendInfo::problem)
+      .def_property_readonly("problem", [](const BackendInfo& info) { return decoded(info.problem); })
       .def("__repr__", [](const BackendInfo& info) {
-        return "<" + info.name + ": " + (info.available ? info.engine_version : info.problem) + ">";
+        return decoded("<" + info.name + ": " + (info.available ? info.engine_version : info.problem) + ">");
       });
 
   m.def(

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <system_error>
 
+#include "base/signals.h"
+
 namespace chiasm::triton {
 
 Crew::~Crew() {
@@ -30,6 +32,7 @@ void Crew::start() {
   if (started_) return;
   threads_.reserve(size_);
   started_ = true;
+  const base::SignalsBlocked blocked;  // in the new threads
   try {
     while (threads_.size() < size_) threads_.emplace_back([this] { help(); });
   } catch (const std::system_error&) {

@@ -301,6 +301,23 @@ print(len(os.listdir("/proc/self/task")) - before, cores, out.tobytes().hex()[:6
     assert results[1][0] < 1.1
 
 
+def test_a_session_with_more_threads_than_the_machine_has_cores(tmp_path: Path) -> None:
+    # Kernels have memory for each thread of a region; this ended the process.
+    code = """
+import os, sys, numpy as np, onnxruntime, chiasm.onnx, chiasm.runtime
+options = onnxruntime.SessionOptions()
+options.intra_op_num_threads = 4 * os.cpu_count()
+session = chiasm.onnx.session(sys.argv[1], options=options)
+x = np.random.default_rng(0).random((1, 3, 1500, 1507), np.float32)
+expected = chiasm.runtime.open(sys.argv[1]).method(backend="native")(x)
+print(all(np.array_equal(session.run(None, {"input": x})[0], expected) for _ in range(30)))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(SOBEL)], capture_output=True, text=True, timeout=200, check=False
+    )
+    assert done.stdout.strip() == "True", (done.returncode, done.stderr)
+
+
 def test_many_callers_and_two_sessions_at_once() -> None:
     sessions = [onnxruntime.InferenceSession(SOBEL / FUSED, options(SOBEL, threads=t)) for t in (1, 2)]
     images = [np.random.default_rng(i).random((2, 3, 128, 100 + i), np.float32) for i in range(4)]

@@ -9,6 +9,7 @@
 
 #include "calls.h"
 #include "child.h"
+#include "support.h"
 
 namespace chiasm::testing {
 namespace {
@@ -108,6 +109,35 @@ TEST_P(Fork, AChildClosesWhatItsParentLoaded) {
   EXPECT_TRUE(child.well()) << child.text();
   EXPECT_EQ(child.words, "");
   EXPECT_EQ(bytes_of(sobel->run(image_.tensors)), expected) << "in the parent, after the fork";
+}
+
+/** The policy's lock is not a gate's: who opens a bundle has it while keys are read. */
+TEST(ForkOfTrust, WhileAnotherThreadReadsThePolicy) {
+  const TemporaryFolder folder;
+  const std::string key =
+      folder.write("key.pub", "RWTw5+M+30ejPJL8tKbwCcT38wi9MhKN6gMYCUvWEFLwjJgIr0gKPa8T\n");
+  const std::string bundle = bundle_path("filters.sobel");
+  const Ending process = in_child(seconds(60), [&] {
+    ::setenv("CHIASM_TRUST_POLICY", "any", 1);
+    ::setenv("CHIASM_TRUSTED_KEYS", key.c_str(), 1);
+    std::atomic<bool> stop{false};
+    std::thread other([&] {
+      while (!stop) Bundle::open(bundle);
+    });
+    std::string trouble;
+    for (int i = 0; i < 1000 && trouble.empty(); ++i) {
+      const Ending child = in_child(seconds(5), [&] {
+        Bundle::open(bundle);
+        return std::string();
+      });
+      if (!child.well()) trouble = "fork " + std::to_string(i) + ": " + child.text();
+    }
+    stop = true;
+    other.join();
+    return trouble;
+  });
+  EXPECT_TRUE(process.well()) << process.text();
+  EXPECT_EQ(process.words, "");
 }
 
 /** The first use of a backend in a child, whose parent only opened a bundle. */

@@ -154,6 +154,31 @@ TEST_F(Call, FramesThatDoNotFitAreNamed) {
               HasSubstr("for these inputs it is (4, 5, 3)"));
 }
 
+TEST_F(Call, AnErrorQuotesOnlyWhatThisCallHasGiven) {
+  const TemporaryFolder folder;
+  const Method square = Bundle::open(write_bundle(folder, [](Json& manifest) {
+                          manifest["methods"]["forward"]["inputs"][0]["shape"] = {"B", 3, "H", "H"};
+                          manifest["methods"]["forward"]["outputs"][0]["shape"] = {"B", 3, "H", "H"};
+                        })).method("forward");
+  std::vector<float> image(2 * 3 * 7 * 7, 1.0f);
+  square.run({Tensor(image.data(), {2, 3, 7, 7}), sigma_view_});
+  EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT,
+                    [&] {
+                      square.run({Tensor(image.data(), {5}), sigma_view_});
+                    }),
+            "input 'input': expected shape (B, 3, H, H), got (5,)");
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
+                      [&] {
+                        square.run({Tensor(image.data(), {2, 3, 5, 4}), sigma_view_});
+                      }),
+              HasSubstr("with H=5 (from dimension 2), got (2, 3, 5, 4)"));
+}
+
+TEST_F(Call, AMessageIsOneLine) {
+  EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [&] { Bundle::open(path_).method("a\nb\x1b"); }),
+              HasSubstr("has no method 'a b?'"));
+}
+
 TEST_F(Call, ExpressionsInInputs) {
   const Method vjp = Bundle::open(path_).method("vjp");
   EXPECT_EQ(vjp.run({input_, sigma_view_})[0].shape(), (Shape{2, 3, 4, 5}));
@@ -189,6 +214,11 @@ TEST_F(Call, Strides) {
   EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {0, 20, 5, 1}), sigma_view_}),
               HasSubstr("(0, 20, 5, 1)"));
   method_.run({Tensor::strided(image_.data(), shape, {60, 20, 5, 1}), sigma_view_});
+  // Every other column of rows of odd length: behind a row's last element there is no gap.
+  std::vector<float> odd(2 * 3 * 4 * 9, 1.0f);
+  method_.run({Tensor::strided(odd.data(), shape, {3 * 4 * 9, 4 * 9, 9, 2}), sigma_view_});
+  EXPECT_THAT(refused({Tensor::strided(odd.data(), shape, {3 * 4 * 8, 4 * 8, 8, 2}), sigma_view_}),
+              HasSubstr("row-major"));
   // A dimension of size 1 may have any stride.
   method_.run({Tensor::strided(image_.data(), {1, 3, 4, 5}, {-7, 20, 5, 1}),
                Tensor::strided(sigma_.data(), {1, 2}, {99, 1})});
@@ -410,6 +440,19 @@ TEST_F(Call, RunEach) {
   EXPECT_EQ(refused({given, {input_}}, {first, other}),
             "run_each: run 1 has other numbers of tensors than run 0");
   EXPECT_EQ(refused({{input_}}, {first}), "run 0: expected 2 inputs, got 1");
+  chiasm_tensor tensors[4] = {input_.c_tensor(), sigma_view_.c_tensor(), input_.c_tensor(),
+                              sigma_view_.c_tensor()};
+  tensors[2].struct_size = 1024;
+  chiasm_tensor outputs[4] = {first[0].c_tensor(), first[1].c_tensor(), other[0].c_tensor(),
+                              other[1].c_tensor()};
+  EXPECT_EQ(
+      refusal(CHIASM_INVALID_ARGUMENT,
+              [&] {
+                const chiasm_api& api = detail::api();
+                detail::check(api.method_run_each(method_.c_handle(), 2, tensors, 2, outputs, 2, nullptr));
+              }),
+      "run 1: its first tensor's struct_size is 1024, that of run 0 " +
+          std::to_string(sizeof(chiasm_tensor)));
   EXPECT_THAT(refused({given, {Tensor(image_.data(), {4, 5, 3}), sigma_view_}}, {first, other}),
               ::testing::StartsWith("run 1: input 'input': expected"));
   EXPECT_EQ(refused({given, given}, {first, first}),

@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 
 #include "on_backend.h"
+#include "support.h"
 
 namespace chiasm::testing {
 namespace {
@@ -171,6 +172,19 @@ TEST_P(WithEigen, EssentialMatricesComeApartAsByEigensSvd) {
         << i;
     EXPECT_NEAR(std::abs(t.at(i).cast<double>().dot(u.col(2))), 1, 1e-5);
   }
+}
+
+TEST(Eigen, BoolsArePackedAndOtherMemoryIsNotRead) {
+  using Mask = Eigen::Matrix<bool, 2, 3>;
+  Mask mask = Mask::Constant(false);
+  mask(1, 2) = true;
+  const auto packed = pack(std::vector<Mask>{mask, Mask::Constant(true)});
+  const Tensor tensor = packed;
+  EXPECT_EQ(tensor.shape(), (Shape{2, 2, 3}));
+  EXPECT_EQ(unpack<Mask>(tensor).at(0), mask);
+  const Tensor elsewhere(reinterpret_cast<const float*>(64), {1, 3}, Device::cuda(0));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { unpack<Eigen::Vector3f>(elsewhere); }),
+              HasSubstr("expected a tensor in the CPU's memory"));
 }
 
 }  // namespace

@@ -160,6 +160,8 @@ TEST(Compare, NanAndInfinity) {
   EXPECT_TRUE(core::compare(golden, golden, 6, CHIASM_FLOAT64, {}).passed);
   const double actual[] = {1, -inf, 1, nan, inf, nan};
   EXPECT_EQ(core::compare(actual, golden, 6, CHIASM_FLOAT64, {1, 1}).mismatches, 6u);
+  const double finite[] = {1, 5}, infinite[] = {inf, 5.1};  // an infinity that came out finite is the worst
+  EXPECT_EQ(core::compare(finite, infinite, 2, CHIASM_FLOAT64, {}).worst, 0u);
 }
 
 TEST(Compare, DecodesHalfPrecision) {

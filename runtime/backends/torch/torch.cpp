@@ -318,7 +318,8 @@ class LoadedProgram {
     const std::string raised = after("\nbuiltins.");  // by the op: the class, a colon, its text
     const size_t colon = raised.find(": ");
     if (reason.empty() && colon != std::string::npos) reason = raised.substr(colon + 2);
-    throw Error(CHIASM_INTERNAL, reason.empty() ? text : reason.substr(0, reason.find('\n')));
+    if (reason.empty()) reason = text;
+    throw Error(CHIASM_INTERNAL, reason.substr(0, reason.find('\n')));
   }
 
   // The method's inputs are the forward's, then the gradient of each floating output; its outputs are the
