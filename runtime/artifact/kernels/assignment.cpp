@@ -121,7 +121,9 @@ class Assignment {
     auto least = hn::Set(d, kInfinity);
     int64_t k = 0;
     for (; k + kLanes<double> <= m_; k += kLanes<double>) least = smaller(shorten(d, k), least);
-    double nearest = hn::GetLane(hn::MinOfLanes(d, least));
+    double lanes[kLanes<double>];  // the scalar target's MinOfLanes makes the largest number of infinity
+    hn::StoreU(least, d, lanes);
+    double nearest = *std::min_element(lanes, lanes + kLanes<double>);
     for (; k < m_; ++k) nearest = std::min(nearest, hn::GetLane(shorten(Lane<double>(), k)));
     return nearest;
   }

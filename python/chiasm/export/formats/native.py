@@ -38,6 +38,7 @@ from . import compiler, isas
 from .compiler import HEADERS, Build
 from .isas import ISAS, LINK_OF, compiler_command, library_folder, run_tool, settings
 from .native_cache import NativeArtifact, cache_folder, keep, kept, key, missing_symbols, operators, zipped
+from .native_sums import sum_in_steps
 from .networks import use_kernels
 from .selections import refuse_negative, select_by_tensors
 
@@ -126,8 +127,10 @@ def to_native(
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
     source = program("cuda" if ISAS[isa].sm else "native")
-    if not ISAS[isa].sm and not gradient:
-        use_kernels(source)
+    if not ISAS[isa].sm:
+        if not gradient:
+            use_kernels(source)
+        sum_in_steps(source)
     entry = cache_folder() / "native" / f"{key(source, spec, isa, signature, gradient)}.pt2"
     if kept(entry):
         return NativeCode(spec, isa, entry, None, program)
@@ -178,6 +181,7 @@ class NativeCode:
             )
         with closing(Build(at_once=True)) as whole:
             program = refuse_negative(select_by_tensors(self.program("vjp"), self.spec.name))
+            sum_in_steps(program)
             package = _inductor(program, self.spec, self.isa, _ONE_THREAD, whole)
         return NativeArtifact(_repack(package), needs_libtorch=True, why=why)
 
