@@ -78,13 +78,15 @@ def test_an_ensemble(server: Server, tmp_path: Path) -> None:
         server.unload(name)
 
 
-def passing(path: Path, before: str, after: str) -> Path:
-    """A network that only renames its input."""
+def passing(path: Path, before: str, *after: str) -> Path:
+    """A network whose outputs `after` are its input times 1, 2 ..."""
+    counts = [numpy_helper.from_array(np.array(i + 1, np.float32), f"count{i}") for i in range(len(after))]
     graph = helper.make_graph(
-        [helper.make_node("Identity", [before], [after])],
+        [helper.make_node("Mul", [before, c.name], [out]) for c, out in zip(counts, after, strict=True)],
         "passing",
         [helper.make_tensor_value_info(before, TensorProto.FLOAT, ["N"])],
-        [helper.make_tensor_value_info(after, TensorProto.FLOAT, ["N"])],
+        [helper.make_tensor_value_info(out, TensorProto.FLOAT, ["N"]) for out in after],
+        counts,
     )
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=8)
     onnx.save_model(model, path)
@@ -93,16 +95,37 @@ def passing(path: Path, before: str, after: str) -> Path:
 
 def test_names_that_are_taken(server: Server, tmp_path: Path) -> None:
     """In an ensemble, a name belongs to one tensor."""
-    first, second = passing(tmp_path / "a.onnx", "x", "y"), passing(tmp_path / "b.onnx", "y", "x")
-    assert run(server.repository, "--ensemble", "round", first, second)[0] == 0
+    first = passing(tmp_path / "a.onnx", "x", "first.y", "y")
+    second = passing(tmp_path / "b.onnx", "y", "x", "x_out", "first.y")
+    assert run(server.repository, "--ensemble", "round", f"first={first}", f"second={second}")[0] == 0
     server.http.load_model("round")
     x = np.arange(5, dtype=np.float32)
     answer = server.grpc.infer("round", tensors(grpc_client, {"x": x}))
-    assert np.array_equal(answer.as_numpy("x_out"), x)
+    # The second part takes `y`, which is twice the input
+    for name, expected in (("x_out_2", 2 * x), ("x_out", 4 * x), ("first.y", 6 * x)):
+        assert np.array_equal(answer.as_numpy(name), expected), name
     server.unload("round")
-    between = passing(tmp_path / "first.onnx", "first.y", "y")
-    status, said = run(tmp_path / "models", "--ensemble", "round", between, f"last={first}")
-    assert status == 1 and "'first.y' is a tensor of its own and one between two parts" in said
+
+
+def test_names_between_parts_are_kept_apart(server: Server, tmp_path: Path) -> None:
+    """`a` with the output `b.c`, and `a.b` with the output `c`."""
+    parts = [("a", "i", "b.c"), ("a.b", "b.c", "c"), ("last", "c", "o")]
+    files = [f"{name}={passing(tmp_path / f'{name}.onnx', x, y)}" for name, x, y in parts]
+    assert run(server.repository, "--ensemble", "dots", *files)[0] == 0
+    server.http.load_model("dots")
+    x = np.arange(5, dtype=np.float32)
+    assert np.array_equal(server.grpc.infer("dots", tensors(grpc_client, {"i": x})).as_numpy("o"), x)
+    server.unload("dots")
+
+
+def test_an_output_that_no_part_takes_is_left_out(server: Server, tmp_path: Path) -> None:
+    more = passing(tmp_path / "more.onnx", "i", "unused", "z")
+    last = passing(tmp_path / "taking.onnx", "z", "o")
+    assert run(server.repository, "--ensemble", "fewer", more, last)[0] == 0
+    server.http.load_model("fewer")
+    x = np.arange(5, dtype=np.float32)
+    assert np.array_equal(server.grpc.infer("fewer", tensors(grpc_client, {"i": x})).as_numpy("o"), 2 * x)
+    server.unload("fewer")
 
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:

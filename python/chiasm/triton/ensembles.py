@@ -33,57 +33,67 @@ def joined(name: str, parts: Sequence[Part]) -> Ensemble:
     if len(parts) < 2:
         raise RepositoryError(f"ensemble '{name}': expected two parts or more, got {len(parts)}")
     inputs: list[Tensor] = []
-    steps: list[Step] = []
-    before: dict[str, Tensor] = {}  # the outputs of the part before, by their names in the ensemble
+    sources: list[dict[str, str | None]] = []  # of each part's inputs
+    before: Sequence[Tensor] = ()  # the outputs of the part before
     for i, part in enumerate(parts):
-        last = i == len(parts) - 1
         wanted, given = part.tensors
-        sources = _sources(name, part, wanted, before)
-        if i > 0 and not any(sources.values()):
+        sources.append(_sources(name, part, wanted, before))
+        if i > 0 and not any(sources[i].values()):
             raise RepositoryError(
-                f"ensemble '{name}': no output of '{parts[i - 1].name}' ({_listed(before.values())}) has the"
+                f"ensemble '{name}': no output of '{parts[i - 1].name}' ({_listed(before)}) has the"
                 f" name of an input of '{part.name}' ({_listed(wanted)}), and there is more than one"
             )
         for tensor in wanted:
-            if sources[tensor.name] is None:
+            if sources[i][tensor.name] is None:
                 if any(tensor.name == each.name for each in inputs):
                     raise RepositoryError(
                         f"ensemble '{name}': two parts have an input '{tensor.name}' of their own"
                     )
                 inputs.append(tensor)
-        outside = {t.name: t.name if last else f"{part.name}.{t.name}" for t in given}
-        steps.append(Step(part.name, {k: v or k for k, v in sources.items()}, outside))
-        before = {outside[t.name]: t for t in given}
-    outputs = [replace(tensor, name=called) for called, tensor in before.items()]
-    if clash := {t.name for t in inputs} & {t.name for t in outputs}:
-        # Within an ensemble a name must be unique
-        renamed = {called: f"{called}_out" for called in clash}
-        outputs = [replace(t, name=renamed.get(t.name, t.name)) for t in outputs]
-        steps[-1] = replace(steps[-1], outputs={k: renamed.get(v, v) for k, v in steps[-1].outputs.items()})
-    between = {called for step in steps[:-1] for called in step.outputs.values()}
-    if taken := between & {t.name for t in [*inputs, *outputs]}:
-        raise RepositoryError(
-            f"ensemble '{name}': '{min(taken)}' is a tensor of its own and one between two parts: give the"
-            " part another name, NAME=PATH"
-        )
+        before = given
+    # Within an ensemble a name must be unique
+    own = {t.name for t in inputs}
+    taken = own | {t.name for t in before}
+    results = {t.name: _free(f"{t.name}_out", taken) if t.name in own else t.name for t in before}
+    outputs = [replace(t, name=results[t.name]) for t in before]
+    steps: list[Step] = []
+    named: dict[str, str] = {}  # the outputs of the part before, by their names in it
+    for i, part in enumerate(parts):
+        outside = {k: k if v is None else named[v] for k, v in sources[i].items()}
+        if i == len(parts) - 1:
+            named = results
+        else:  # Triton refuses a tensor that no step takes
+            used = {v for v in sources[i + 1].values() if v is not None}
+            given = (t.name for t in part.tensors[1] if t.name in used)
+            named = {each: _free(f"{part.name}.{each}", taken) for each in given}
+        steps.append(Step(part.name, outside, named))
     return Ensemble(name, inputs, outputs, steps)
 
 
 def _sources(
-    name: str, part: Part, wanted: Sequence[Tensor], before: dict[str, Tensor]
+    name: str, part: Part, wanted: Sequence[Tensor], before: Sequence[Tensor]
 ) -> dict[str, str | None]:
     """The source of each input: an output of the previous part, or None."""
-    by_name = {tensor.name: called for called, tensor in before.items()}
-    sources: dict[str, str | None] = {tensor.name: by_name.get(tensor.name) for tensor in wanted}
+    offered = {tensor.name: tensor for tensor in before}
+    sources = {tensor.name: tensor.name if tensor.name in offered else None for tensor in wanted}
     if len(wanted) == len(before) == 1:
-        sources = {wanted[0].name: next(iter(before))}
+        sources = {wanted[0].name: before[0].name}
     for tensor in wanted:
-        called = sources[tensor.name]
-        if called is not None and not before[called].fits(tensor):
+        source = sources[tensor.name]
+        if source is not None and not offered[source].fits(tensor):
             raise RepositoryError(
-                f"ensemble '{name}': output {before[called]} cannot become input {tensor} of '{part.name}'"
+                f"ensemble '{name}': output {offered[source]} cannot become input {tensor} of '{part.name}'"
             )
     return sources
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """`name`, with a number after it if it is taken."""
+    free, number = name, 2
+    while free in taken:
+        free, number = f"{name}_{number}", number + 1
+    taken.add(free)
+    return free
 
 
 def _listed(tensors: Iterable[Tensor]) -> str:
