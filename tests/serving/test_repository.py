@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import errno
 import os
 import shutil
 import subprocess
@@ -138,6 +139,35 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
     assert run(repository, f"dangling={SOBEL}")[0] == 1
     assert before == {path: path.read_bytes() for path in repository.rglob("*") if path.is_file()}
     assert sorted(path.name for path in tmp_path.iterdir()) == ["models"]
+
+
+def test_a_repository_that_is_a_mount() -> None:
+    """Like a volume in a container: nothing can be moved into it from outside."""
+    repository, name = Path("/dev/shm"), f"chiasm-test-{os.getpid()}"
+    if not os.path.ismount(repository):
+        pytest.skip(f"{repository} is no mount here")
+    try:
+        status, said = run(repository, f"{name}={SOBEL}")
+        assert status == 0, said
+        assert (repository / name / "1" / SOBEL.name / "manifest.json").is_file()
+        assert (repository / name / "config.pbtxt").is_file()
+        assert not [*repository.glob(".chiasm-triton-*"), *repository.parent.glob(".chiasm-triton-*")]
+    finally:
+        shutil.rmtree(repository / name, ignore_errors=True)
+
+
+def test_all_models_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rename, repository = os.rename, tmp_path / "models"
+
+    def full(source: Path, target: Path) -> None:
+        if target.name == "second":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(source), None, str(target))
+        rename(source, target)
+
+    monkeypatch.setattr(os, "rename", full)
+    status, said = run(repository, f"first={SOBEL}", f"second={SOBEL}")
+    assert status == 1 and f"{repository / 'second'}: No space left on device" in said, said
+    assert not list(repository.iterdir()) and [p.name for p in tmp_path.iterdir()] == ["models"]
 
 
 def test_refusals(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from .ensembles import Ensemble, joined
 from .parts import Part, RepositoryError, Tensor
 
 _NETWORK = Path(__file__).with_name("network.py")
+_SCRATCH = ".chiasm-triton-"
 
 
 def write(repository: Path, parts: Sequence[Part], ensemble: str | None = None) -> list[Path]:
@@ -59,18 +60,42 @@ def write(repository: Path, parts: Sequence[Part], ensemble: str | None = None) 
             )
         _ = part.tensors  # reads the bundle: nothing is written before all bundles are known to be valid
     repository.mkdir(parents=True, exist_ok=True)
-    # Write beside the repository and then move: a running server must see only complete models
-    with tempfile.TemporaryDirectory(prefix=".chiasm-triton-", dir=repository.resolve().parent) as scratch:
-        for part in parts:
-            _write_part(Path(scratch) / part.name, part)
-        for each in chain:
-            _write_ensemble(Path(scratch) / each.name, each)
-        for name in names:
-            try:
+    moved: list[Path] = []
+    try:
+        # Write elsewhere and then move: a running server must see only complete models
+        with tempfile.TemporaryDirectory(prefix=_SCRATCH, dir=_movable_from(repository)) as scratch:
+            for part in parts:
+                _write_part(Path(scratch) / part.name, part)
+            for each in chain:
+                _write_ensemble(Path(scratch) / each.name, each)
+            for name in names:
                 os.rename(Path(scratch) / name, repository / name)
-            except OSError as error:
-                raise RepositoryError(f"{repository / name}: {error.strerror}") from error
-    return [repository / name for name in names]
+                moved.append(repository / name)
+    except BaseException as error:
+        for folder in moved:
+            shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OSError):
+            file = str(error.filename2 or error.filename or repository)
+            where = repository if _SCRATCH in file else file
+            raise RepositoryError(f"{where}: {error.strerror or error}") from error
+        raise
+    return moved
+
+
+def _movable_from(repository: Path) -> Path:
+    """A folder from which models can be moved into the repository: the one that holds it. If the repository
+    is a mount, as in a container, or that folder cannot be written, the repository itself, where a server
+    that polls reports the unfinished folder in its log."""
+    beside = repository.resolve().parent
+    try:
+        with tempfile.TemporaryDirectory(prefix=_SCRATCH, dir=beside) as scratch:
+            file, moved = Path(scratch) / "probe", repository / Path(scratch).name
+            file.touch()  # a file, because a server takes each folder for a model
+            os.rename(file, moved)
+            moved.unlink()
+    except OSError:
+        return repository
+    return beside
 
 
 def _write_part(folder: Path, part: Part) -> None:
