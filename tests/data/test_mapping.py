@@ -444,6 +444,37 @@ def test_a_bundle_travels_in_the_pickle(tmp_path: Path, monkeypatch: pytest.Monk
         pickle.loads(data).parcel.folder()
 
 
+def test_a_child_forked_during_a_load_loads_too() -> None:
+    code = f"""
+import os, signal, threading
+import chiasm.data.mapping as mapping
+
+loading, forked, load = threading.Event(), threading.Event(), mapping._open
+
+def wait(wanted):
+    loading.set()
+    forked.wait(20)
+    return load(wanted)
+
+mapping._open = wait
+thread = threading.Thread(target=mapping.Map({str(SOBEL)!r}).open)
+thread.start()
+loading.wait(20)
+pid = os.fork()
+if pid == 0:
+    mapping._open = load
+    signal.alarm(10)
+    mapping.Map({str(BLUR)!r}).open()
+    os._exit(0)
+status = os.waitpid(pid, 0)[1]
+forked.set()
+thread.join()
+print(status)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "0\n", done.stdout + done.stderr
+
+
 def test_a_damaged_bundle_is_not_sent(tmp_path: Path) -> None:
     bundle = tmp_path / "damaged.chiasm"
     shutil.copytree(SOBEL, bundle)

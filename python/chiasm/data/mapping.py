@@ -288,6 +288,15 @@ _opened: dict[tuple[Any, ...], Opened] = {}
 _lock = threading.Lock()
 
 
+def _renew_lock() -> None:
+    """A thread that is loading a method while the process forks is not in the child."""
+    global _lock
+    _lock = threading.Lock()
+
+
+os.register_at_fork(after_in_child=_renew_lock)
+
+
 def _open(wanted: Map) -> Opened:
     import hashlib
 
