@@ -390,11 +390,44 @@ def rename_outputs(model: onnx.ModelProto) -> None:
         value.name = "other"
 
 
-def add_tensor_outside(model: onnx.ModelProto) -> None:
+def outside() -> TensorProto:
     tensor = TensorProto(name="secret", data_type=1, dims=[1], data_location=TensorProto.EXTERNAL)
     tensor.external_data.add(key="location", value="/etc/passwd")
+    return tensor
+
+
+def sparse_outside() -> onnx.SparseTensorProto:
+    indices = numpy_helper.from_array(np.array([0]), "indices")
+    return onnx.SparseTensorProto(dims=[3], values=outside(), indices=indices)
+
+
+def add_constant(model: onnx.ModelProto, **value: object) -> None:
     nodes = model.functions[0].node if model.functions else model.graph.node
-    nodes.insert(0, helper.make_node("Constant", [], ["unused"], value=tensor))
+    nodes.insert(0, helper.make_node("Constant", [], ["unused"], **value))
+
+
+def add_tensor_outside(model: onnx.ModelProto) -> None:
+    add_constant(model, value=outside())
+
+
+def add_sparse_tensor_outside(model: onnx.ModelProto) -> None:
+    add_constant(model, sparse_value=sparse_outside())
+
+
+def add_sparse_initializer_outside(model: onnx.ModelProto) -> None:
+    model.graph.sparse_initializer.append(sparse_outside())
+
+
+def add_sparse_initializer_of_a_branch(model: onnx.ModelProto) -> None:
+    branch = onnx.GraphProto(name="branch", sparse_initializer=[sparse_outside()])
+    add_constant(model, then_branch=branch)
+
+
+def add_default_outside(model: onnx.ModelProto) -> None:
+    if model.functions:
+        model.functions[0].attribute_proto.append(helper.make_attribute("unused", outside()))
+    else:
+        add_tensor_outside(model)
 
 
 def add_function(model: onnx.ModelProto) -> None:
@@ -407,6 +440,10 @@ def add_function(model: onnx.ModelProto) -> None:
         (lambda model: b"\xff" * 100, "expected an ONNX model: "),
         (rename_outputs, "has the outputs other, the manifest says output"),
         (add_tensor_outside, "the tensor 'secret' is in another file"),
+        (add_sparse_tensor_outside, "the tensor 'secret' is in another file"),
+        (add_sparse_initializer_outside, "the tensor 'secret' is in another file"),
+        (add_sparse_initializer_of_a_branch, "the tensor 'secret' is in another file"),
+        (add_default_outside, "the tensor 'secret' is in another file"),
         (add_function, "defines the functions .*another, the manifest says"),
     ],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import onnx
-from google.protobuf.message import DecodeError
+from google.protobuf.message import DecodeError, Message
 from onnx import version_converter
 
 from chiasm.export.formats.onnx_function import DOMAIN, domain_version, function_name, fuse
@@ -148,15 +148,15 @@ def nodes(graph: onnx.GraphProto | onnx.FunctionProto) -> Iterator[onnx.NodeProt
             yield from nodes(inner)
 
 
-def tensors(model: onnx.ModelProto) -> Iterator[onnx.TensorProto]:
-    """The constants of a model, of its functions, and of all subgraphs."""
-    yield from model.graph.initializer
-    for whole in (model.graph, *model.functions):
-        for node in nodes(whole):
-            for attribute in node.attribute:
-                yield from (attribute.t, *attribute.tensors)
-            for inner in _subgraphs(node):
-                yield from inner.initializer
+def tensors(message: Message) -> Iterator[onnx.TensorProto]:
+    """Every tensor in a model, sparse ones and those in attributes' defaults included."""
+    if isinstance(message, onnx.TensorProto):
+        yield message
+        return
+    for field, value in message.ListFields():
+        if field.message_type is not None:
+            for each in (value,) if isinstance(value, Message) else value:
+                yield from tensors(each)
 
 
 def _subgraphs(node: onnx.NodeProto) -> Iterator[onnx.GraphProto]:
