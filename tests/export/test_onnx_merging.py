@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import onnx
@@ -354,6 +355,7 @@ def test_what_does_not_fit_after_a_model_is_said(light: Callable[[str], Path]) -
         chiasm.onnx.append(negative(TensorProto.DOUBLE), sobel, dtype="float32")
 
 
+@pytest.mark.filterwarnings("ignore:The onnxtxt format is experimental")
 def test_what_is_no_model_is_said(light: Callable[[str], Path], tmp_path: Path) -> None:
     bundle, junk, empty = light("filters.sobel"), tmp_path / "junk.onnx", tmp_path / "empty.onnx"
     junk.write_bytes(b"\xff" * 100)
@@ -364,6 +366,10 @@ def test_what_is_no_model_is_said(light: Callable[[str], Path], tmp_path: Path) 
         chiasm.onnx.prepend(bundle, bundle)
     for file in (junk, empty):
         with pytest.raises(ValueError, match=rf"^model: expected an ONNX file, got .*{file.name}"):
+            chiasm.onnx.append(file, bundle)
+    for suffix, text in (("json", "{"), ("textproto", "zz {"), ("onnxtxt", "<bad")):
+        (file := tmp_path / f"text.{suffix}").write_text(text)
+        with pytest.raises(ValueError, match=rf"^model: expected an ONNX file, got .*text\.{suffix}: "):
             chiasm.onnx.append(file, bundle)
     with pytest.raises(TypeError, match=r"^model: expected an onnx\.ModelProto or a file, got NoneType"):
         chiasm.onnx.append(None, bundle)
@@ -401,7 +407,7 @@ def sparse_outside() -> onnx.SparseTensorProto:
     return onnx.SparseTensorProto(dims=[3], values=outside(), indices=indices)
 
 
-def add_constant(model: onnx.ModelProto, **value: object) -> None:
+def add_constant(model: onnx.ModelProto, **value: Any) -> None:
     nodes = model.functions[0].node if model.functions else model.graph.node
     nodes.insert(0, helper.make_node("Constant", [], ["unused"], **value))
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import onnx
+from google.protobuf import json_format, text_format
 from google.protobuf.message import DecodeError
 from onnx import TensorProto, helper
 
@@ -17,6 +18,8 @@ from .functions import add_function, at_least, fused_model, names, nodes, opset
 from .methods import Method
 
 BundlePath = str | os.PathLike[str]
+#: By the file's suffix: onnx, json, textproto, onnxtxt
+_PARSE_ERRORS = (DecodeError, json_format.ParseError, text_format.ParseError, onnx.parser.ParseError)
 
 
 def prepend(
@@ -271,7 +274,7 @@ def _loaded(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
     try:
         loaded = onnx.load(os.fspath(model))
     # The last two: of tensors in other files
-    except (DecodeError, onnx.checker.ValidationError, ValueError) as error:
+    except (*_PARSE_ERRORS, onnx.checker.ValidationError, ValueError) as error:
         raise ValueError(f"model: expected an ONNX file, got {os.fspath(model)}: {error}") from None
     if not loaded.HasField("graph"):
         raise ValueError(f"model: expected an ONNX file, got {os.fspath(model)}, which has no graph")
