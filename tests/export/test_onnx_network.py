@@ -155,9 +155,15 @@ def test_wrong_inputs_and_other_exports_are_refused(light: Callable[[str], Path]
         ((x.double(), gain), TypeError, "'input': expected float32, got torch.float64"),
         ((x[0], gain), ValueError, r"'input': expected shape .B, C, H, W., got .3, 12, 15."),
         ((x, torch.rand(3)), ValueError, "'gain': expected shape .B., got .3,."),
+        ((x[:, :, :2], gain), ValueError, r"'input': .*, got .2, 3, 2, 15.: H must be from 4 to 4096$"),
+        ((torch.zeros(1, 1, 4, 4097), gain[:1]), ValueError, "W must be from 4 to 4096"),
     ]:
         with pytest.raises(kind, match=words):
             node(*inputs)
+    # A size that is open in the exported model is not limited by the check
+    free = {"inputs": ({2: Dim("height", min=1, max=99999)}, None)}
+    model = chiasm.onnx.export(node, (x, gain), dynamic_shapes=free)
+    assert model.graph.input[0].type.tensor_type.shape.dim[2].dim_param
     with pytest.raises(RuntimeError, match="exported to ONNX only"):
         torch.export.export(node, (x, gain))
     with pytest.raises(ValueError, match="dynamo"):

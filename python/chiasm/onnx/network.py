@@ -65,7 +65,7 @@ class Node(nn.Module):
 
         Raises:
             TypeError: the number of inputs or a dtype is wrong.
-            ValueError: a shape is wrong.
+            ValueError: a shape is wrong, or a size not within the manifest's limits.
             RuntimeError: an input requires a gradient that does not exist, or the export is not to ONNX.
         """
         shapes = self._output_shapes(inputs)
@@ -124,20 +124,19 @@ class Node(nn.Module):
                     f" {tensor.dtype}"
                 )
             if tensor.dim() != len(spec["shape"]):
-                raise ValueError(
-                    f"{where}: input {spec['name']!r}: expected shape ({', '.join(map(str, spec['shape']))}),"
-                    f" got {tuple(tensor.shape)}"
-                )
+                raise self._wrong_shape(spec, tensor)
             for wanted, size in zip(spec["shape"], tensor.shape):
                 if isinstance(wanted, str) and wanted.isidentifier():
+                    limits = self.opened.manifest["symbols"].get(wanted)
+                    # A size that is open in an export would be limited there by a comparison
+                    if limits and isinstance(size, int) and not limits["min"] <= size <= limits["max"]:
+                        why = f": {wanted} must be from {limits['min']} to {limits['max']}"
+                        raise self._wrong_shape(spec, tensor, why)
                     wanted = symbols.setdefault(wanted, size)
                 elif isinstance(wanted, str):
                     continue  # an expression, in the cotangents of a vjp
                 if wanted != size:
-                    raise ValueError(
-                        f"{where}: input {spec['name']!r}: expected shape"
-                        f" ({', '.join(map(str, spec['shape']))}), got {tuple(tensor.shape)}"
-                    )
+                    raise self._wrong_shape(spec, tensor)
         try:
             return [
                 [d if isinstance(d, int) else evaluate(d, symbols) for d in t["shape"]]
@@ -145,6 +144,13 @@ class Node(nn.Module):
             ]
         except ValueError as error:
             raise BundleError(f"an output's size is {error}") from error
+
+    def _wrong_shape(self, spec: dict[str, Any], tensor: Tensor, why: str = "") -> ValueError:
+        expected = ", ".join(map(str, spec["shape"]))
+        return ValueError(
+            f"{self.opened.folder}: input {spec['name']!r}: expected shape ({expected}), got"
+            f" {tuple(tensor.shape)}{why}"
+        )
 
 
 def export(
