@@ -95,6 +95,16 @@ def test_import_is_light() -> None:
     assert run_python(modules) == "[]"
 
 
+def test_stubs_of_engines_are_none_of_them() -> None:
+    """As a test or a build of documentation puts them into sys.modules."""
+    code = (
+        "import sys, types\n"
+        "for name in ('onnxruntime', 'torch'): sys.modules[name] = types.ModuleType(name)\n"
+        "import chiasm.runtime; print(chiasm.runtime._package_folder('torch'))"
+    )
+    assert run_python(code) == "None"
+
+
 def test_a_subinterpreter_refuses_the_import() -> None:
     # mod_wsgi runs applications in them.
     code = """

@@ -344,7 +344,10 @@ def _dtype_name(dtype: Any) -> str:
 
 def _package_folder(package: str) -> Path | None:
     """The folder of an installed package, without importing it."""
-    spec = find_spec(package)
+    try:
+        spec = find_spec(package)
+    except ValueError:  # a stub in sys.modules, as tests and builds of documentation put there
+        return None
     if spec is None or not spec.submodule_search_locations:
         return None
     return Path(next(iter(spec.submodule_search_locations)))
