@@ -364,6 +364,9 @@ def test_bad_device(bundle: runtime.Bundle, device: str) -> None:
         ({"num_threads": 2**31}, ValueError, "num_threads: expected a number from 0 to 2147483647, got"),
         ({"num_threads": 1.5}, TypeError, "num_threads: expected a whole number, got 1.5"),
         ({"num_threads": -1}, ChiasmError, "-1"),
+        ({"fused": "no"}, TypeError, "fused: expected a bool, got 'no'"),
+        ({"warm_up": "x"}, TypeError, "warm_up: expected a bool, got 'x'"),
+        ({"allow_native_code": "no"}, TypeError, "allow_native_code: expected a bool, got 'no'"),
         ({"backend": None}, TypeError, "backend: expected a str, got None"),
         ({"backend": "torch\0"}, ValueError, "backend: expected text without NUL"),
         ({"name": "forward\0"}, ValueError, "name: expected text without NUL"),
@@ -393,6 +396,8 @@ def test_arguments_of_the_module_that_cpp_does_not_take(bundle: runtime.Bundle) 
         bundle.signature("forward\0")
     with pytest.raises(ValueError, match="keys: expected text"):
         runtime.set_trust("signed", ["\0"])
+    with pytest.raises(TypeError, match="allow_native_code: expected a bool, got 'no'"):
+        bundle.self_test(allow_native_code="no")
     with pytest.raises(TypeError, match="keys: expected a list"):
         runtime.set_trust("signed", "k.pub")
 

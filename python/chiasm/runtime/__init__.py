@@ -157,7 +157,8 @@ class Bundle:
         if backend == "torch" or (backend == "auto" and _torch_is_elsewhere()):
             _open_libtorch()
         load = _load_options(backend, device, allow_native_code)
-        load.fused, load.warm_up, load.num_threads = fused, warm_up, _number("num_threads", num_threads)
+        load.fused, load.warm_up = _bool("fused", fused), _bool("warm_up", warm_up)
+        load.num_threads = _number("num_threads", num_threads)
         if dtype is not None:
             load.with_dtype(_text("dtype", _dtype_name(dtype)))
         if not isinstance(options, Mapping | None):  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -325,9 +326,17 @@ def _text(argument: str, value: Any) -> str:
     return value
 
 
+def _bool(argument: str, value: Any) -> bool:
+    """A truth value of any type, NumPy's too; texts and containers are none."""
+    if not hasattr(value, "__bool__"):
+        raise TypeError(f"{argument}: expected a bool, got {value!r}")
+    return bool(value)
+
+
 def _load_options(backend: str, device: Any, allow_native_code: bool) -> _runtime.LoadOptions:
     options = _runtime.LoadOptions.make()
-    options.backend, options.allow_native_code = _text("backend", backend), allow_native_code
+    options.backend = _text("backend", backend)
+    options.allow_native_code = _bool("allow_native_code", allow_native_code)
     options.with_device(*_parse_device(device))
     return options
 
