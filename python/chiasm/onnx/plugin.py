@@ -43,7 +43,7 @@ def library() -> Path:
             return folder / LIBRARY
     raise FileNotFoundError(
         f"there is no {LIBRARY} in {', '.join(map(str, folders))}: run `make build` in the source tree,"
-        " install `chiasm[onnx]` by pip, or name its folder in CHIASM_BACKEND_PATH"
+        ' run `pip install "chiasm[onnx]"`, or name its folder in CHIASM_BACKEND_PATH'
     )
 
 

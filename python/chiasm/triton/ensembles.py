@@ -77,7 +77,7 @@ def _sources(
     offered = {tensor.name: tensor for tensor in before}
     sources = {tensor.name: tensor.name if tensor.name in offered else None for tensor in wanted}
     if len(wanted) == len(before) == 1:
-        sources = {wanted[0].name: before[0].name}
+        sources[wanted[0].name] = before[0].name
     for tensor in wanted:
         source = sources[tensor.name]
         if source is not None and not offered[source].fits(tensor):

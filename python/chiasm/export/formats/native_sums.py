@@ -44,7 +44,9 @@ def _is_long(node: Node) -> bool:
     values: Tensor = cast("Node", node.args[0]).meta["val"]
     if values.dtype != torch.float32 or node.meta["val"].dtype != torch.float32:
         return False
-    sizes = [values.shape[i] for i in _dimensions(values, node.args[1] if len(node.args) > 1 else None)]
+    sizes: list[int | torch.SymInt] = [
+        values.shape[i] for i in _dimensions(values, node.args[1] if len(node.args) > 1 else None)
+    ]
     return len(sizes) > 1 and not all(isinstance(size, int) for size in sizes)
 
 
