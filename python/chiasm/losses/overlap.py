@@ -104,7 +104,8 @@ def _class_sums(pred: Tensor, target: Tensor, ignore_index: Optional[int]) -> Tu
     logits, counts = where_considered(pred, considered(target, ignore_index))
     probability = torch.softmax(logits, 1) * counts.to(pred.dtype)
     label = (class_planes(target, pred.size(1)) & counts).to(pred.dtype)
-    return (probability * label).flatten(2).sum(2), probability.flatten(2).sum(2), label.flatten(2).sum(2)
+    pixels = [i for i in range(2, probability.dim())]
+    return (probability * label).sum(pixels), probability.sum(pixels), label.sum(pixels)
 
 
 def _averaged_loss(part: Tensor, whole: Tensor, weights: Tensor, average: str, eps: float) -> Tensor:
