@@ -1,4 +1,4 @@
-"""Texts for a terminal. Imports only the standard library, and quickly."""
+"""Texts for a terminal, and names. Imports only the standard library, and quickly."""
 
 from __future__ import annotations
 
@@ -19,3 +19,12 @@ def one_line(text: object, most: int = 600) -> str:
     """The same in one line, without invisible characters, and shortened if it is very long."""
     line = " ".join("".join(c if c.isprintable() else " " for c in plain(str(text))).split())
     return line if len(line) <= most else f"{line[:most]} ..."
+
+
+def free_name(name: str, taken: set[str]) -> str:
+    """`name`, with a number after it if it is taken; `taken` gets the result."""
+    free, number = name, 2
+    while free in taken:
+        free, number = f"{name}_{number}", number + 1
+    taken.add(free)
+    return free

@@ -13,6 +13,7 @@ from onnx import TensorProto, helper
 
 from chiasm.export.formats.onnx_function import DOMAIN, function_name
 from chiasm.export.manifest import read_manifest
+from chiasm.export.text import free_name
 
 from .functions import add_function, at_least, fused_model, names, nodes, opset
 from .methods import Method
@@ -83,7 +84,7 @@ def prepend(
     inputs = [_renamed(v, _name(v.name, function.name, taken), sizes) for v in source.input]
     # Outputs that the model does not take keep a name and a type, so that `append` can connect them.
     others = {
-        v.name: _renamed(v, _free(f"{function.name}_{v.name}", taken), sizes)
+        v.name: _renamed(v, free_name(f"{function.name}_{v.name}", taken), sizes)
         for v in source.output
         if v.name not in pairs
     }
@@ -282,7 +283,7 @@ def _loaded(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
 
 
 def _call(function: str, inputs: list[str], outputs: list[str], merged: onnx.ModelProto) -> onnx.NodeProto:
-    name = _free(function, {n.name for n in nodes(merged.graph)})
+    name = free_name(function, {n.name for n in nodes(merged.graph)})
     return helper.make_node(function, inputs, outputs, name=name, domain=DOMAIN)
 
 
@@ -402,7 +403,7 @@ def _fit(
     function = function_name(opened.manifest["name"], opened.name)
     for symbol in limits:
         if symbol not in sizes:
-            sizes[symbol] = symbol if symbol not in taken else _free(f"{function}_{symbol}", taken)
+            sizes[symbol] = symbol if symbol not in taken else free_name(f"{function}_{symbol}", taken)
     return sizes
 
 
@@ -439,13 +440,4 @@ def _renamed(value: onnx.ValueInfoProto, name: str, sizes: dict[str, int | str])
 
 def _name(name: str, function: str, taken: set[str]) -> str:
     """`name`, with the function's name as a prefix if the model already uses it."""
-    return _free(f"{function}_{name}" if name in taken else name, taken)
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """`name`, with a number after it if it is taken."""
-    free, number = name, 2
-    while free in taken:
-        free, number = f"{name}_{number}", number + 1
-    taken.add(free)
-    return free
+    return free_name(f"{function}_{name}" if name in taken else name, taken)

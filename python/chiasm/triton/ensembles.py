@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from ..export.text import free_name
 from .parts import Part, RepositoryError, Tensor
 
 
@@ -54,7 +55,7 @@ def joined(name: str, parts: Sequence[Part]) -> Ensemble:
     # Within an ensemble a name must be unique
     own = {t.name for t in inputs}
     taken = own | {t.name for t in before}
-    results = {t.name: _free(f"{t.name}_out", taken) if t.name in own else t.name for t in before}
+    results = {t.name: free_name(f"{t.name}_out", taken) if t.name in own else t.name for t in before}
     outputs = [replace(t, name=results[t.name]) for t in before]
     steps: list[Step] = []
     named: dict[str, str] = {}  # the outputs of the part before, by their names in it
@@ -65,7 +66,7 @@ def joined(name: str, parts: Sequence[Part]) -> Ensemble:
         else:  # Triton refuses a tensor that no step takes
             used = {v for v in sources[i + 1].values() if v is not None}
             given = (t.name for t in part.tensors[1] if t.name in used)
-            named = {each: _free(f"{part.name}.{each}", taken) for each in given}
+            named = {each: free_name(f"{part.name}.{each}", taken) for each in given}
         steps.append(Step(part.name, outside, named))
     return Ensemble(name, inputs, outputs, steps)
 
@@ -85,15 +86,6 @@ def _sources(
                 f"ensemble '{name}': output {offered[source]} cannot become input {tensor} of '{part.name}'"
             )
     return sources
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """`name`, with a number after it if it is taken."""
-    free, number = name, 2
-    while free in taken:
-        free, number = f"{name}_{number}", number + 1
-    taken.add(free)
-    return free
 
 
 def _listed(tensors: Iterable[Tensor]) -> str:
