@@ -188,10 +188,10 @@ void Signature::refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule
     shape += (i == 0 ? "" : ", ") + dims[i].text();
     for (const size_t symbol : dims[i].symbols()) {
       const Binding& from = bindings_[symbol];
-      const bool is_told = !is_input || from.input < tensor_index ||
-                           (from.input == tensor_index && rule.dims[i].rule == Rule::same) ||
-                           rule.dims[i].rule == Rule::expression;
-      if (!is_told || (is_input && !call.known[symbol]) ||
+      // Not where the failing tensor itself gives the symbol: its shape stands in the message anyway. Outputs
+      // have no rules, and know all symbols.
+      const bool gives = is_input && from.input == tensor_index && rule.dims[i].rule == Rule::bind;
+      if (gives || (is_input && !call.known[symbol]) ||
           std::find(told.begin(), told.end(), symbol) != told.end())
         continue;
       told.push_back(symbol);
