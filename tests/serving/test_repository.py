@@ -185,6 +185,10 @@ def test_refusals(tmp_path: Path) -> None:
     (tmp_path / "empty.onnx").write_bytes(b"")
     os.mkfifo(tmp_path / "pipe.onnx")
     four = network(tmp_path / "four.onnx", channels=4)
+    hidden = onnx.load(four)
+    outside = TensorProto(name="secret", data_type=1, dims=[1], data_location=TensorProto.EXTERNAL)
+    hidden.graph.node.append(helper.make_node("Constant", [], ["unused"], value=outside))
+    (tmp_path / "hidden.onnx").write_bytes(hidden.SerializeToString())
     for arguments, words in (
         ([tmp_path / "nothing.chiasm"], "expected a bundle (a folder NAME.chiasm) or a *.onnx file"),
         ([damaged], "manifest.json: not JSON"),
@@ -193,6 +197,7 @@ def test_refusals(tmp_path: Path) -> None:
         ([no_model], "no.onnx"),
         ([tmp_path / "nothing.onnx"], "nothing.onnx: No such file"),
         ([tmp_path / "empty.onnx"], "empty.onnx: not an ONNX model: it has no outputs"),
+        ([tmp_path / "hidden.onnx"], "hidden.onnx: the tensor 'secret' is in another file"),
         ([tmp_path / "pipe.onnx"], "pipe.onnx: not a regular file but a pipe"),
         ([f"a/b={SOBEL}"], "expected a bundle"),
         ([f"..={SOBEL}"], "'..' cannot be a model's name"),

@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_margins, check_pair
+from ..primitives.core.checks import check_choice, check_four_sides, check_pair
 from ..primitives.random.draws import words
 from .base import GeometricAugmentationBase2D, Size, as_size, check_batch, identity
 from .decisions import check_always
@@ -95,7 +95,7 @@ def random_crop(
     check_batch(input, seed)
     check_pair(size, "size")
     check_choice(padding_mode, ["constant", "reflect", "replicate", "circular"], "padding_mode")
-    check_margins(padding, "padding")
+    check_four_sides(padding, "padding")
     margins = [padding[0], padding[1], padding[2], padding[3]]
     corner = _drawn_corner(seed, list(input.shape), size, margins, pad_if_needed)
     return cut(input, corner, size, padding_mode, fill)

@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_margins3d, check_size3d
+from ..primitives.core.checks import check_choice, check_six_sides, check_size3d
 from ..primitives.random.draws import check_seed, words
 from ..primitives.resampling.volumes import check_voxels
 from .base import AugmentationBase3D, as_mode, identity
@@ -81,7 +81,7 @@ def random_crop3d(
     check_seed(seed, input.size(0))
     check_choice(padding_mode, ["constant", "reflect", "replicate", "circular"], "padding_mode")
     check_size3d(size, "size")
-    check_margins3d(padding, "padding")
+    check_six_sides(padding, "padding")
     margins = [padding[0], padding[1], padding[2], padding[3], padding[4], padding[5]]
     corner = _drawn_corner(seed, list(input.shape), size, margins, pad_if_needed)
     return cut3d(input, corner, size, padding_mode, fill)

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_image
 from ..primitives.linalg.matrices import small_matmul
-from ..primitives.resampling.warping import away_from_zero, check_matrix, position_dtype
+from ..primitives.resampling.warping import away_from_zero, check_matrices, position_dtype
 from .laf import check_laf, determinants
 
 
@@ -227,7 +227,7 @@ def perspective_transform_lafs(trans_01: Tensor, lafs_1: Tensor) -> Tensor:
         tensor([[[[ 4.,  0., 14.],
                   [ 2.,  6., 10.]]]])
     """
-    check_matrix(trans_01, 3, 3, "trans_01")
+    check_matrices(trans_01, 3, 3, "trans_01")
     check_laf(lafs_1, "lafs_1")
     precision = position_dtype(lafs_1.dtype)
     m, frame = trans_01.to(precision)[:, None], lafs_1.to(precision)

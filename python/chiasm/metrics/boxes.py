@@ -8,7 +8,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank, check_tensor
 from ..primitives.geometry.boxes import intersections
 from ..primitives.numbers.ranking import stable_topk
-from .classification import check_integer
+from .classification import check_integer_tensor
 
 
 def mean_iou_bbox(boxes_1: Tensor, boxes_2: Tensor, box_format: str = "xyxy") -> Tensor:
@@ -199,7 +199,7 @@ def _check_like(value: Tensor, boxes: Tensor, name: str) -> None:
 
 def _classes(labels: Tensor, mask: Optional[Tensor], boxes: Tensor, n_classes: int, kind: str) -> Tensor:
     """The boxes' classes, 0 for those that are void."""
-    check_integer(labels, f"{kind}_labels")
+    check_integer_tensor(labels, f"{kind}_labels")
     _check_like(labels, boxes, f"{kind}_labels")
     known = labels.to(torch.int64)
     there = (known > 0) & (known < n_classes)

@@ -37,7 +37,7 @@ def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:  #
     check_floating(pred, "pred")
     if pred.size(1) < 1:
         raise ValueError(f"pred: expected at least one class, got {list(pred.shape)}")
-    check_integer(target, "target")
+    check_integer_tensor(target, "target")
     if (target.dim() != 1 and not (target.dim() == 2 and target.size(1) == 1)) or target.size(0) != pred.size(
         0
     ):
@@ -123,7 +123,7 @@ def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) 
     return ((common.to(torch.float64) + eps) / (union.to(torch.float64) + eps)).to(torch.float32)
 
 
-def check_integer(value: Tensor, name: str) -> None:
+def check_integer_tensor(value: Tensor, name: str) -> None:
     """Raise TypeError unless ``value`` has an integer dtype."""
     check_tensor(value, name)
     if value.is_floating_point() or value.is_complex():
@@ -132,8 +132,8 @@ def check_integer(value: Tensor, name: str) -> None:
 
 def _counts(pred: Tensor, target: Tensor, num_classes: int) -> Tensor:
     """(B, num_classes, num_classes), int64: rows are true classes."""
-    check_integer(pred, "pred")
-    check_integer(target, "target")
+    check_integer_tensor(pred, "pred")
+    check_integer_tensor(target, "target")
     if pred.dim() < 1:
         raise ValueError("pred: expected shape (B, *), got a scalar")
     if target.shape != pred.shape:

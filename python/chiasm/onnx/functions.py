@@ -5,10 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import onnx
-from google.protobuf.message import DecodeError, Message
+from google.protobuf.message import DecodeError
 from onnx import version_converter
 
-from chiasm.export.formats.onnx_function import DOMAIN, domain_version, function_name, fuse
+from chiasm.export.formats.onnx_function import (
+    DOMAIN,
+    domain_version,
+    external_tensors,
+    function_name,
+    fuse,
+)
 from chiasm.export.manifest import BundleError
 
 from .methods import Artifact, Method
@@ -53,10 +59,8 @@ def read_model(method: Method, artifact: Artifact | None) -> tuple[bytes, onnx.M
                     f"{file}: has the {what} {', '.join(found) or '(none)'}, the manifest says"
                     f" {', '.join(said)}"
                 )
-    # such a path may lead anywhere
-    for tensor in tensors(model):
-        if tensor.data_location == onnx.TensorProto.EXTERNAL:
-            raise BundleError(f"{file}: the tensor {tensor.name!r} is in another file, expected it inside")
+    for tensor in external_tensors(model):  # such a path may lead anywhere
+        raise BundleError(f"{file}: the tensor {tensor.name!r} is in another file, expected it inside")
     return data, model
 
 
@@ -146,17 +150,6 @@ def nodes(graph: onnx.GraphProto | onnx.FunctionProto) -> Iterator[onnx.NodeProt
         yield node
         for inner in _subgraphs(node):
             yield from nodes(inner)
-
-
-def tensors(message: Message) -> Iterator[onnx.TensorProto]:
-    """Every tensor in a model, sparse ones and those in attributes' defaults included."""
-    if isinstance(message, onnx.TensorProto):
-        yield message
-        return
-    for field, value in message.ListFields():
-        if field.message_type is not None:
-            for each in (value,) if isinstance(value, Message) else value:
-                yield from tensors(each)
 
 
 def _subgraphs(node: onnx.NodeProto) -> Iterator[onnx.GraphProto]:

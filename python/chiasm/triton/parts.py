@@ -118,16 +118,21 @@ def _of_network(file: Path) -> tuple[list[Tensor], list[Tensor]]:
     import onnx
     from google.protobuf.message import DecodeError
 
+    from ..export.formats.onnx_function import external_tensors
+
     try:
-        graph = onnx.load_from_string(read_regular(file, MOST_OF_FILE)).graph
+        model = onnx.load_from_string(read_regular(file, MOST_OF_FILE))
     except DecodeError as error:
         raise RepositoryError(f"{file}: not an ONNX model: {error}") from error
     except OSError as error:
         raise RepositoryError(f"{file}: {error.strerror}") from error
+    graph = model.graph
     if not graph.output:  # so is an empty file
         raise RepositoryError(f"{file}: not an ONNX model: it has no outputs")
-    if any(each.data_location == onnx.TensorProto.EXTERNAL for each in graph.initializer):
-        raise RepositoryError(f"{file}: keeps tensors in another file: save it as one (onnx.save_model)")
+    for tensor in external_tensors(model):
+        raise RepositoryError(
+            f"{file}: the tensor {tensor.name!r} is in another file: save it as one (onnx.save_model)"
+        )
 
     def tensor(value: Any) -> Tensor:
         kind = value.type.tensor_type

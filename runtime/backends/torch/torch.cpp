@@ -245,9 +245,10 @@ class LoadedProgram {
         process_threads_(request.process_threads),
         input_count_(static_cast<size_t>(request.input_count)),
         output_count_(static_cast<size_t>(request.output_count)) {
-    translated([&] {
+    const std::string format = request.format;
+    // a package may also fail for what the machine lacks
+    translated(format == "torchscript" ? CHIASM_CORRUPT : CHIASM_INTERNAL, [&] {
       if (device_.is_cuda()) cuda_ = &Cuda::open(request.device_index);
-      const std::string format = request.format;
       const bool autograd = chiasm::plugin::flag(request.artifact_options, "autograd", false);
       if (format == "torchscript") {
         auto script = std::make_unique<Script>(request, device_);
@@ -270,7 +271,7 @@ class LoadedProgram {
   int32_t process_threads() const { return process_threads_; }
 
   void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options) {
-    translated([&] {
+    translated(CHIASM_INTERNAL, [&] {
       const at::NoTF32Guard full_precision;
       std::optional<Cuda::StreamGuard> stream;
       if (cuda_ != nullptr)
@@ -286,9 +287,9 @@ class LoadedProgram {
   }
 
  private:
-  // Without the stack trace that torch adds to its messages.
+  // Without the stack trace that torch adds to its messages; `code` is that of errors which say no more.
   template <class Body>
-  static void translated(Body&& body) {
+  static void translated(chiasm_code code, Body&& body) {
     try {
       body();
     } catch (const Error&) {
@@ -296,13 +297,13 @@ class LoadedProgram {
     } catch (const std::bad_alloc&) {
       throw;
     } catch (const c10::Error& e) {
-      rethrow(e.what_without_backtrace());
+      rethrow(code, e.what_without_backtrace());
     } catch (const std::exception& e) {
-      rethrow(e.what());  // TorchScript's, which may quote one with a trace
+      rethrow(code, e.what());  // TorchScript's, which may quote one with a trace
     }
   }
 
-  [[noreturn]] static void rethrow(const std::string& whole) {
+  [[noreturn]] static void rethrow(chiasm_code code, const std::string& whole) {
     const std::string text =
         whole.substr(0, whole.find("\nException raised from "));  // a stack trace follows
     const auto after = [&text](std::string_view words) {
@@ -319,7 +320,7 @@ class LoadedProgram {
     const size_t colon = raised.find(": ");
     if (reason.empty() && colon != std::string::npos) reason = raised.substr(colon + 2);
     if (reason.empty()) reason = text;
-    throw Error(CHIASM_INTERNAL, reason.substr(0, reason.find('\n')));
+    throw Error(code, reason.substr(0, reason.find('\n')));
   }
 
   // The method's inputs are the forward's, then the gradient of each floating output; its outputs are the

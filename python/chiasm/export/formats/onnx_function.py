@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import onnx
+from google.protobuf.message import Message
 from onnx import helper
 
 DOMAIN = "chiasm"
@@ -57,6 +58,10 @@ def fuse(model: onnx.ModelProto, name: str, version: int) -> onnx.ModelProto:
         raise ValueError(
             f"{model.graph.name}: has functions already: {', '.join(f.name for f in model.functions)}"
         )
+    for tensor in external_tensors(model):
+        raise ValueError(
+            f"constant {tensor.name!r} is stored outside the file: load the model with its external data"
+        )
     graph = model.graph
     inputs, outputs = [i.name for i in graph.input], [o.name for o in graph.output]
     body = [_constant(tensor) for tensor in graph.initializer]
@@ -85,11 +90,20 @@ def fuse(model: onnx.ModelProto, name: str, version: int) -> onnx.ModelProto:
     return fused
 
 
+def external_tensors(message: Message) -> Iterator[onnx.TensorProto]:
+    """The tensors of a model whose data is in another file: of graphs in graphs, sparse ones and attributes'
+    defaults too."""
+    if isinstance(message, onnx.TensorProto):
+        if message.data_location == onnx.TensorProto.EXTERNAL:
+            yield message
+        return
+    for field, value in message.ListFields():
+        if field.message_type is not None:
+            for each in (value,) if isinstance(value, Message) else value:
+                yield from external_tensors(each)
+
+
 def _constant(tensor: onnx.TensorProto) -> onnx.NodeProto:
-    if tensor.data_location == onnx.TensorProto.EXTERNAL:
-        raise ValueError(
-            f"constant {tensor.name!r} is stored outside the file: load the model with its external data"
-        )
     value = onnx.TensorProto()
     value.CopyFrom(tensor)
     value.name = ""  # the node's output names it

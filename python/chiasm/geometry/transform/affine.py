@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from ...primitives.core.broadcasting import in_batch, like_given, one_for_each
 from ...primitives.core.checks import check_pair, check_pixels, check_tensor
 from ...primitives.core.modules import hold
-from ...primitives.resampling.warping import check_matrix, check_sampling, check_source, sample_affine
+from ...primitives.resampling.warping import check_matrices, check_sampling, check_source, sample_affine
 from .matrices import (
     check_numbers,
     check_vectors,
@@ -67,7 +67,7 @@ def warp_affine(
         tensor([0.0000, 0.5000, 1.5000, 2.5000])
     """
     check_source(src, mode, padding_mode, "src")
-    check_matrix(M, 2, 3, "M")
+    check_matrices(M, 2, 3, "M")
     check_pair(dsize, "dsize")
     src = one_for_each(src, M, "src", "M")
     inverse = inverse_affine(M.to(torch.float64))
@@ -110,7 +110,7 @@ def _affine_of_batch(
     tensor: Tensor, matrix: Tensor, mode: str, padding_mode: str, align_corners: bool
 ) -> Tensor:
     check_pixels(tensor, "tensor")
-    check_matrix(matrix, 2, 3, "matrix")
+    check_matrices(matrix, 2, 3, "matrix")
     return warp_affine(tensor, matrix, (tensor.size(2), tensor.size(3)), mode, padding_mode, align_corners)
 
 

@@ -11,7 +11,7 @@ from ...primitives.core.window_sizes import positive_pair
 from ...primitives.numbers.rounding import to_index
 from ...primitives.resampling.taps import bounded_taps
 from ...primitives.resampling.warping import (
-    check_matrix,
+    check_matrices,
     check_sampling,
     pixel_axes,
     position_dtype,
@@ -197,7 +197,7 @@ def crop_by_transform_mat(
         tensor([[1., 2.]])
     """
     check_image(input_tensor, "input_tensor")
-    check_matrix(transform, 3, 3, "transform")
+    check_matrices(transform, 3, 3, "transform")
     check_sampling(mode, padding_mode)
     check_pair(out_size, "out_size")
     input_tensor = one_for_each(input_tensor, transform, "input_tensor", "transform")

@@ -8,7 +8,7 @@ from torch import Tensor, nn
 from ...primitives.core.broadcasting import one_for_each
 from ...primitives.core.checks import check_image, check_last, check_pair
 from ...primitives.resampling.warping import (
-    check_matrix,
+    check_matrices,
     check_sampling,
     from_normalized,
     mapped,
@@ -42,7 +42,7 @@ def warp_grid(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
     check_last(grid, 2, "grid")
     if grid.dim() != 4:
         raise ValueError(f"grid: expected shape (B, H, W, 2), got {list(grid.shape)}")
-    check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
+    check_matrices(src_homo_dst, 3, 3, "src_homo_dst")
     x, y = mapped(grid[..., 0], grid[..., 1], src_homo_dst)
     return torch.stack([x, y], -1)
 
@@ -89,7 +89,7 @@ def homography_warp(
         tensor([3., 2., 1., 0.])
     """
     check_image(patch_src, "patch_src")
-    check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
+    check_matrices(src_homo_dst, 3, 3, "src_homo_dst")
     check_sampling(mode, padding_mode)
     check_pair(dsize, "dsize")
     patch_src = one_for_each(patch_src, src_homo_dst, "patch_src", "src_homo_dst")
@@ -173,7 +173,7 @@ class HomographyWarper(nn.Module):
     @torch.jit.export
     def precompute_warp_grid(self, src_homo_dst: Tensor) -> None:
         """Store the grid of homographies (B, 3, 3) for calls without a homography."""
-        check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
+        check_matrices(src_homo_dst, 3, 3, "src_homo_dst")
         dtype = position_dtype(src_homo_dst.dtype)
         grid = create_meshgrid(
             self.height,

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from ...primitives.core.checks import check_floating, check_last, check_tensor
 from ...primitives.linalg.matrices import inverse3x3, small_matmul
-from ...primitives.resampling.warping import check_matrix
+from ...primitives.resampling.warping import check_matrices
 
 
 def get_rotation_matrix2d(center: Tensor, angle: Tensor, scale: Tensor) -> Tensor:
@@ -213,7 +213,7 @@ def invert_affine_transform(matrix: Tensor) -> Tensor:
         tensor([[ 0.5000,  0.0000, -3.0000],
                 [ 0.0000,  0.2500, -0.5000]])
     """
-    check_matrix(matrix, 2, 3, "matrix")
+    check_matrices(matrix, 2, 3, "matrix")
     return inverse_affine(matrix.to(torch.float64)).to(matrix.dtype)
 
 

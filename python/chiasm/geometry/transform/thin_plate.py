@@ -13,7 +13,7 @@ from torch import Tensor
 from ...primitives.core.checks import check_floating, check_image
 from ...primitives.linalg.matrices import small_matmul, solve
 from ...primitives.resampling.warping import (
-    check_matrix,
+    check_matrices,
     check_sampling,
     from_normalized,
     normalized_axis,
@@ -87,7 +87,7 @@ def _radial(squared: Tensor) -> Tensor:
 def _check_weights(kernel_centers: Tensor, kernel_weights: Tensor, affine_weights: Tensor) -> None:
     _check_plane(kernel_centers, "kernel_centers")
     _check_plane(kernel_weights, "kernel_weights")
-    check_matrix(affine_weights, 3, 2, "affine_weights")
+    check_matrices(affine_weights, 3, 2, "affine_weights")
 
 
 def warp_points_tps(

@@ -11,7 +11,7 @@ from ...primitives.linalg.matrices import inverse
 from ...primitives.resampling.volumes import check_volume, check_volume_sampling, sample_volume, voxel_axes
 from ...primitives.resampling.warping import (
     away_from_zero,
-    check_matrix,
+    check_matrices,
     from_normalized,
     normalized_axis,
     position_dtype,
@@ -56,7 +56,7 @@ def warp_affine3d(
         tensor([0., 0., 1.])
     """
     check_volume(src, "src")
-    check_matrix(M, 3, 4, "M")
+    check_matrices(M, 3, 4, "M")
     check_volume_sampling(flags, padding_mode, "flags")
     check_size3d(dsize, "dsize")
     return _warped(src, homogeneous(M.to(torch.float64)), dsize, flags, padding_mode, align_corners, True)
@@ -125,7 +125,7 @@ def affine3d(
         tensor(24.)
     """
     check_volume(tensor, "tensor")
-    check_matrix(matrix, 3, 4, "matrix")
+    check_matrices(matrix, 3, 4, "matrix")
     check_volume_sampling(mode, padding_mode)
     size = (tensor.size(2), tensor.size(3), tensor.size(4))
     return warp_affine3d(tensor, matrix, size, mode, padding_mode, align_corners)
@@ -219,7 +219,7 @@ def warp_perspective3d(
         True
     """
     check_volume(src, "src")
-    check_matrix(M, 4, 4, "M")
+    check_matrices(M, 4, 4, "M")
     check_volume_sampling(flags, border_mode, "flags", "border_mode")
     check_size3d(dsize, "dsize")
     return _warped(src, M.to(torch.float64), dsize, flags, border_mode, align_corners, False)
@@ -246,7 +246,7 @@ def warp_grid3d(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
     check_last(grid, 3, "grid")
     if grid.dim() != 5:
         raise ValueError(f"grid: expected shape (B, D, H, W, 3), got {list(grid.shape)}")
-    check_matrix(src_homo_dst, 4, 4, "src_homo_dst")
+    check_matrices(src_homo_dst, 4, 4, "src_homo_dst")
     x, y, z = _mapped(grid[..., 0], grid[..., 1], grid[..., 2], src_homo_dst)
     return torch.stack([x, y, z], -1)
 
@@ -287,7 +287,7 @@ def homography_warp3d(
         tensor([2., 1., 0.])
     """
     check_volume(patch_src, "patch_src")
-    check_matrix(src_homo_dst, 4, 4, "src_homo_dst")
+    check_matrices(src_homo_dst, 4, 4, "src_homo_dst")
     check_volume_sampling(mode, padding_mode)
     check_size3d(dsize, "dsize")
     precision = position_dtype(patch_src.dtype)
@@ -341,7 +341,7 @@ def crop_by_transform_mat3d(
         tensor([1., 2.])
     """
     check_volume(tensor, "tensor")
-    check_matrix(transform, 4, 4, "transform")
+    check_matrices(transform, 4, 4, "transform")
     check_volume_sampling(mode, padding_mode)
     check_size3d(out_size, "out_size")
     matrix = transform.expand(tensor.size(0), 4, 4).to(torch.float64)

@@ -8,7 +8,7 @@ from torch import Tensor
 from ...primitives.core.broadcasting import one_for_each
 from ...primitives.core.checks import check_pair
 from ...primitives.linalg.matrices import inverse3x3
-from ...primitives.resampling.warping import check_matrix, check_source, sample_projective
+from ...primitives.resampling.warping import check_matrices, check_source, sample_projective
 
 
 def warp_perspective(
@@ -50,7 +50,7 @@ def warp_perspective(
         tensor([0., 0., 1., 2.])
     """
     check_source(src, mode, padding_mode, "src")
-    check_matrix(M, 3, 3, "M")
+    check_matrices(M, 3, 3, "M")
     check_pair(dsize, "dsize")
     src = one_for_each(src, M, "src", "M")
     return sample_projective(

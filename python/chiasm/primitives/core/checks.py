@@ -65,14 +65,14 @@ def check_sides(value: Sequence[int], name: str) -> None:
     _check_whole(value, name)
 
 
-def check_margins(value: Tuple[int, int, int, int], name: str) -> None:
+def check_four_sides(value: Tuple[int, int, int, int], name: str) -> None:
     """Raise unless ``value`` has four whole numbers, one for each side of an image."""
     if not torch.jit.is_scripting():
         _check_length(value, 4, name)
         _check_whole(value, name)
 
 
-def check_margins3d(value: Tuple[int, int, int, int, int, int], name: str) -> None:
+def check_six_sides(value: Tuple[int, int, int, int, int, int], name: str) -> None:
     """Raise unless ``value`` has six whole numbers, one for each side of a volume."""
     if not torch.jit.is_scripting():
         _check_length(value, 6, name)

@@ -211,12 +211,12 @@ _declare(
 )
 _declare(
     "sobel(T[..., H, W] x, float scale, float eps) -> T[..., H, W]",
-    "canny_nms.cpp",
+    "edges.cpp",
     "The magnitude sqrt(dx^2 + dy^2 + eps) of scale times Sobel's gradient, the border replicated.",
 )
 _declare(
     "canny_nms(T[..., H, W] x, float eps) -> T[..., H, W]",
-    "canny_nms.cpp",
+    "edges.cpp",
     "Non-maximum suppression of Canny's detector: the magnitude sqrt(dx^2 + dy^2 + eps) of Sobel's gradient"
     " at its maxima across the edge, else 0.",
 )

@@ -33,7 +33,7 @@ def check_fill(fill_value: Tensor) -> None:
         raise ValueError(f"fill_value: expected shape (C,), got {list(fill_value.shape)}")
 
 
-def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
+def check_matrices(value: Tensor, rows: int, columns: int, name: str) -> None:
     """Raise unless ``value`` is a floating-point (B, rows, columns) tensor."""
     check_floating(value, name)
     if value.dim() != 3 or value.size(1) != rows or value.size(2) != columns:

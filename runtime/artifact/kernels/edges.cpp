@@ -1,5 +1,5 @@
 // Sobel's gradient, and Canny's maxima of it, row by row.
-#include "declared/canny_nms.h"
+#include "declared/edges.h"
 #include "rows.h"
 
 namespace chiasm::kernels {
