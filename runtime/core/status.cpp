@@ -39,8 +39,7 @@ chiasm_status* status_from_current_exception() noexcept {
 std::string printable(std::string text) {
   constexpr size_t kLongest = 1000;
   if (text.size() > kLongest) text.replace(kLongest, std::string::npos, "...");
-  for (char& c : text) c = static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? '?' : c;
-  return text;
+  return one_line(std::move(text));
 }
 
 int32_t status_code(const chiasm_status* status) { return status == nullptr ? CHIASM_OK : status->code; }

@@ -49,8 +49,8 @@ chiasm_code code_of(OrtErrorCode code) {
   }
 }
 
-// The engine's texts may have several lines: an error is one sentence.
-std::string one_line(const char* text) {
+// The engine's texts may have several lines, indented.
+std::string joined(const char* text) {
   std::string line;
   for (; *text != '\0'; ++text) {
     const bool is_space = *text == '\n' || *text == '\r' || *text == '\t' || *text == ' ';
@@ -69,7 +69,7 @@ void translated(Body&& body) {
   try {
     body();
   } catch (const Ort::Exception& e) {
-    std::string text = one_line(e.what());
+    std::string text = joined(e.what());
     // an error of native code inside ONNX Runtime
     if (const chiasm_code code = chiasm::onnx::take_code(text); code != CHIASM_OK) throw Error(code, text);
     for (const char* words : {"out of memory", "Failed to allocate memory", "bad_alloc", "bad allocation"}) {
