@@ -1,240 +1,40 @@
 // The torch backend behind its plug-in (plugin.cpp): TorchScript artifacts, AOTInductor artifacts that need
 // libtorch, and gradients by autograd.
 //
-// The only file that includes torch's headers, which take most of its compile time.
+// With programs.h and cuda.h, the only source that includes torch's headers, which take most of its compile time.
 #include <ATen/Context.h>
 #include <ATen/Parallel.h>
 #include <ATen/TensorIterator.h>
 #include <ATen/ops/empty.h>
-#include <ATen/ops/from_blob.h>
-#include <c10/core/impl/DeviceGuardImplInterface.h>
 #include <torch/csrc/autograd/autograd.h>
-#include <torch/csrc/inductor/aoti_package/model_package_loader.h>
-#include <torch/csrc/jit/api/module.h>
-#include <torch/csrc/jit/python/update_graph_executor_opt.h>
-#include <torch/csrc/jit/serialization/import.h>
 #include <torch/headeronly/version.h>
 
-#include <dlfcn.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <istream>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <streambuf>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "backends/limits.h"
 #include "backends/plugin.h"
-#include "base/cuda.h"
+#include "backends/torch/cuda.h"
+#include "backends/torch/programs.h"
 #include "base/fork.h"
 
 namespace {
 
-using chiasm::base::Error;
+using namespace chiasm::torch_engine;
 using chiasm::base::ForkGate;
 using chiasm::plugin::guard;
-using chiasm::plugin::MemoryFile;
-using Tensors = std::vector<at::Tensor>;
 
 constexpr std::string_view kGradient = "grad_";
-
-using chiasm::base::kDTypes;
-static_assert(kDTypes[CHIASM_FLOAT32].torch == int(at::kFloat) &&
-                  kDTypes[CHIASM_BFLOAT16].torch == int(at::kBFloat16) &&
-                  kDTypes[CHIASM_UINT16].torch == int(at::kUInt16),
-              "the table has libtorch's own numbers");
-
-at::ScalarType scalar_type(int32_t dtype) {
-  if (!chiasm::base::is_dtype(dtype))
-    throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
-  return static_cast<at::ScalarType>(kDTypes[dtype].torch);
-}
-
-// A tensor over the caller's memory.
-at::Tensor view(const chiasm_tensor& tensor, at::Device device) {
-  const at::IntArrayRef shape(tensor.shape, static_cast<size_t>(tensor.ndim));
-  return at::from_blob(tensor.data, shape,
-                       at::TensorOptions().dtype(scalar_type(tensor.dtype)).device(device));
-}
-
-Tensors views(const chiasm_tensor* tensors, size_t count, at::Device device) {
-  Tensors result;
-  result.reserve(count);
-  for (size_t i = 0; i < count; ++i) result.push_back(view(tensors[i], device));
-  return result;
-}
-
-// libtorch_cuda. It and its dependencies are large, so they are opened for the first CUDA method and not
-// linked: one plug-in works with the CPU and the CUDA builds of torch, and needs no CUDA headers. Once
-// opened, libtorch_cuda registers itself with libtorch_cpu.
-class Cuda {
- public:
-  // Throws if there is no such device.
-  static const Cuda& open(int32_t device_index) {
-    static const Cuda instance;
-    const int count = static_cast<uint8_t>(c10::impl::getDeviceGuardImpl(at::kCUDA)->deviceCount());
-    if (device_index < 0 || device_index >= count)
-      throw Error(CHIASM_UNAVAILABLE, "libtorch sees no CUDA device " + std::to_string(device_index) +
-                                          ", it sees " + std::to_string(count));
-    return instance;
-  }
-
-  // Whether libtorch_cuda is there; does not open it.
-  static bool present() {
-    Dl_info cpu{};
-    if (!chiasm::base::cuda_device_present() ||
-        dladdr(reinterpret_cast<void*>(&at::get_num_threads), &cpu) == 0)
-      return false;
-    const std::string path = cpu.dli_fname;
-    return access((path.substr(0, path.rfind('/') + 1) + "libtorch_cuda.so").c_str(), R_OK) == 0;
-  }
-
-  // While a StreamGuard lives, torch enqueues the calling thread's work on its stream.
-  class StreamGuard {
-   public:
-    StreamGuard(const Cuda& cuda, void* stream, int32_t device_index) : cuda_(cuda) {
-      if (cuda_.create_(stream, device_index, &guard_) != 0)
-        throw Error(CHIASM_INTERNAL, "cannot enqueue on the given CUDA stream");
-    }
-    StreamGuard(const StreamGuard&) = delete;
-    StreamGuard& operator=(const StreamGuard&) = delete;
-    ~StreamGuard() { cuda_.destroy_(guard_); }
-
-   private:
-    const Cuda& cuda_;
-    void* guard_ = nullptr;
-  };
-
- private:
-  Cuda() {
-    void* library = dlopen("libtorch_cuda.so", RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr)
-      throw Error(CHIASM_UNAVAILABLE, std::string("this libtorch was built without CUDA: ") + dlerror());
-    create_ = reinterpret_cast<decltype(create_)>(dlsym(library, "aoti_torch_create_cuda_stream_guard"));
-    destroy_ = reinterpret_cast<decltype(destroy_)>(dlsym(library, "aoti_torch_delete_cuda_stream_guard"));
-    if (create_ == nullptr || destroy_ == nullptr)
-      throw Error(CHIASM_UNAVAILABLE, "this libtorch_cuda has no stream guards");
-  }
-
-  // C functions of torch's stable interface
-  int32_t (*create_)(void* stream, int32_t device_index, void** guard) = nullptr;
-  int32_t (*destroy_)(void* guard) = nullptr;
-};
 
 at::Device device_of(const chiasm_backend_load& request) {
   if (request.device_type != CHIASM_CUDA) return at::Device(at::kCPU);
   return at::Device(at::kCUDA, static_cast<c10::DeviceIndex>(request.device_index));
 }
-
-// Bytes in memory as a stream that can be read and rewound.
-class ByteBuffer : public std::streambuf {
- public:
-  ByteBuffer(const void* data, size_t size) {
-    char* begin = static_cast<char*>(const_cast<void*>(data));
-    setg(begin, begin, begin + size);
-  }
-
- protected:
-  pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
-    char* base = from == std::ios_base::beg ? eback() : from == std::ios_base::cur ? gptr() : egptr();
-    if (offset < eback() - base || offset > egptr() - base) return pos_type(off_type(-1));
-    setg(eback(), base + offset, egptr());
-    return gptr() - eback();
-  }
-  pos_type seekpos(pos_type position, std::ios_base::openmode mode) override {
-    return seekoff(off_type(position), std::ios_base::beg, mode);
-  }
-};
-
-// Runs an artifact's forward.
-class Program {
- public:
-  virtual ~Program() = default;
-  virtual Tensors forward(Tensors inputs) = 0;
-};
-
-class Script final : public Program {
- public:
-  Script(const chiasm_backend_load& request, at::Device device) {
-    ByteBuffer buffer(request.data, request.size);
-    std::istream stream(&buffer);
-    module_ = torch::jit::load(stream, device);
-    module_.eval();
-    method_.emplace(module_.get_method("forward"));
-    input_count_ = method_->function().getSchema().arguments().size() - 1;  // without self
-  }
-
-  size_t input_count() const { return input_count_; }
-
-  Tensors forward(Tensors inputs) override {
-    // Op by op as written: torch's optimising executor would profile the first runs and compile in the
-    // second, for each new shape, which makes those runs many times slower.
-    const OptimizerOff off;
-    torch::jit::Stack stack;
-    stack.reserve(inputs.size() + 1);
-    for (at::Tensor& input : inputs) stack.emplace_back(std::move(input));
-    return unpack((*method_)(std::move(stack)));
-  }
-
- private:
-  class OptimizerOff {
-   public:
-    OptimizerOff() : before_(torch::jit::getGraphExecutorOptimize()) {
-      torch::jit::setGraphExecutorOptimize(false);
-    }
-    ~OptimizerOff() { torch::jit::setGraphExecutorOptimize(before_); }
-
-   private:
-    bool before_;
-  };
-
-  static Tensors unpack(const c10::IValue& result) {
-    if (result.isTensor()) return {result.toTensor()};
-    if (result.isTensorList()) return result.toTensorVector();
-    if (!result.isTuple())
-      throw Error(CHIASM_CORRUPT, "the program returned a " + result.tagKind() + ", expected tensors");
-    Tensors tensors;
-    for (const c10::IValue& element : result.toTupleRef().elements()) {
-      if (!element.isTensor())
-        throw Error(CHIASM_CORRUPT,
-                    "the program returned a " + element.tagKind() + " in a tuple, expected tensors");
-      tensors.push_back(element.toTensor());
-    }
-    return tensors;
-  }
-
-  torch::jit::Module module_;
-  std::optional<torch::jit::Method> method_;
-  size_t input_count_ = 0;
-};
-
-class Package final : public Program {
- public:
-  // The loader needs a path. It gets that of a sealed file in memory, which nobody can change.
-  Package(const chiasm_backend_load& request, at::Device device) {
-    // The code in the package depends on libtorch.so, which we do not link; once it is open, the dynamic
-    // linker finds it by name.
-    static void* const libtorch = dlopen("libtorch.so", RTLD_NOW | RTLD_LOCAL);
-    if (libtorch == nullptr) throw Error(CHIASM_UNAVAILABLE, dlerror());
-    MemoryFile file("chiasm-artifact");
-    file.write(request.data, request.size);
-    file.seal();
-    constexpr bool single_threaded = false;
-    constexpr size_t runners = 8;  // how many runs may be in flight before the next waits
-    loader_.emplace(file.path(), "model", single_threaded, runners,
-                    device.is_cuda() ? device.index() : c10::DeviceIndex(-1));
-  }
-
-  Tensors forward(Tensors inputs) override { return loader_->boxed_run(std::move(inputs)); }
-
- private:
-  std::optional<torch::inductor::AOTIModelPackageLoader> loader_;
-};
 
 // One loaded artifact. `run` may be called from several threads at once.
 class LoadedProgram {
