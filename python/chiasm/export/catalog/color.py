@@ -243,20 +243,11 @@ add(
             atol=0.01,
         ),
         reference=_CV_MAPS,
-    )
-)
-
-add(
-    Spec(
-        "color.apply_colormap.bytes",
-        [TensorSpec("input_tensor", ("B", 1, "H", "W"), "uint8", "NCHW", "GRAY", (0, 255), "image batch")],
-        output(),
-        config={"colormap": "turbo"},
-        peer=opencv(
-            lambda cv2, x: cv2.applyColorMap(x, cv2.COLORMAP_TURBO),
-            after=lambda bgr: bgr[..., ::-1] / 255,
+        frames=Frames(
+            config={"colormap": "turbo"},
+            peer=opencv(
+                lambda cv2, x: cv2.applyColorMap(x, cv2.COLORMAP_TURBO), after=lambda bgr: bgr[..., ::-1]
+            ),
         ),
-        reference=_CV_MAPS,
-    ),
-    fn="color.apply_colormap",
+    )
 )
