@@ -751,7 +751,7 @@ inline void set_trust(TrustPolicy policy, const std::vector<std::string>& keys =
   detail::check(detail::api().set_trust(static_cast<int32_t>(policy), c_keys.data(), c_keys.size()));
 }
 /** The trust policy of the process: the one that was set, or else the environment's. */
-inline TrustPolicy trust_policy() {
+inline TrustPolicy get_trust() {
   int32_t policy = 0;
   detail::check(detail::api().get_trust(&policy, nullptr, nullptr));
   return static_cast<TrustPolicy>(policy);

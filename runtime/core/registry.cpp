@@ -13,6 +13,7 @@
 #include "base/fork.h"
 #include "base/library.h"
 #include "core/status.h"
+#include "core/struct_size.h"
 
 namespace chiasm::core {
 namespace {
@@ -94,7 +95,8 @@ void Backend::open(const std::string& path) {
   void* const symbol = ::dlsym(library, CHIASM_BACKEND_ENTRY);
   if (symbol == nullptr) return unusable(path + " is not a chiasm backend: " + last_dl_error());
   const chiasm_backend* const table = reinterpret_cast<chiasm_backend_entry_fn>(symbol)(CHIASM_BACKEND_ABI);
-  if (table == nullptr || table->abi != CHIASM_BACKEND_ABI || table->struct_size < sizeof(chiasm_backend)) {
+  if (table == nullptr || table->abi != CHIASM_BACKEND_ABI ||
+      table->struct_size < CHIASM_SIZE_THROUGH(chiasm_backend, unload)) {
     return unusable(path + " was built for another version of chiasm (backend interface " +
                     std::to_string(CHIASM_BACKEND_ABI) + " is needed)");
   }
@@ -142,7 +144,7 @@ void Backend::check_option(const std::string& option) const {
 }
 
 const Backend::Engine& Backend::engine() const {
-  // a child that is forked while its parent opens a library could neither open one nor start again
+  // a fork in the middle of dlopen would leave the loader's lock held in the child
   const ForkGate::Passage passage;
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!probed_) probed_ = probe();
@@ -161,7 +163,7 @@ bool Backend::probe() const {
     if (code == CHIASM_IO_ERROR) fail(CHIASM_IO_ERROR, error.text);  // may be temporary, so it is tried again
     const bool may_pass = code == CHIASM_OUT_OF_MEMORY;
     Engine& answer = may_pass ? without_memory_ : engine_;
-    // what callers have read stays as it is
+    // callers keep references to the first text
     if (answer.problem.empty()) {
       answer.code = may_pass ? CHIASM_OUT_OF_MEMORY : CHIASM_UNAVAILABLE;
       answer.problem = "the " + name_ + " backend is not available: " +

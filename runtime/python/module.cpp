@@ -118,7 +118,7 @@ void set_trust(const std::string& policy, const std::vector<std::string>& keys) 
   chiasm::set_trust(static_cast<TrustPolicy>(found - std::begin(kPolicies)), keys);
 }
 
-std::string get_trust() { return kPolicies[static_cast<int32_t>(chiasm::trust_policy())]; }
+std::string get_trust() { return kPolicies[static_cast<int32_t>(chiasm::get_trust())]; }
 
 /** The names of the element types. */
 std::vector<std::string> dtypes() {

@@ -132,11 +132,45 @@ class Vectors(nn.Module):
         return self.last(self.third(self.second(x.unflatten(1, (3, 11)))).mean(2))
 
 
+class Halved(nn.Module):
+    """Layers of `Mobile` and `Detector`, and clamps in place: of what nobody else reads, and of what another
+    reads."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.mobile, self.detector, self.last = Mobile(), Detector(), nn.Conv2d(7, 7, 1)
+
+    def forward(self, image: Tensor) -> Tensor:
+        x = self.detector(image)
+        clamped = self.last(x)
+        seen = clamped * 2
+        both = F.relu_(clamped) + seen + clamped
+        return torch.cat([self.mobile(image), F.relu6(both, inplace=True).amax((2, 3))], 1)
+
+
+class Volumes(nn.Module):
+    """Convolutions of volumes: strided, dilated, in groups, with different paddings, normalised."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first, self.norm = (
+            nn.Conv3d(2, 8, (3, 5, 3), (2, 1, 2), (1, 2, 0), bias=False),
+            nn.BatchNorm3d(8),
+        )
+        self.second = nn.Conv3d(8, 12, 3, padding="same", dilation=(2, 1, 1), groups=4)
+        self.third = nn.Conv3d(12, 12, (2, 1, 3), padding=(1, 0, 1), groups=12)
+        self.last = nn.Conv3d(12, 3, 1, padding="valid")
+
+    def forward(self, volume: Tensor) -> Tensor:
+        x = F.relu(self.norm(self.first(volume)))
+        return self.last(F.silu(self.third(self.second(x))))
+
+
 def settled(network: nn.Module) -> nn.Module:
     """The network with statistics as after training."""
     torch.manual_seed(3)
     for module in network.modules():
-        if isinstance(module, (nn.BatchNorm1d, nn.BatchNorm2d)):
+        if isinstance(module, (nn.BatchNorm1d, nn.BatchNorm2d, nn.BatchNorm3d)):
             assert module.running_mean is not None and module.running_var is not None
             nn.init.normal_(module.weight, 1, 0.2)
             nn.init.normal_(module.bias, 0, 0.2)
@@ -146,7 +180,7 @@ def settled(network: nn.Module) -> nn.Module:
 
 
 IMAGE = TensorSpec("image", ("B", 3, "H", "W"))
-SIZES = {"H": (16, 4096), "W": (16, 4096)}
+SIZES = {"D": (4, 4096), "H": (16, 4096), "W": (16, 4096)}
 WHOLE = TensorSpec("image", ("B", 3, 32, 48))
 SHAPES = [(1, 3, 16, 16), (2, 3, 32, 48), (3, 3, 66, 38)]
 NETWORKS = [
@@ -158,6 +192,12 @@ NETWORKS = [
     ),
     pytest.param(Transformer, WHOLE, [(1, 3, 32, 48), (3, 3, 32, 48)], id="transformer"),
     pytest.param(Vectors, TensorSpec("x", ("B", 20)), [(1, 20), (5, 20), (40, 20)], id="vectors"),
+    pytest.param(
+        Volumes,
+        TensorSpec("volume", ("B", 2, "D", "H", "W")),
+        [(1, 2, 7, 16, 18), (2, 2, 12, 33, 21)],
+        id="volumes",
+    ),
 ]
 
 
@@ -187,7 +227,8 @@ def assert_is_network(bundle: Path, network: nn.Module, shapes: list[tuple[int, 
         x = torch.rand(shape, generator=torch.Generator().manual_seed(5), dtype=torch.float64).to(dtype)
         with torch.no_grad():
             expected = network.double()(x.double()).numpy()
-        np.testing.assert_allclose(method(x.numpy()), expected, atol=limit, rtol=5 * limit)
+        result = torch.as_tensor(method(x)).double().numpy()
+        np.testing.assert_allclose(result, expected, atol=limit, rtol=5 * limit)
 
 
 @pytest.mark.parametrize("make, tensor, shapes", NETWORKS)
@@ -204,6 +245,27 @@ def test_a_network_needs_no_libtorch(
 def test_of_doubles(tmp_path: Path) -> None:
     network = settled(Mobile()).double()
     assert_is_network(exported(network, IMAGE, tmp_path, "float64"), network, SHAPES, 1e-12)
+
+
+@pytest.mark.parametrize("dtype, limit", [("float16", 4e-3), ("bfloat16", 3e-2)])
+@pytest.mark.parametrize(
+    "make, tensor, shapes",
+    [
+        pytest.param(Halved, IMAGE, SHAPES, id="convolutions"),
+        pytest.param(Transformer, WHOLE, [(1, 3, 32, 48), (3, 3, 32, 48)], id="transformer"),
+    ],
+)
+def test_of_half_precision(
+    make: type[nn.Module],
+    tensor: TensorSpec,
+    shapes: list[tuple[int, ...]],
+    dtype: str,
+    limit: float,
+    tmp_path: Path,
+) -> None:
+    """Layers compute in float32, as PyTorch's do inside, and round their results."""
+    network = settled(make()).to(getattr(torch, dtype))
+    assert_is_network(exported(network, tensor, tmp_path, dtype), network, shapes, limit)
 
 
 def test_samples_of_a_batch_are_what_they_are_alone(tmp_path: Path) -> None:

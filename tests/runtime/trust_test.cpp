@@ -169,13 +169,13 @@ class Policy : public ::testing::Test {
 };
 
 TEST_F(Policy, AnyIsTheDefault) {
-  EXPECT_EQ(trust_policy(), TrustPolicy::Any);
+  EXPECT_EQ(get_trust(), TrustPolicy::Any);
   EXPECT_EQ(load().backend(), "native");
 }
 
 TEST_F(Policy, SignedTakesWhatATrustedKeyHasSigned) {
   set_trust(TrustPolicy::Signed, {stranger_.key(), signer_.key()});
-  EXPECT_EQ(trust_policy(), TrustPolicy::Signed);
+  EXPECT_EQ(get_trust(), TrustPolicy::Signed);
   signer_.sign_bundle(path_);
   EXPECT_EQ(load().backend(), "native");
   EXPECT_EQ(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).result,
@@ -277,7 +277,7 @@ TEST_F(Policy, IsFrozenByTheFirstLoad) {
   load();
   EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [&] { set_trust(TrustPolicy::Signed, {signer_.key()}); }),
               HasSubstr("after the first method was loaded"));
-  EXPECT_EQ(trust_policy(), TrustPolicy::Any);
+  EXPECT_EQ(get_trust(), TrustPolicy::Any);
 }
 
 TEST_F(Policy, IsFrozenByALoadThatFails) {
@@ -287,10 +287,10 @@ TEST_F(Policy, IsFrozenByALoadThatFails) {
 
 TEST_F(Policy, ComesFromTheEnvironment) {
   ::setenv("CHIASM_TRUST_POLICY", "data_only", 1);
-  EXPECT_EQ(trust_policy(), TrustPolicy::DataOnly);
+  EXPECT_EQ(get_trust(), TrustPolicy::DataOnly);
   EXPECT_EQ(load().backend(), "onnx");
   ::setenv("CHIASM_TRUST_POLICY", "any", 1);  // too late
-  EXPECT_EQ(trust_policy(), TrustPolicy::DataOnly);
+  EXPECT_EQ(get_trust(), TrustPolicy::DataOnly);
   EXPECT_EQ(load().backend(), "onnx");
 }
 

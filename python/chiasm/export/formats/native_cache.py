@@ -141,7 +141,15 @@ def _libraries_hash(isa: str) -> str:
     sources = [
         *(
             formats / f"{name}.py"
-            for name in ("native", "isas", "networks", "index_ranges", "compiler", "selections")
+            for name in (
+                "native",
+                "isas",
+                "networks",
+                "network_forms",
+                "index_ranges",
+                "compiler",
+                "selections",
+            )
         ),
         *(patches / f"{name}.py" for name in ("inductor", "index_checks", "tracing")),
         *([patches / "cuda.py"] if ISAS[isa].sm else []),

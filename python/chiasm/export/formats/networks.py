@@ -17,9 +17,10 @@ from torch import Tensor
 from torch._subclasses.fake_tensor import FakeTensor
 from torch.export import ExportedProgram
 from torch.export.graph_signature import InputKind, InputSpec, TensorArgument
-from torch.fx import Node, map_arg
+from torch.fx import Node
 
-from ..internals import FLOOR_DIVISION, is_operator, schema_of
+from ..internals import FLOOR_DIVISION
+from .network_forms import arguments_of, call, use_forms
 
 aten = torch.ops.aten
 #: Outputs in a panel of packed weights (kPanel in runtime/artifact/kernels/products.h).
@@ -31,8 +32,8 @@ _Step: TypeAlias = tuple[Any, ...]
 
 def use_kernels(program: ExportedProgram) -> None:
     """Replace, in place, the layers that have a kernel. Others, and layers with computed weights, stay."""
+    use_forms(program)
     network = _Network(program)
-    _attend_by_products(program)
     for node in list(program.graph.nodes):
         layer = network.layer(node)
         if layer is not None:
@@ -40,35 +41,6 @@ def use_kernels(program: ExportedProgram) -> None:
     program.graph.eliminate_dead_code()
     network.drop_unused()
     program.graph_module.recompile()
-
-
-def _attend_by_products(program: ExportedProgram) -> None:
-    """Decompose attention into matrix products and softmax: as one operator it needs libtorch."""
-    for node in list(program.graph.nodes):
-        if node.target is not aten.scaled_dot_product_attention.default:
-            continue
-        a = _arguments(node)
-        with program.graph.inserting_before(node):
-            mask = _added(program, a["attn_mask"])
-            arguments = (a["query"], a["key"], a["value"], mask, a["dropout_p"], a["is_causal"], None)
-            both = program.graph.call_function(
-                aten._scaled_dot_product_attention_math.default,
-                arguments,
-                {"scale": a["scale"], "enable_gqa": a["enable_gqa"]},
-            )
-            first = program.graph.call_function(operator.getitem, (both, 0))
-        first.meta["val"] = node.meta["val"]
-        node.replace_all_uses_with(first)
-        program.graph.erase_node(node)
-
-
-def _added(program: ExportedProgram, mask: Node | None) -> Node | None:
-    """The mask as numbers that are added to scores: `_scaled_dot_product_attention_math` takes True for 1."""
-    if mask is None or mask.meta["val"].dtype != torch.bool:
-        return mask
-    hidden = program.graph.call_function(aten.logical_not.default, (mask,))
-    zeros = program.graph.call_function(aten.mul.Scalar, (mask, 0.0))
-    return program.graph.call_function(aten.masked_fill.Scalar, (zeros, hidden, -_INFINITY))
 
 
 @dataclass
@@ -200,16 +172,25 @@ class _Network:
     # --- what there is ---
 
     def value(self, node: Any) -> Tensor | None:
-        """The value of a node that is a parameter with an element type of the kernels."""
-        found = self.values.get(node.name) if isinstance(node, Node) and node.op == "placeholder" else None
+        """The value of a node that is a parameter with an element type of the kernels, or a view of one."""
+        found = self._known(node) if isinstance(node, Node) else None
         return found.detach() if found is not None and found.dtype in (torch.float32, torch.float64) else None
+
+    def _known(self, node: Node) -> Tensor | None:
+        if node.op == "placeholder":
+            return self.values.get(node.name)
+        if node.target not in (aten.to.dtype, aten.flatten.using_ints):  # of the forms
+            return None
+        source, *arguments = node.args
+        known = self._known(source) if isinstance(source, Node) else None
+        return None if known is None else node.target(known, *arguments)
 
     def layer(self, node: Node) -> _Layer | None:
         """The layer of a node, if a kernel can compute it."""
         read = _LAYERS.get(node.target) if node.op == "call_function" else None
         if read is None or not all(isinstance(a, Node) for a in node.args[:2]):
             return None
-        arguments = _arguments(node)
+        arguments = arguments_of(node)
         weight = self.value(arguments["weight"])
         image = arguments["input"].meta["val"]
         if weight is None or image.dtype != weight.dtype or image.dim() not in _VIEWS[node.target]:
@@ -242,7 +223,7 @@ class _Network:
         channels_are_last = layer.image.meta["val"].dim() > 2 and last.target is aten.linear.default
         if node.target is not aten.batch_norm.default or channels_are_last:
             return False
-        arguments = _arguments(node)
+        arguments = arguments_of(node)
         mean, variance = (self.value(arguments[name]) for name in ("running_mean", "running_var"))
         weight, bias = (
             self.value(arguments[name]) if arguments[name] is not None else fill
@@ -324,9 +305,7 @@ class _Network:
         return node
 
     def _call(self, target: Callable[..., Any], *arguments: Any) -> Node:
-        node = self.graph.call_function(target, arguments)
-        node.meta["val"] = target(*map_arg(arguments, lambda argument: argument.meta["val"]))
-        return node
+        return call(self.graph, target, *arguments)
 
     def _parameter(self, tensor: Tensor) -> Node:
         """Add a parameter to the program, as its first input."""
@@ -357,14 +336,6 @@ class _Network:
             if all(s.target != spec.target for s in signature.input_specs):
                 self.program.state_dict.pop(spec.target, None)
                 self.program.constants.pop(spec.target, None)
-
-
-def _arguments(node: Node) -> dict[str, Any]:
-    """The arguments of a call by name, with the schema's defaults."""
-    assert is_operator(node.target)
-    schema = schema_of(node.target).arguments
-    given: dict[str, Any] = dict(zip([a.name for a in schema], node.args, strict=False)) | node.kwargs
-    return {a.name: given.get(a.name, a.default_value) for a in schema}
 
 
 #: The setting along rows if the input is a single row of pixels, (B, C, L).
@@ -453,6 +424,6 @@ def _clamp(node: Node) -> tuple[float, float] | None:
     if node.target in (aten.relu6.default, aten.relu6_.default):
         return (0.0, 6.0)
     if node.target in (aten.hardtanh.default, aten.hardtanh_.default):
-        arguments = _arguments(node)
+        arguments = arguments_of(node)
         return (float(arguments["min_val"]), float(arguments["max_val"]))
     return None
