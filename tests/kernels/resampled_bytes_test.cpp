@@ -149,6 +149,33 @@ TEST_F(Bytes, MirrorImagesMatchOpenCv) {
   EXPECT_EQ(out, wanted);
 }
 
+template <class P>
+void expect_large_mirror_image(int64_t step, int64_t shift) {
+  const int64_t width = 1021 * step, height = (int64_t{17} << 20) / (width * static_cast<int64_t>(sizeof(P)));
+  std::vector<P> image(static_cast<size_t>(height * width)), buffer(image.size() + 16);
+  std::iota(image.begin(), image.end(), P(1));
+  P* const out = buffer.data() + shift;
+  mirrored(image.data(), 1, height, width, step, true, false, out);
+  for (int64_t y = 0; y < height; ++y)
+    for (int64_t x = 0; x < width; ++x)
+      ASSERT_EQ(out[y * width + x],
+                image[static_cast<size_t>(y * width + (width / step - 1 - x / step) * step + x % step)])
+          << x << " " << y;
+  if (shift > 0) EXPECT_EQ(out[-1], P(0));
+  EXPECT_EQ(out[height * width], P(0));
+}
+
+TEST(Flips, OfImagesThatAreLargerThanCaches) {
+  for (const int64_t shift : {0, 1, 5}) {
+    expect_large_mirror_image<float>(1, shift);
+    expect_large_mirror_image<double>(1, shift);
+    expect_large_mirror_image<uint16_t>(1, shift);
+    expect_large_mirror_image<uint8_t>(4, shift);  // pixels that are not at a multiple of their size
+    expect_large_mirror_image<uint8_t>(3, shift);
+    expect_large_mirror_image<uint16_t>(4, shift);
+  }
+}
+
 TEST_F(Bytes, LevelsOfPyramidsMatchOpenCv) {
   for (const Size& size : kSizes)
     for (const int channels : {1, 2, 3, 4, 9}) {
