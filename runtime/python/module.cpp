@@ -118,7 +118,7 @@ void set_trust(const std::string& policy, const std::vector<std::string>& keys) 
   chiasm::set_trust(static_cast<TrustPolicy>(found - std::begin(kPolicies)), keys);
 }
 
-std::string get_trust() { return kPolicies[static_cast<int32_t>(chiasm::get_trust())]; }
+std::string policy_name() { return kPolicies[static_cast<int32_t>(chiasm::get_trust())]; }
 
 /** The names of the element types. */
 std::vector<std::string> dtypes() {
@@ -336,7 +336,7 @@ the first error is raised, with the run's number.)")
   m.def("set_num_threads", &chiasm::set_num_threads, arg("count"));
   m.def("get_num_threads", &chiasm::get_num_threads);
   m.def("set_trust", &chiasm::python::set_trust, arg("policy"), arg("keys"));
-  m.def("get_trust", &get_trust);
+  m.def("get_trust", &policy_name);
   m.def("dtypes", &dtypes);
   m.def("instruction_sets", &instruction_sets);
   m.def("sign", &sign, arg("message"), arg("secret_key"));
