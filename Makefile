@@ -20,6 +20,9 @@ SOURCES := $(shell find python/chiasm runtime/artifact \
 CPP := $(shell find bench examples gallery include runtime studies tests \( -path tests/frozen -o -path tests/fuzz/corpus \) -prune \
   -o \( -name '*.c' -o -name '*.h' -o -name '*.cpp' -o -name '*.hpp' \) -print)
 
+PROSE := $(shell find . \( -path ./.git -o -path ./.deps -o -path ./.venv -o -path ./build -o -path ./dist -o -path ./tests/frozen/version_1 \) \
+  -prune -o -name '*.md' -print)
+
 .PHONY: help setup build bundles test-bundles demo gallery study \
   test test-all test-quick test-ops test-export test-runtime test-kernels test-robustness build-x86-64-v4 build-aarch64 test-aarch64 test-parity test-browser test-serving test-data \
   test-studies test-sanitizers test-fuzz fuzz test-install fresh-root wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
@@ -48,13 +51,14 @@ $(BUNDLES)/.tested: $(SOURCES) | build
 	if [ ! -e $$whole ] || [ -n "$$(find $(SOURCES) -newer $$whole -print -quit)" ]; then $(PY) tests/parity/selection.py $(BUNDLES); fi
 	touch $@
 
-demo: setup ## export part of the catalog, run it from C++ on real photographs, show tables and pictures
+demo: setup ## export a part of the catalog, run it in C++ on photographs, show pictures
 	@cmake --preset release > /dev/null
 	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx chiasm_torch _runtime demo_runner
 	$(PY) -m chiasm.export export $$($(PY) -m gallery.demo --list) --method forward -o build/demo/bundles -j $(JOBS)
 	$(PY) -m gallery.demo
 
-study: build ## WHAT=batch, registration, depth, attack, distributed or training: a use case at full size -> docs/use_cases.md
+# WHAT=batch, registration, depth, attack, distributed or training
+study: build ## WHAT=batch, registration, ...: a use case at full size -> docs/use_cases.md
 	@case "$(WHAT)" in batch | training) tools/kornia.sh ;; esac
 	$(PY) -m studies.$(or $(WHAT),$(error make study WHAT=batch|registration|depth|attack|distributed|training))
 
@@ -69,7 +73,8 @@ test: build ## all tests of changed parts, and a sample of the others (tests/sta
 test-all: build bundles ## every test on the whole catalog (hours)
 	@CHIASM_ALL_TESTS=1 $(MAKE) test special-values sanitize-artifacts
 
-test-quick: build ## tests that need no exported bundles: changed ops (a part of them if many are), a twentieth of the others, and the runtime's core without its guarded kernels (90 seconds)
+# Of the changed ops a part if they are many, a twentieth of the others, the core without guarded kernels.
+test-quick: build ## what needs no bundles: changed ops, a part of the others, the core (90 s)
 	@CHIASM_QUICK=1 OMP_NUM_THREADS=1 $(PY) -m pytest -q -x -n $(JOBS) tests/ops
 	ctest --preset release -j $(JOBS) -L core -E guarded_kernels
 
@@ -82,22 +87,22 @@ test-export: build test-bundles ## the exporter, the command, the runtime in Pyt
 test-runtime: build test-bundles ## GoogleTest: the runtime, the kernels, the exported bundles
 	ctest --preset release -j $(JOBS) -LE 'kernels|robustness'
 
-test-kernels: build ## the kernels again with vectors of SSE4, and with every vector a loop over its values
+test-kernels: build ## the kernels again, with vectors of SSE4 and with loops over values
 	@cmake --build --preset release -j $(JOBS) --target kernel_tests
 	ctest --preset release -j $(JOBS) -L kernels
 
-test-robustness: build test-bundles ## forks, limits, failing allocations, thousands of loads, damaged bundles, many threads
+test-robustness: build test-bundles ## forks, limits, failing allocations, many loads and threads, damage
 	ctest --preset release -j $(JOBS) -L robustness
 
 build-x86-64-v4: build ## the libraries that `chiasm export --isa x86-64-v4` links
 	cmake --build --preset release -j $(JOBS) --target artifact_x86-64-v4
 
-build-aarch64: build ## the runtime, and the libraries that `chiasm export --isa armv8.2-a` links, by a cross-compiler
+build-aarch64: build ## cross-compile the runtime and the libraries for `--isa armv8.2-a`
 	@tools/aarch64.sh
 	@cmake --preset aarch64 > /dev/null
 	cmake --build --preset aarch64 -j $(JOBS)
 
-test-aarch64: build-aarch64 ## the kernels, the runtime's core and bundles under qemu: results must equal this machine's
+test-aarch64: build-aarch64 ## kernels, core and bundles under qemu: results must equal this machine's
 	CHIASM_RECORD_RESULTS=build/release/kernel_results build/release/bin/guarded_kernels_test --gtest_brief=1
 	CHIASM_EXPECTED_RESULTS=$$PWD/build/release/kernel_results ctest --preset aarch64 -j $(JOBS)
 	$(PY) tests/parity/aarch64.py
@@ -109,35 +114,38 @@ test-parity: build test-bundles ## compare every exported bundle, artifact, back
 parity: build bundles ## the same for every op in every format -> build/parity.json
 	$(PY) tests/parity/matrix.py
 
-test-special-values: build test-bundles ## feed NaN, infinities and extreme numbers into the ops that tests name, for a minute
+test-special-values: build test-bundles ## NaN, infinities, extreme numbers in the ops that tests name, for a minute
 	@$(PY) tests/parity/special_values.py --seconds 60 $$($(PY) tests/parity/selection.py 2> /dev/null | awk '/a test names it/ {print $$1}')
 
-special-values: build bundles ## feed NaN, infinities and extreme numbers into every input of every op on every backend -> build/special_values.json
+# -> build/special_values.json
+special-values: build bundles ## NaN, infinities, extreme numbers in every op's inputs on every backend
 	$(PY) tests/parity/special_values.py
 
-coverage: ## write docs/coverage.md and its record, from the catalog and the last `make parity`
+coverage: ## write docs/coverage.md from the catalog and the last `make parity`
 	$(PY) tests/parity/coverage.py
 
 docs: ## write docs/kernels.md from the kernels' declarations
 	@python3 -B runtime/artifact/generate.py docs docs/kernels.md
 
-site: build ## the pages and a reference of every op as HTML -> build/site/html; warnings and broken links are errors
+# Warnings and broken links are errors.
+site: build ## pages and a reference of every op as HTML -> build/site/html
 	tools/site.sh
 
 linalg-accuracy: setup ## measure the linear algebra against NumPy -> docs/linalg.md
 	$(PY) tests/ops/linalg_accuracy.py
 
-other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO, on the golden vectors
+other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO
 	tools/other_runtimes.sh
 	$(PY) tests/parity/other_runtimes.py
 
-test-browser: build test-bundles ## in headless Chromium: the ONNX artifacts on the golden vectors, and the site's live page
+test-browser: build test-bundles ## in Chromium: the ONNX artifacts on golden vectors, the site's live page
 	tools/browser.sh
 	$(PY) tests/browser/replay.py
 	PYTHONPATH=. $(PY) tools/site/live.py build/live
 	$(PY) tests/browser/live.py
 
-test-serving: build test-bundles ## bundles in Triton Inference Server, called by its client (if cargo was there to get its headers)
+# Left out if cargo was not there to get Triton's headers.
+test-serving: build test-bundles ## bundles in Triton Inference Server, called by its client
 	@if [ ! -e build/release/lib/triton/chiasm/libtriton_chiasm.so ]; then
 	  echo "test-serving: left out, because the Triton backend was not built: tools/triton.sh headers says why"
 	  exit 0
@@ -161,15 +169,18 @@ test-sanitizers: test-bundles ## the C++ tests under ASan+UBSan and TSan
 	cmake --build --preset asan-ubsan -j $(JOBS) --target artifact
 	OMP_NUM_THREADS=1 $(PY) tests/robustness/sanitized_artifacts.py --few
 
-sanitize-artifacts: build ## forty compiled ops under AddressSanitizer and UBSan, with guards around every tensor (an hour the first time)
+# Later runs use the cache of compiled code.
+sanitize-artifacts: build ## forty compiled ops under ASan and UBSan, every tensor guarded (an hour)
 	@cmake --preset asan-ubsan > /dev/null
 	cmake --build --preset asan-ubsan -j $(JOBS) --target artifact
 	OMP_NUM_THREADS=1 $(PY) tests/robustness/sanitized_artifacts.py
 
-attack: build test-bundles ## MUTANTS=20000 damaged bundles, from FIRST=0 on: each gives an error or a right answer, never a signal
+# A damaged bundle may also give a right answer.
+attack: build test-bundles ## MUTANTS=20000 damaged bundles from FIRST=0 on: an error, never a signal
 	cd build && CHIASM_TEST_BUNDLES=../$(BUNDLES) release/bin/mutants $(MUTANTS) $(FIRST) $(JOBS)
 
-soak: build test-bundles ## 64 threads on every backend for MINUTES=60, a quarter of it under TSan; and 20,000 loads on each
+# A quarter of the time is under TSan; 20,000 loads on each backend.
+soak: build test-bundles ## 64 threads on every backend for MINUTES=60, also under TSan; many loads
 	cmake --preset tsan > /dev/null
 	cmake --build --preset tsan -j $(JOBS) --target soak chiasm_native
 	export CHIASM_TEST_BUNDLES=$(BUNDLES)
@@ -177,38 +188,51 @@ soak: build test-bundles ## 64 threads on every backend for MINUTES=60, a quarte
 	build/release/bin/soak $$(($(MINUTES) * 45))
 	TSAN_OPTIONS=suppressions=$$PWD/tests/runtime/tsan.supp build/tsan/bin/soak $$(($(MINUTES) * 15)) native
 
-test-fuzz: setup ## libFuzzer over every reader, whole bundles and the C interface, 10 seconds each
+test-fuzz: setup ## libFuzzer over every reader, bundles and the C interface, 10 seconds each
 	tests/fuzz/run.sh 10
 
-fuzz: setup ## libFuzzer for hours: SECONDS=3600 for each of the eight fuzzers, two at a time, a line a minute
+# Two run at a time, and print a line a minute.
+fuzz: setup ## libFuzzer for hours: SECONDS=3600 for each of the eight fuzzers
 	tests/fuzz/run.sh $(or $(SECONDS),3600)
 
-test-install: build ## wheels, a pack of bundles, Debian's and Conan's packages, used from outside (ctest covers cmake --install)
+# ctest covers cmake --install.
+test-install: build ## wheels, packs, Debian's and Conan's packages, used from outside
 	tests/consumer/pip_install.sh
 	tests/consumer/deb.sh build/release build/pip/bundles/filters.sobel.chiasm
 	tests/consumer/conan.sh build/pip/bundles/filters.sobel.chiasm
 
-fresh-root: build ## SUITE=trixie (or jammy, with MIRROR= the address of one of Ubuntu's): the wheel and packages in a system of their own
+# Ubuntu's jammy needs MIRROR=, the address of one of its mirrors.
+fresh-root: build ## the wheel and packages in a system of their own: SUITE=trixie or jammy
 	tests/consumer/fresh_root.sh $(or $(SUITE),trixie) $(MIRROR)
 
-wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
+# PYTHONS="python3.10 python3.12" makes chiasm for more Pythons.
+wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-export and chiasm-torch -> dist
 	tools/wheels.sh runtime aarch64 export torch
 
-dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are cached)
+# Compilations are cached.
+dist: wheels bundles ## the wheels, and the catalog as a wheel for each family -> dist (hours)
 	tools/packs.sh $(BUNDLES)
 
-bench: build ## WHAT=speed (the default), images, geometry, peers, memory, matching, serving, ray, letterbox, networks, augmentation, kernels or cuda: measure against peers -> docs/benchmarks*.md
+# WHAT=speed (the default), images, geometry, peers, memory, matching, serving, ray, letterbox, networks,
+# augmentation, kernels or cuda
+bench: build ## measure against peers: WHAT=speed, images, ... -> docs/benchmarks*.md
 	@case "$(WHAT)" in images | augmentation) tools/kornia.sh ;; esac
 	[ "$(WHAT)" != augmentation ] || ABOUT="Albumentations and DALI: 1.4 GB" tools/environment.sh augmentation tools/augmentation.txt
 	[ "$(WHAT)" != serving ] || tools/triton.sh server
 	[ "$(WHAT)" != ray ] || tools/data.sh
 	$(PY) -m bench $(or $(WHAT),speed)
 
-lint: build ## layout, style and types of the sources: ruff, clang-format, clang-tidy, pyright
-	@.venv/bin/ruff check --quiet .
+lint: build ## layout, style, types and columns of the sources
+	@echo "lint: ruff"
+	.venv/bin/ruff check --quiet .
 	.venv/bin/ruff format --check --quiet .
+	echo "lint: clang-format"
 	clang-format --dry-run --Werror $(CPP)
+	echo "lint: columns of prose and comments"
+	$(PY) tools/columns.py $(CPP) $(PROSE)
+	echo "lint: clang-tidy"
 	tools/tidy.sh
+	echo "lint: pyright"
 	.venv/bin/basedpyright --level error
 
 format: setup ## lay out the sources: ruff, clang-format
