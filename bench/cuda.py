@@ -21,6 +21,7 @@ from pathlib import Path
 import torch
 
 import chiasm.runtime
+from tools.columns import wrapped
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "benchmarks_cuda.md"
@@ -271,7 +272,7 @@ def main(arguments: list[str]) -> int:
 
         export_for_this_gpu()
         result = measure(BUNDLES)
-    PAGE.write_text(page(result))
+    PAGE.write_text(wrapped(page(result)))
     print(f"wrote {PAGE.relative_to(ROOT)}")
     return 0
 

@@ -17,6 +17,8 @@ from pathlib import Path
 
 from rich.progress import track
 
+from tools.columns import wrapped
+
 from .machine import ROOT, cores, cpu, notes, said
 
 PAGE = ROOT / "docs" / "benchmarks_kernels.md"
@@ -86,5 +88,5 @@ if __name__ == "__main__":
     if len(sys.argv) > 1:
         compare(Path(sys.argv[1]))
     else:
-        PAGE.write_text(page())
+        PAGE.write_text(wrapped(page()))
         print(PAGE)

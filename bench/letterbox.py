@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 
 import chiasm.runtime
+from tools.columns import wrapped
 
 from .machine import ROOT, bundle_path, cores, cpu, export_bundles
 from .wheel import interleaved
@@ -41,7 +42,7 @@ MIXED = (
 def main() -> int:
     export_bundles(BUNDLES, ("native",))
     rows = [row for threads in sorted({1, cores()}) for row in measured(threads)]
-    PAGE.write_text(page(rows))
+    PAGE.write_text(wrapped(page(rows)))
     print(f"wrote {PAGE.relative_to(ROOT)}")
     return 0
 

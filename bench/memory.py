@@ -19,6 +19,7 @@ from rich.progress import track
 
 import chiasm.runtime
 from chiasm.export.catalog import Entry
+from tools.columns import wrapped
 
 from .machine import ROOT, cores, export_bundles, notes
 from .peers.measure import chosen, inputs, native_method, sizes
@@ -51,7 +52,7 @@ def main() -> int:
     rows.sort(key=lambda row: (is_over(row), row[3]), reverse=True)
     text = page(rows)
     if not sys.argv[1:]:
-        PAGE.write_text(text)
+        PAGE.write_text(wrapped(text))
     print(text)
     return 0
 

@@ -24,6 +24,7 @@ from torch import nn
 
 import chiasm.runtime
 from chiasm.export import Spec, TensorSpec, export
+from tools.columns import wrapped
 
 from .machine import ROOT, cores, cpu
 from .wheel import interleaved, onnx_call, onnx_options
@@ -54,7 +55,7 @@ def main() -> int:
     for name in track(NETWORKS, description="networks"):
         write(name)
         rows += [measured(name, threads) for threads in sorted({1, cores()})]
-    PAGE.write_text(page(rows))
+    PAGE.write_text(wrapped(page(rows)))
     print(f"wrote {PAGE.relative_to(ROOT)}")
     return 0
 

@@ -15,6 +15,8 @@ from datetime import date
 
 from rich.progress import track
 
+from tools.columns import wrapped
+
 from .machine import ROOT, bundle_path, cores, cpu, export_bundles, notes
 
 PAGE = ROOT / "docs" / "benchmarks_ray.md"
@@ -44,7 +46,7 @@ def main() -> int:
     kilobytes = sum(file.stat().st_size for file in photos.iterdir()) / count / 1000
     text = page(json.loads(done.stdout.splitlines()[-1]), count, kilobytes)
     if count == COUNT:
-        PAGE.write_text(text)
+        PAGE.write_text(wrapped(text))
     print(text)
     return 0
 

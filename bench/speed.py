@@ -16,6 +16,8 @@ from datetime import date
 
 from rich.progress import track
 
+from tools.columns import wrapped
+
 from .machine import ROOT, bundle_path, cores, cpu, export_bundles, notes, program
 from .tables import share
 
@@ -53,7 +55,7 @@ def main() -> int:
         for n in (0, 1)
         for count in track((1, 2, 8), description="latency")
     ]
-    PAGE.write_text(page(rows, loads, waits, measure_overhead()))
+    PAGE.write_text(wrapped(page(rows, loads, waits, measure_overhead())))
     print(PAGE.read_text())
     return 0
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from bench.machine import cores, cpu
 from gallery.cases import BUILD, ROOT
+from tools.columns import wrapped
 
 PAGE = ROOT / "docs" / "use_cases.md"
 #: the folder of all pictures, next to the page: NAME.png or NAME_WHAT.png
@@ -49,7 +50,7 @@ def publish(name: str, lines: list[str], page: Path = PAGE) -> None:
     made = f"Written by `make study WHAT={name}` on {date.today()}: {cpu()}, {cores()} cores."
     sections[TITLES[name]] = "\n".join([made, "", *lines]).strip()
     body = [f"## {title}\n\n{sections[title]}\n" for title in TITLES.values() if title in sections]
-    page.write_text("\n".join([_HEAD, *body]))
+    page.write_text(wrapped("\n".join([_HEAD, *body])))
 
 
 def _sections(page: Path) -> dict[str, str]:

@@ -17,6 +17,7 @@ import numpy as np
 from rich.progress import track
 
 import chiasm
+from tools.columns import wrapped
 
 from ..images.data import photograph
 from ..machine import ROOT, cores
@@ -79,7 +80,7 @@ def main() -> int:
             found["steps"][step] = medians(processes, options.seconds / len(STEPS))
     RECORD.write_text(json.dumps(found, indent=1))
     text = page(found)
-    PAGE.write_text(text)
+    PAGE.write_text(wrapped(text))
     print(text)
     return 0
 

@@ -10,6 +10,7 @@ from datetime import date
 from rich.progress import track
 
 import chiasm
+from tools.columns import wrapped
 
 from ..images.data import photograph_file
 from ..machine import ROOT, bundle_path, cores, cpu, export_bundles, notes, program
@@ -29,7 +30,7 @@ def main() -> int:
     runs = [(case, size) for case in cases for size in case.sizes]
     rows = [row(*run, chosen.seconds) for run in track(runs, "speed")]
     if not chosen.ops:
-        PAGE.write_text(page(rows))
+        PAGE.write_text(wrapped(page(rows)))
     print("\n".join(table(rows)))
     return 0
 

@@ -13,6 +13,8 @@ import sys
 
 from rich.progress import Progress
 
+from tools.columns import wrapped
+
 from ..machine import ROOT, bundle_path, cores, export_bundles, program
 from .chiasm_ops import measured
 from .data import FOLDER, SIZES, bench_arguments
@@ -64,7 +66,7 @@ def main() -> int:
     ROWS.write_text(json.dumps(rows, indent=1))
     text = page(rows)
     if not chosen.ops:
-        PAGE.write_text(text)
+        PAGE.write_text(wrapped(text))
     print(text)
     return 0
 

@@ -14,6 +14,7 @@ from rich.progress import track
 import chiasm
 from chiasm.export import export
 from chiasm.export.catalog import catalog
+from tools.columns import wrapped
 
 from ..machine import ROOT, cores, cpu, notes, said
 from .pairs import CHANGES, Pair, pairs
@@ -43,7 +44,7 @@ def main() -> int:
         for threads in sorted({1, cores()})
         for pair in track(made, f"{threads} thread{'s' * (threads > 1)}")
     ]
-    PAGE.write_text(page(rows))
+    PAGE.write_text(wrapped(page(rows)))
     print("\n".join(accuracy(rows) + [""] + speed(rows)))
     return 0
 

@@ -14,6 +14,7 @@ import cv2
 from rich.progress import Progress
 
 import chiasm
+from tools.columns import wrapped
 
 from ..machine import ROOT, cores, cpu, export_bundles, notes
 from ..tables import compared, table
@@ -68,7 +69,7 @@ def main() -> int:
     problems = [row["problem"] for row in rows if "problem" in row]
     text = page([row for row in rows if "problem" not in row], load)
     if not options.ops:
-        PAGE.write_text(text)
+        PAGE.write_text(wrapped(text))
     print(text)
     for problem in problems:
         print(f"not in the table: {problem}", file=sys.stderr)

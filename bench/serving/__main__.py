@@ -13,6 +13,7 @@ from textwrap import fill
 from rich.progress import Progress
 
 import chiasm
+from tools.columns import wrapped
 
 from ..machine import ROOT, bundle_path, cores, cpu, export_bundles, notes
 
@@ -42,7 +43,7 @@ def main() -> int:
         write_models(Path(folder) / "models")
         with Server(Path(folder)) as server:
             rows, busy = everything(server)
-    PAGE.write_text(page(rows, busy))
+    PAGE.write_text(wrapped(page(rows, busy)))
     print("\n".join([*table(rows), "", *busy_table(busy)]))
     return 0
 

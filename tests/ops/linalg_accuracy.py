@@ -147,17 +147,12 @@ def page() -> str:
     lines = [
         "# Linear algebra",
         "",
-        (
-            "Written by `make linalg-accuracy`; do not edit. The tables have the greatest errors compared"
-            " with NumPy in float64"
-        ),
-        (
-            f"for the same matrices, relative to the norm of the expected values, over {COUNT} random"
-            " matrices for each"
-        ),
-        f"of {len(SHAPES)} arrangements of singular values ({', '.join(SHAPES)}) and each size n.",
-        "Results that are computed in float64 and rounded to float32 at the end keep float32's",
-        "rounding error. At a high condition number a part of the errors in float64 is NumPy's own.",
+        "Written by `make linalg-accuracy`; do not edit. The tables have the greatest errors compared with",
+        "NumPy in float64 for the same matrices, relative to the norm of the expected values, over",
+        f"{COUNT} random matrices for each of {len(SHAPES)} arrangements of singular values",
+        f"({', '.join(SHAPES)}) and each size n. Results that are computed in float64 and rounded to",
+        "float32 at the end keep float32's rounding error. At a high condition number a part of the errors",
+        "in float64 is NumPy's own.",
     ]
     for precision, dtype in PRECISIONS.items():
         columns = [f"n = {n}" for n in SIZES]

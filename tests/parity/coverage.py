@@ -15,6 +15,7 @@ import hashlib
 import importlib
 import inspect
 import json
+import sys
 from collections import defaultdict
 from itertools import groupby
 from pathlib import Path
@@ -24,6 +25,10 @@ import chiasm.geometry
 from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, Entry, catalog
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from tools.columns import wrapped  # noqa: E402
+
 PAGE, RECORD = ROOT / "docs" / "coverage.md", ROOT / "docs" / "coverage.json"
 FOUND, FOUND_IN_BROWSER = ROOT / "build" / "parity.json", ROOT / "build" / "browser.json"
 FOUND_ON_AARCH64 = ROOT / "build" / "aarch64.json"
@@ -226,7 +231,7 @@ def main() -> None:
         add_aarch64(record, json.loads(FOUND_ON_AARCH64.read_text()))
     rows = [f"{json.dumps(name)}: {json.dumps(record[name])}" for name in entries if name in record]
     RECORD.write_text("{\n" + ",\n".join(rows) + "\n}\n")
-    PAGE.write_text(page(entries, record))
+    PAGE.write_text(wrapped(page(entries, record)))
     print(f"{added} ops taken into {RECORD.relative_to(ROOT)}; wrote {PAGE.relative_to(ROOT)}")
 
 
