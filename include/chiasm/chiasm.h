@@ -267,9 +267,9 @@ typedef struct chiasm_api {
   /** Opens the backend's engine, so the first call for a backend may take as long as its engine takes to
    *  load. The strings live as long as the process. */
   chiasm_status* (*backend_info)(size_t index, chiasm_backend_info* info);
-  /** The one thread policy of the process: how many threads a run may use, for every backend, 0 to 1024; 0 (the
-   *  default) means all cores this process may run on. Fails with FAILED_PRECONDITION after the first method was
-   *  loaded. */
+  /** The one thread policy of the process: how many threads a run may use, for every backend, 0 to 1024;
+   *  0 (the default) means all cores this process may run on. Fails with FAILED_PRECONDITION after the first
+   *  method was loaded. */
   chiasm_status* (*set_num_threads)(int32_t count);
   int32_t (*get_num_threads)(void); /**< always > 0 */
 

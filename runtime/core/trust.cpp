@@ -23,7 +23,7 @@ struct Set {
   std::unique_ptr<const Set> before;
 };
 
-/** A fork may come at any time. So a new trust is one store, and keys are read from files outside the lock. */
+/** A fork may come at any time. So a new trust is one store, and files of keys are read without the lock. */
 struct State {
   std::mutex mutex;  // of whoever sets
   std::atomic<const Set*> last{nullptr};

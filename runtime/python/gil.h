@@ -1,3 +1,4 @@
+// Releases Python's global lock around work in C++.
 #pragma once
 
 #include <cxxabi.h>
@@ -6,9 +7,9 @@
 
 namespace chiasm::python {
 
-/** Releases Python's lock while it lives. If the interpreter ends meanwhile, the thread waits for the end of the
- *  process, as it does from Python 3.14 on: older versions end it by an exception, which would end the process
- *  in a destructor. */
+/** Python's lock is released during this object's life. If the interpreter ends meanwhile, the destructor
+ *  waits for the end of the process, as Python 3.14 does itself. Older versions end the thread by an
+ *  exception, and an exception that leaves a destructor ends the process. */
 class WithoutGil final {
  public:
   WithoutGil() : state_(PyEval_SaveThread()) {}

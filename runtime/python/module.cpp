@@ -23,8 +23,8 @@
 namespace chiasm::python {
 namespace {
 
-// For classes whose objects only this module makes: pybind11 would take an object that __new__ alone has made,
-// and use memory that nothing has written.
+// For classes whose objects only this module makes. Without it, pybind11 would accept an object that __new__
+// made without __init__, and use its uninitialised memory.
 py::custom_type_setup made_here() {
   return py::custom_type_setup([](PyHeapTypeObject* type) {
     type->ht_type.tp_new = [](PyTypeObject* self, PyObject*, PyObject*) -> PyObject* {
@@ -253,13 +253,12 @@ stream : int or torch.cuda.Stream, optional
           arg("stream") = py::none(),
           R"(Run into arrays of the caller, each given as in `run`. They must be writable, on CUDA dense, have
 the shapes and dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
-      .def(
-          "run_each", &PythonMethod::run_each, arg("inputs"), arg("outputs"), py::kw_only(),
-          arg("stream") = py::none(),
-          R"(Several runs in one call, several at once: item i of `inputs` and of `outputs` is what `run_into` takes
-for run i. Images may differ in their sizes, and become one batch where the outputs are its parts. Load the
-method with ``num_threads=1``, and each core takes runs of its own. If some fail, the others are finished, and
-the first error is raised, with the run's number.)")
+      .def("run_each", &PythonMethod::run_each, arg("inputs"), arg("outputs"), py::kw_only(),
+           arg("stream") = py::none(),
+           R"(Several runs in one call, several at once: item i of `inputs` and of `outputs` is what
+`run_into` takes for run i. Images may differ in their sizes, and become one batch where the outputs are its
+parts. Load the method with ``num_threads=1``, and each core takes runs of its own. If some fail, the others
+are finished, and the first error is raised, with the run's number.)")
       .def("output_shapes", &PythonMethod::output_shapes,
            "A (shape, dtype) for each output that these inputs would give.")
       .def("__repr__", &PythonMethod::repr);

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// One matrix, with the state of its assignment. Every step has the definition's arithmetic and chooses between
-// equals as it does, so that both return the same assignment.
+// One matrix, with the state of its assignment. Every step computes as the definition in Python does and
+// makes the same choice between equal costs, so that both return the same assignment.
 class Assignment {
  public:
   static int64_t scratch_size(int64_t n, int64_t m) { return 2 * n + 5 * m; }

@@ -1,5 +1,5 @@
-// Reads images of bytes at runs of positions from 2 x 2 pixels. Positions are rounded to 1/32, so that weights
-// are multiples of 1/1024 and sums are exact.
+// Reads images of bytes at runs of positions, each from 2 x 2 pixels. Positions are rounded to 1/32, so that
+// weights are multiples of 1/1024 and sums are exact.
 #pragma once
 
 #include <cstring>

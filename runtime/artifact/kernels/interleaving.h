@@ -28,9 +28,9 @@ HWY_INLINE hn::Vec<D> number(D numbers, const uint8_t* x) {
   return hn::ConvertTo(numbers, hn::PromoteTo(Integers<D>(), hn::LoadU(bytes, x)));
 }
 
-// Calls body(d, numbers, levels) for vectors of numbers, one from each of the `from`, and stores the levels, 0
-// to 255. Numbers are every fourth byte of four vectors' worth: to take bytes out of words of 32 bits and to
-// put them back needs no shuffle, of which CPUs can do fewer at a time than of other operations.
+// Calls body(d, numbers, levels) for vectors of numbers, one from each of the `from`, and stores the levels,
+// 0 to 255. A vector has every fourth byte of four vectors' worth: bytes are taken out of words of 32 bits
+// and put back by shifts, which avoids shuffles, because these have a lower throughput.
 template <int kFrom, int kTo, class Body>
 HWY_INLINE void map_levels(const std::array<const uint8_t*, kFrom>& from, int64_t n,
                            const std::array<uint8_t*, kTo>& to, const Body& body) {

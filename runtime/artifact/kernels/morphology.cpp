@@ -333,9 +333,9 @@ class Window {
   explicit Window(const Box& box) : box_(box) {}
 
   // The pixels of a window of kh x kw and the heights that are added to them. A pixel with the height
-  // -max_val is outside of the window. Integers have no other heights, and such a pixel is skipped. For floats
-  // it is skipped only if the origin is in the window: the origin always has a pixel of the image, which
-  // replaces the neutral element.
+  // -max_val is outside of the window. Integers have no other heights, and such a pixel is skipped. With
+  // floats it is skipped only if the origin is in the window: the origin always has a pixel of the image,
+  // which replaces the neutral element.
   Window(const double* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, double max_val)
       : box_{row, column, kh, kw} {
     const auto height = [=](int64_t k) { return static_cast<T>(heights[k]); };

@@ -12,8 +12,8 @@ namespace chiasm::kernels::bytes {
 constexpr int32_t kScale = 32;          // positions between pixels are rounded to 1/kScale
 constexpr int32_t kFurthest = 1 << 24;  // in pixels: the limit of positions
 
-// The images that are read. A pixel has `step` values, and `wide` bytes, which the taps' loaded() says, can be
-// loaded at any pixel that counts as inside.
+// The images that are read. A pixel has `step` values. At any pixel that counts as inside, `wide` bytes can
+// be loaded (the taps' loaded() says how many).
 struct Source {
   int64_t height, width, step, wide;
   Padding padding;

@@ -24,8 +24,8 @@ inline void limit(T* x, int64_t n, T low, T high) {
     hn::StoreU(smaller(hn::Set(d, high), larger(hn::Set(d, low), hn::LoadU(d, x + i))), d, x + i);
 }
 
-// Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges. Vectors of
-// positions inside of it, which are most, need no division.
+// Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges. A vector
+// whose positions are all inside of the image, as most are, needs no division.
 template <class T>
 inline void reflect(T* x, int64_t n, int64_t size, bool align_corners) {
   const Lanes<T> d;

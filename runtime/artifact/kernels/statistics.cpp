@@ -11,9 +11,9 @@
 namespace chiasm::kernels {
 namespace {
 
-// Calls body(place, values, count, first) for runs of `count` pixels of a row, the first of which is pixel
-// `first`. Rows are divided among threads: all runs of a place, i.e. of `strips` in each row, are in one thread,
-// in their order. A run has at most kPart values, or is one pixel.
+// Divides each row into `strips` parts, the places, and calls body(place, values, count, first) for runs of
+// `count` pixels from pixel `first` of the row on. Places are divided among threads: one thread does all runs
+// of a place, in their order. A run has at most kPart values, or is one pixel.
 template <class P, class Body>
 void for_runs(const P* x, int64_t n, int64_t length, int64_t step, int64_t strips, const Body& body) {
   const int64_t pixels = length / step;
@@ -50,8 +50,8 @@ struct Extreme {
   P value;
   int64_t run = 0;
 
-  // The first of the pixels from the run's to `end` that has the value, -1 if there is none. `channel` points at
-  // the channel's value of pixel 0.
+  // The first pixel, from the run's first one up to `end`, that has the value; -1 if there is none. `channel`
+  // points at the channel's value of pixel 0.
   int64_t pixel(const P* channel, int64_t step, int64_t end) const {
     for (int64_t k = run; k < end; ++k)
       if (channel[k * step] == value) return k;
@@ -59,7 +59,7 @@ struct Extreme {
   }
 };
 
-// The extreme values of the channels of pixels, of which there are 1 to 4. NaN is ignored.
+// Minimum and maximum of each channel, 1 to 4 channels. NaN is ignored.
 template <class P>
 class Extremes {
  public:

@@ -1,7 +1,7 @@
 // The torch backend behind its plug-in (plugin.cpp): TorchScript artifacts, AOTInductor artifacts that need
 // libtorch, and gradients by autograd.
 //
-// With programs.h and cuda.h, the only source that includes torch's headers, which take most of its compile time.
+// Only this file, programs.h and cuda.h include torch's headers, which take most of the compile time.
 #include <ATen/Context.h>
 #include <ATen/Parallel.h>
 #include <ATen/TensorIterator.h>

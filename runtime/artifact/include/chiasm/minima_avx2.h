@@ -1,5 +1,5 @@
-// Minima and maxima by AVX2's own instruction, which returns the second value if one is NaN. PyTorch's give NaN
-// if either is, in three instructions.
+// Minima and maxima by AVX2's own instruction, which returns the second value if either is NaN. PyTorch's
+// return NaN if either is, and take three instructions.
 #pragma once
 
 #include <immintrin.h>
@@ -15,8 +15,8 @@ inline at::vec::Vectorized<float> larger(const at::vec::Vectorized<float>& a,
   return _mm256_max_ps(a, b);
 }
 
-// Whether the compiler knows all lanes of a bound, as in a clamp, and that none is NaN: a NaN can then only be
-// the other value, which the instruction returns if it is second.
+// Whether the compiler knows all lanes of a bound, as in a clamp, and that none is NaN. Then only the other
+// value can be NaN, and the instruction returns it if it is the second one.
 inline bool is_known_bound(const at::vec::Vectorized<float>& bound) {
   const auto v = static_cast<__m256>(bound);
   const auto same = v == v;
