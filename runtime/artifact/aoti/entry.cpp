@@ -235,7 +235,7 @@ void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target) {
     memory::copy(target.data(), source.data(), n * size);
     return;
   }
-  if (!memory::host_can_read)  // the exporter makes results dense (python/chiasm/export/formats/cuda.py)
+  if (!memory::host_can_read)  // the exporter makes results dense (python/chiasm/export/patches/cuda.py)
     throw std::runtime_error("the compiled op copies a strided tensor, which is not done on CUDA");
   Dims index(source.sizes.size(), 0);
   for (int64_t i = 0; i < n; ++i) {
