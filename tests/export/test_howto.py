@@ -238,6 +238,100 @@ for image, back, frame in zip(*batch_of(bundle, frames), frames):
 """
 
 
+#: The bundle to which the page adds a program of the toy engine for the same function.
+SCALE = """
+from torch import Tensor
+
+from chiasm.export import Spec, TensorSpec, export
+
+def scale(input: Tensor) -> Tensor:
+    return input * 2.0 + 1.0
+
+spec = Spec("my.scale", [TensorSpec("input", ("N",), "float32")], symbols={"N": (1, 1000)})
+export(scale, spec, "bundles", ("torchscript",), methods=("forward",))
+"""
+RUN = """
+import numpy as np
+
+from chiasm import runtime
+
+bundle = runtime.open("bundles/my.scale.chiasm")
+x = np.array([0.0, 0.25, 4.0], np.float32)
+assert [row.passed for row in bundle.self_test() if row.backend == "example"] == [True], bundle.self_test()
+np.testing.assert_array_equal(bundle.method("forward", backend="example")(x), 2 * x + 1)
+try:
+    bundle.method("forward", backend="onnx")
+except runtime.ChiasmError as error:  # the core offers it no artifact of another backend
+    assert "onnx: the bundle has no artifact for it" in str(error), error
+else:
+    raise AssertionError("the onnx backend runs what is not its own")
+"""
+
+
+def test_a_backend_is_added(tmp_path: Path) -> None:
+    (written,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs/howto/backend.md").read_text(), re.DOTALL)
+    sources = [ROOT / "runtime/backends/example/example.cpp", *(ROOT / "runtime/base").glob("*.cpp")]
+    flags = ["-std=c++17", "-shared", "-fPIC", f"-I{ROOT / 'runtime'}", f"-I{ROOT / 'include'}"]
+    run("g++", *flags, *sources, "-o", tmp_path / "libchiasm_example.so")
+    environment = os.environ | {"CHIASM_BACKEND_PATH": str(tmp_path)}
+    (tmp_path / "added.py").write_text(SCALE + written + RUN)
+    run(sys.executable, tmp_path / "added.py", env=environment, cwd=tmp_path)
+
+
+def change(folder: Path, file: str, block: str) -> None:
+    """Make the change of a block in the form of a diff; each place must be there once."""
+    lines = block.splitlines()
+    old, new = ("\n".join(x[1:] for x in lines if x[0] in f" {sign}") for sign in "-+")
+    text = (folder / file).read_text()
+    assert text.count(old) == 1, f"{file} has no single place for this:\n{block}"
+    (folder / file).write_text(text.replace(old, new))
+
+
+def compiled(folder: Path, *files: Path) -> str:
+    """What g++ says to sources in a copy of the tree, with the flags of cmake/ChiasmTargets.cmake."""
+    flags = ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-fsyntax-only"]
+    folders = [f"-I{folder / 'runtime'}", f"-I{folder / 'include'}"]
+    done = subprocess.run(["g++", *flags, *folders, *map(str, files)], capture_output=True, text=True)
+    assert (done.returncode == 0) == (not done.stderr), done.stderr
+    return done.stderr
+
+
+#: The new type in C and C++, by the names that the page gives it.
+WITH_UINT32 = """
+#include "base/dtype.h"
+#include "chiasm/chiasm.hpp"
+static_assert(static_cast<int>(chiasm::dtype_of<uint32_t>) == CHIASM_UINT32, "");
+static_assert(chiasm::base::kDTypeCount == CHIASM_UINT32 + 1, "");
+static_assert(chiasm::base::kDTypes[CHIASM_UINT32].size == sizeof(uint32_t), "");
+"""
+
+
+def test_an_element_type_is_added(tmp_path: Path) -> None:
+    page = (ROOT / "docs/howto/dtype.md").read_text()
+    files = {}
+    for title, text in re.findall(r"^## Step \d: `(.*?)`\n(.*?)(?=^## )", page, re.DOTALL | re.MULTILINE):
+        files[title] = re.findall(r"```diff\n(.*?)```", text, re.DOTALL)
+    assert len(files) == 3 and all(files.values()) and "a place in three files" in page
+    for folder in ("include", "runtime/base", "runtime/core"):
+        shutil.copytree(ROOT / folder, tmp_path / folder)
+    for file, blocks_of_file in files.items():
+        for block in blocks_of_file:
+            change(tmp_path, file, block)
+    (tmp_path / "with_uint32.cpp").write_text(WITH_UINT32)
+    core = tmp_path / "runtime/core"
+    sources = [f for f in core.glob("*.cpp") if '"base/dtype.h"' in f.read_text()]
+    assert len(sources) > 5
+    assert compiled(tmp_path, tmp_path / "with_uint32.cpp", core / "layout.cpp", *sources) == ""
+
+    # the assertions that the page promises
+    change(
+        tmp_path, "include/chiasm/chiasm.h", "-#define CHIASM_API_VERSION 4u\n+#define CHIASM_API_VERSION 5u"
+    )
+    assert "freeze the new version's layout here too" in compiled(tmp_path, core / "layout.cpp")
+    change(tmp_path, "runtime/base/dtype.h", "-\"U32\", 4, 1, 'u', 12\n+\"U32\", 1, 1, 'f', 12")
+    assert "kElements has no line for a type" in compiled(tmp_path, core / "golden.cpp")
+
+
 def test_a_detector_is_deployed(tmp_path: Path) -> None:
     source = "\n".join(blocks("detector.md")) + RED_SQUARES.replace("{folder!r}", repr(str(tmp_path)))
     (tmp_path / "detector.py").write_text(source)

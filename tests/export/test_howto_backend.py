@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from chiasm.export.formats.isas import ISAS
+from chiasm.export.manifest import GPUS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = ("backend.md", "dtype.md", "isa.md")
@@ -45,3 +46,23 @@ def test_an_instruction_set_is_known_in_every_place_that_its_page_names():
     assert names("python/chiasm/export/manifest.schema.json", r'"isa": \{.*?\}') == wanted
     assert names("runtime/core/manifest.h", r"kIsaNames\[\] = \{.*?\}") == wanted
     assert names("runtime/core/manifest.cpp", r"kIsas\[\] = \{.*?\}") == wanted
+    assert sorted(names("python/chiasm/doctor.py", r"_INSTRUCTION_SETS = \{.*?\n\}")) == sorted(wanted)
+
+    def enumerators(file: str, pattern: str) -> list[str]:
+        found = re.search(pattern, (ROOT / file).read_text(), re.DOTALL)
+        assert found is not None, file
+        return sorted(re.findall(r"(?:x86_64|armv)\w+", found[0]))
+
+    declared = sorted(re.sub(r"[-.]", "_", name) for name in wanted)
+    assert enumerators("runtime/core/manifest.h", r"enum class Isa \{.*?\}") == declared
+    assert enumerators("runtime/core/select.cpp", r"for \(const Isa isa : \{.*?\}") == declared
+    assert enumerators("runtime/python/module.cpp", r"for \(const core::Isa isa :\s*\{.*?\}") == declared
+    checked = re.findall(r"case Isa::(\w+):", (ROOT / "runtime/core/cpu.cpp").read_text())
+    assert sorted(checked) == sorted([*declared, "none"])
+
+
+def test_a_gpu_is_known_in_both_places_that_its_page_names():
+    limits = (ROOT / "python/chiasm/export/patches/cuda.py").read_text()
+    found = re.search(r"_LIMITS = \{.*?\n\}", limits, re.DOTALL)
+    assert found is not None
+    assert [f"sm_{sm}" for sm in re.findall(r"^ +(\d+): ", found[0], re.MULTILINE)] == list(GPUS)
