@@ -1,3 +1,4 @@
+// OpenCV's peers of chiasm's colour conversions.
 #include "batch.hpp"
 
 namespace peers {

@@ -1,3 +1,4 @@
+// OpenCV's peers of the ops of `enhance`: arithmetic, thresholds, histograms, sums.
 #include "batch.hpp"
 
 namespace peers {

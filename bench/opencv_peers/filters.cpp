@@ -1,3 +1,4 @@
+// OpenCV's peers of the ops of `filters`: gradients, blurs, thresholds, Canny.
 #include "batch.hpp"
 
 namespace peers {

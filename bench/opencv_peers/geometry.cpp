@@ -1,3 +1,4 @@
+// OpenCV's peers of the ops of `geometry`: resizing and warping images, models of point pairs, rotations.
 #include <opencv2/calib3d.hpp>
 
 #include "batch.hpp"

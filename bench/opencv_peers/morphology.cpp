@@ -1,3 +1,4 @@
+// OpenCV's peers of the ops of `morphology`.
 #include "batch.hpp"
 
 namespace peers {

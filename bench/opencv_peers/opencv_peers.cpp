@@ -1,3 +1,4 @@
+// Finds the peer of a bundle among the families' tables.
 #include "batch.hpp"
 
 namespace peers {

@@ -1,3 +1,4 @@
+// OpenCV's calls for the same work as two pipelines: the edges of a frame, and a network's input.
 #include <array>
 
 #include <opencv2/dnn.hpp>

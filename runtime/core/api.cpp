@@ -1,3 +1,5 @@
+// The functions behind the table of the C interface: each checks its arguments, calls the core, and turns
+// exceptions into statuses.
 #include "core/api.h"
 
 #include <pthread.h>

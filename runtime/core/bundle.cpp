@@ -1,3 +1,5 @@
+// Opens a bundle: reads the manifest, checks its signature if the policy requires one, then parses it and
+// rejects files that it does not name.
 #include "core/bundle.h"
 
 #include "core/status.h"

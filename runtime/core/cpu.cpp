@@ -1,3 +1,4 @@
+// Asks the compiler's CPU checks (x86) or the kernel's AT_HWCAP (aarch64) for the features of each level.
 #include "core/cpu.h"
 
 #if defined(__aarch64__)

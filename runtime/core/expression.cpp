@@ -1,3 +1,5 @@
+// Parses expressions over dimensions by recursive descent, and evaluates their postfix programs without
+// allocating memory.
 #include "core/expression.h"
 
 #include <algorithm>

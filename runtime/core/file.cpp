@@ -1,3 +1,5 @@
+// Reads files of a bundle relative to its open folder, so that no link leads out of it, and compares their
+// hashes.
 #include "core/file.h"
 
 #include <dirent.h>

@@ -1,3 +1,5 @@
+// Finds out whether a tensor's elements have gaps between them, and copies such tensors to dense memory and
+// back in as few loops as possible.
 #include "core/gaps.h"
 
 #include <cstring>

@@ -1,3 +1,4 @@
+// Reads elements of every type as numbers and compares them with a tolerance.
 #include "core/golden.h"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// Fills the C structs of a method's signature with pointers into the manifest.
 #include "core/info.h"
 
 namespace chiasm::core {

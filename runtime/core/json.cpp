@@ -1,3 +1,4 @@
+// Parses JSON with limits that untrusted text needs: of depth, of memory, and no key twice in an object.
 #include "core/json.h"
 
 #include <algorithm>

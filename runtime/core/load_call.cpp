@@ -1,3 +1,5 @@
+// Collects the texts and pointers of one chiasm_backend_load from the bundle, the method and the caller's
+// request.
 #include "core/load_call.h"
 
 #include <algorithm>

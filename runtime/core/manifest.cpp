@@ -1,3 +1,4 @@
+// Reads a manifest member by member: every value has a limit, and an unknown member is an error.
 #include "core/manifest.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Loads a method on the backend that `choose` selects, and runs it: checks, copies of tensors with gaps, the
+// backend's run.
 #include "core/method.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// minisign's keys and signatures by libsodium: reading, verifying, signing.
 #include "core/minisign.h"
 
 #include <sodium.h>

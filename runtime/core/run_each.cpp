@@ -1,3 +1,5 @@
+// Checks all runs of a call, and that no output shares memory with another tensor of any run; then a few
+// threads take the runs from a queue.
 #include "core/run_each.h"
 
 #include <algorithm>

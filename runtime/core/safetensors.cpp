@@ -1,3 +1,4 @@
+// Reads the header of a safetensors file and checks each tensor's offsets against its dtype and shape.
 #include "core/safetensors.h"
 
 #include "base/dtype.h"

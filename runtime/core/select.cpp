@@ -1,3 +1,5 @@
+// Reads load options, tells which artifacts fit this machine and the request, and tries the backends that
+// have some in the order of their priority.
 #include "core/select.h"
 
 #if defined(__GLIBC__)

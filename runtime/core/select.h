@@ -21,7 +21,7 @@ struct LoadRequest {
   int32_t dtype = kGeneric;         /**< the value of T; kGeneric: float32, else the first available */
   int32_t num_threads = 0;          /**< 0: as many as the process may use */
   std::vector<std::string> options; /**< "key=value", for the backend named above */
-  /** false: as the option fused=0 for the backend that has it; this member is older than options */
+  /** `fused` of the C struct; false is passed on as fused=0 to backends with that option */
   bool fused = true;
   bool warm_up = false;
 

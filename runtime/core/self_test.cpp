@@ -1,3 +1,5 @@
+// Loads each artifact of a bundle, runs it on the golden inputs and compares its outputs with the golden
+// ones.
 #include "core/self_test.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Checks the tensors of a call against the method's signature, binds the symbols to sizes and derives the
+// outputs' shapes.
 #include "core/signature.h"
 
 #include <algorithm>

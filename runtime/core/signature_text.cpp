@@ -1,3 +1,4 @@
+// Writes the signature line by line; symbols are sorted, because JSON objects have no order.
 #include "core/signature_text.h"
 
 #include <algorithm>

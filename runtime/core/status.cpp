@@ -1,3 +1,4 @@
+// Statuses of the C interface, made from exceptions; one for lack of memory exists from the start.
 #include "core/status.h"
 
 struct chiasm_status {

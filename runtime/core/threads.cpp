@@ -1,3 +1,5 @@
+// The number of threads: set by the program, else the CPUs of the process's affinity, and fixed when the
+// first method is loaded.
 #include "core/threads.h"
 
 #include <pthread.h>

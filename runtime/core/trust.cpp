@@ -1,3 +1,4 @@
+// The trust policy: set by the program, else read from the environment, and fixed when it is first used.
 #include "core/trust.h"
 
 #include <pthread.h>

@@ -17,7 +17,7 @@
 namespace chiasm::ort {
 namespace {
 
-/** An error of ONNX Runtime on its way back to it. */
+/** Carries an OrtStatus through our frames as an exception. */
 struct OrtError {
   OrtStatus* status;
 };

@@ -188,7 +188,7 @@ void write(const Damaged& bundle, const std::string& folder) {
   }
   for (const auto& [name, target] : bundle.links) {
     if (fits(name) && ::symlink(target.c_str(), (folder + "/" + name).c_str()) != 0)
-      continue;  // "." and ".." are there
+      continue;  // skip "." and ".."
   }
 }
 

@@ -1,3 +1,4 @@
+// The memory of tensors in artifacts for the CPU; cuda.cpp has that for GPUs.
 #include <cstring>
 
 #include "memory.h"

@@ -40,8 +40,8 @@ struct CubicWeights {
 };
 constexpr CubicWeights kCubic;
 
-// The shuffle of a row's bytes to words of two pixels, extended by zeros: four times the first and the third
-// pixel, and four times the second and the last.
+// The shuffle of a row's bytes to words of two pixels, extended by zeros: pairs (p0, p2) four times, then
+// (p1, p3) four times.
 struct Order {
   alignas(16) uint8_t bytes[2][16];
 

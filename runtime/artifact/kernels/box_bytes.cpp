@@ -20,7 +20,7 @@ HWY_INLINE hn::Vec<D> bytes_as_words(D d, const uint8_t* p) {
   return hn::PromoteTo(d, hn::LoadU(hn::Rebind<uint8_t, D>(), p));
 }
 
-// sums += entering - leaving, either of which may be absent.
+// sums += entering - leaving; either may be null.
 template <class Word>
 void slide(const uint8_t* entering, const uint8_t* leaving, int64_t n, Word* sums) {
   if (entering != nullptr && leaving != nullptr)

@@ -60,7 +60,8 @@ struct Lanes<at::vec::VectorizedN<T, n>> {
   static constexpr int count = at::vec::VectorizedN<T, n>::size(), parts = n;
 };
 
-// The same for a vector, of which `used` lanes count; `active(i)` says whether lane i does.
+// The same for a vector: only the first `used` lanes are read, and of these only those for which `active(i)`
+// is true must be valid.
 template <bool wrapped, class V, class Active>
 inline V checked_index(const V& index, int64_t size, const char* reader, int used, Active active) {
   using T = typename Lanes<V>::Value;
