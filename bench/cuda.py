@@ -53,7 +53,7 @@ def like(height: int, width: int) -> torch.Tensor:
 
 
 def letterboxed(frame: torch.Tensor) -> torch.Tensor:
-    """The letterbox of detectors, in torchvision."""
+    """The same letterbox as chiasm's bundle, written with torchvision."""
     import torchvision.transforms.v2.functional as tv
 
     x = tv.resize(frame.permute(0, 3, 1, 2), [360, 640], antialias=False)

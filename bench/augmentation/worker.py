@@ -1,10 +1,12 @@
-"""One contender in its own process, which reads commands from its standard input, one per line:
+"""One contender in its own process:
 
-python -m bench.augmentation.worker MODULE FUNCTION IMAGES THREADS STEP...
+    python -m bench.augmentation.worker MODULE FUNCTION IMAGES THREADS STEP...
 
-N call it once, then N times with timing: a line of JSON, [seconds, seconds of CPU time] of each look N
-statistics of N batches: JSON with their mean image, its variance (the mean over its values), and the
-        deviation of all values
+It reads commands from its standard input, one per line, and answers each with a line of JSON:
+
+    N         calls the contender once, then N times with timing: [seconds, seconds of CPU time] of each
+    look N    statistics of N batches: their mean image, its variance (the mean over its values), and the
+              deviation of all values
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ import numpy as np
 
 from .settings import Call
 
-#: height and width of a mean image
+#: Height and width of a mean image, in parts of the batch's images.
 LOOK = 7
 
 
@@ -47,6 +49,7 @@ def main(module: str, function: str, images: str, threads: str, *steps: str) -> 
 
 
 def turn(call: Call, count: int) -> list[tuple[float, float]]:
+    """Time `count` calls after one that does not count."""
     call()
     taken = []
     for _ in range(count):
@@ -57,6 +60,7 @@ def turn(call: Call, count: int) -> list[tuple[float, float]]:
 
 
 def look(call: Call, count: int) -> dict[str, Any]:
+    """Statistics of `count` batches, by which the contenders' results are compared."""
     pictures, squares = [], []
     for _ in range(count):
         batch = np.asarray(call(), np.float64)

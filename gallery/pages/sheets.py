@@ -61,7 +61,7 @@ def sheets(names: Sequence[str]) -> list[list[str]]:
 
 
 def title(names: Sequence[str]) -> str:
-    """ "filters", "geometry: bbox, calibration, camera", "contrib, image, pipelines" """
+    """A sheet's title: a family, a family with its parts ("geometry: bbox, camera"), or several."""
     tops = sorted({name.partition(".")[0] for name in names})
     has_parts = len(tops) == 1 and all(name.count(".") >= 2 for name in names)
     parts = sorted({name.split(".")[1] for name in names})

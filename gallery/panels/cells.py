@@ -51,7 +51,7 @@ def stacked(*pictures: np.ndarray) -> np.ndarray:
 
 
 def pose_of(kind: str, item: np.ndarray) -> np.ndarray:
-    """(4, 4)."""
+    """The matrix (4, 4) of a motion, or of a rotation in any form."""
     if kind == "motion":
         return item.astype(np.float64)
     to_matrix = {
@@ -68,7 +68,7 @@ def pose_of(kind: str, item: np.ndarray) -> np.ndarray:
 
 
 def whole_pose(item: np.ndarray) -> np.ndarray:
-    """(4, 4) of a rotation (3, 3) or a pose (3, 4)."""
+    """A rotation (3, 3) or a pose (3, 4) as a matrix (4, 4)."""
     made = np.eye(4)
     made[:3, : item.shape[1]] = item
     return made

@@ -81,7 +81,7 @@ def series(shown: Shown) -> list[Panel]:
 
 
 def pairs(draw: Callable[[Shown, int], list[Panel]]) -> Callable[[Shown], list[Panel]]:
-    """Panels for each of the values, which belong to several pairs."""
+    """A column of panels for each pair and its value, made by `draw`."""
 
     def panels(shown: Shown) -> list[Panel]:
         columns = [draw(shown, i) for i in range(shown.first.numel())]
@@ -91,7 +91,7 @@ def pairs(draw: Callable[[Shown, int], list[Panel]]) -> Callable[[Shown], list[P
 
 
 def planes(shown: Shown, index: int) -> list[Panel]:
-    """Both channels."""
+    """A channel of the input and of the target as grey images; what a mask excludes is hidden."""
     made = []
     for name, label in (("input", "input"), ("target", f"target, {labelled(shown)[index]}")):
         gray = (shown.inputs[name][0, index].clamp(0, 1).numpy()[..., None] * np.full(3, 255)).astype(
@@ -108,7 +108,7 @@ def planes(shown: Shown, index: int) -> list[Panel]:
 
 
 def signals(shown: Shown, index: int) -> list[Panel]:
-    """One plotted against the other; what a mask excludes is grey."""
+    """The target plotted against the input; what a mask excludes is grey."""
     points = torch.stack([shown.inputs[n][index] for n in ("input", "target")], 1).double().numpy()
     masks = [shown.inputs[n][index].numpy() for n in ("input_mask", "target_mask") if n in shown.inputs]
     counted = np.logical_and.reduce([np.ones(len(points), bool), *masks])

@@ -19,7 +19,7 @@ namespace chiasm::base {
 inline bool lacks_room_for(const char* path) {
   struct stat file {};
   if (::stat(path, &file) != 0) return false;
-  // twice, for what it has beside its file
+  // twice, because a library also maps memory that is not in its file
   const size_t size = 2 * static_cast<size_t>(file.st_size) + (size_t{1} << 20);
   void* const room = ::mmap(nullptr, size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (room == MAP_FAILED) return true;

@@ -88,7 +88,7 @@ Comparison compare(const void* actual, const void* expected, size_t count, int32
   for (size_t i = 0; i < count; ++i) {
     const double a = element(actual, i), b = element(expected, i);
     const bool same = a == b || (std::isnan(a) && std::isnan(b));
-    // Different large int64 values may be equal as doubles.
+    // Two large int64 values may differ although they are equal as doubles.
     const bool exact = dtype != CHIASM_INT64 || load<int64_t>(actual, i) == load<int64_t>(expected, i);
     if (same && exact) continue;
     double error = std::fabs(a - b);
@@ -98,7 +98,7 @@ Comparison compare(const void* actual, const void* expected, size_t count, int32
     if (exact ? excess <= 0 : (excess <= 0 && tolerance.atol + tolerance.rtol > 0)) continue;
     ++result.mismatches;
     result.passed = false;
-    // The excess is NaN if a golden infinity came out finite, which counts as the worst.
+    // The excess is NaN if the golden value is infinite and the actual one is not; this counts as the worst.
     if (result.mismatches == 1 || (!std::isnan(worst_excess) && !(excess <= worst_excess))) {
       worst_excess = excess;
       result.worst = i;

@@ -82,7 +82,7 @@ void take_apart(Json& value) noexcept {
 JsonDocument::~JsonDocument() { take_apart(value); }
 
 JsonDocument parse_json(std::string_view text, const std::string& origin) {
-  // The parser takes it for the end, and other readers would see another document behind it.
+  // The parser would end at a zero byte, and other readers would see another document behind it.
   if (text.find('\0') != std::string_view::npos) fail(CHIASM_CORRUPT, origin + ": not JSON: has a zero byte");
   JsonDocument document;
   Builder builder(document.value, origin);

@@ -28,7 +28,7 @@ struct Memory {
 /** Throws if the memory of an output overlaps that of another tensor. Rows of one batch do not overlap. */
 void check_apart(std::vector<Memory>& all) {
   std::sort(all.begin(), all.end(), [](const Memory& a, const Memory& b) { return a.begin < b.begin; });
-  // Of the tensors that begin earlier: the one that ends last, and the output that ends last
+  // Of the tensors before this one in memory: the one that ends last, and the output that ends last
   const Memory *last = nullptr, *last_output = nullptr;
   for (const Memory& memory : all) {
     const Memory* const other = memory.is_output ? last : last_output;
@@ -133,7 +133,7 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
   } catch (const std::system_error&) {
     // The process can create no more threads: the existing ones do the work.
   } catch (const std::bad_alloc&) {
-    // no memory for another thread: likewise
+    // No memory is left for another thread: likewise.
   }
   work();
   for (std::thread& other : others) other.join();

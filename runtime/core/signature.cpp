@@ -190,8 +190,8 @@ void Signature::refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule
     shape += (i == 0 ? "" : ", ") + dims[i].text();
     for (const size_t symbol : dims[i].symbols()) {
       const Binding& from = bindings_[symbol];
-      // Not where the failing tensor itself gives the symbol: its shape stands in the message anyway. Outputs
-      // have no rules, and know all symbols.
+      // Leave out symbols whose value comes from the failing tensor itself: the message has its shape anyway.
+      // When outputs are checked, all symbols are known; outputs give none a value.
       const bool gives = is_input && from.input == tensor_index && rule.dims[i].rule == Rule::bind;
       if (gives || (is_input && !call.known[symbol]) ||
           std::find(told.begin(), told.end(), symbol) != told.end())

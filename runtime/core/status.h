@@ -27,7 +27,7 @@ chiasm_status* guarded(Body&& body) noexcept {
   }
 }
 
-/** An untrusted text for an error: one line, shortened if it is very long. */
+/** An untrusted text, made fit for an error's message: one line, shortened if it is very long. */
 std::string printable(std::string text);
 
 int32_t status_code(const chiasm_status* status);

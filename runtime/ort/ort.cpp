@@ -66,7 +66,7 @@ std::optional<std::string> entry_of(const OrtApi& api, const OrtSessionOptions* 
   check(api.GetSessionConfigEntry(options, name, nullptr, &size));
   std::string value(size, '\0');
   check(api.GetSessionConfigEntry(options, name, value.data(), &size));
-  value.resize(std::strlen(value.c_str()));  // the size counts the end of the text
+  value.resize(std::strlen(value.c_str()));  // without the NUL at the end, which the size includes
   return value;
 }
 

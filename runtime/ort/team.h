@@ -59,7 +59,7 @@ class Team final {
    *  are read as one. */
   std::atomic<uint64_t> region_{0};
   std::atomic<int32_t> joined_{1};
-  std::atomic<int32_t> seen_{1}; /**< joined, or came too late */
+  std::atomic<int32_t> seen_{1}; /**< how many threads have joined or come too late */
   const uint64_t serial_;        /**< tells this run from others at the same address */
   std::atomic<int32_t> working_{0};
   std::atomic<bool> done_{false};

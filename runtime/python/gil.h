@@ -1,4 +1,4 @@
-// Releases Python's global lock around work in C++.
+/** Releases Python's global lock around work in C++. */
 #pragma once
 
 #include <cxxabi.h>

@@ -52,7 +52,7 @@ TEST_F(AssignedColumns, HaveTheLeastSumOfAllAssignments) {
       for (const int different : {2, 1000})
         for (const double forbidden : {0.0, 0.5, 1.0}) {
           const auto c = costs(kMatrices * n * m, different, forbidden);
-          // One that no pair of others outweighs, and one that is only just above all costs.
+          // A cost of staying alone that is more than any sum of costs, and one only just above each cost.
           for (const double alone : {double(different) * double(n + 2), double(different)}) {
             const std::vector<double> all(kMatrices, alone);
             std::vector<int64_t> out(static_cast<size_t>(kMatrices * n));
@@ -80,7 +80,7 @@ TEST_F(AssignedColumns, TakeTheLowestColumnOfEquals) {
   EXPECT_EQ(out, (std::vector<int64_t>{0, 1, 2, 3, 4, 5}));
 }
 
-// Numbers that callers exclude end too.
+// With NaN, infinities and huge numbers, which callers exclude, the loops end, and columns are valid.
 TEST_F(AssignedColumns, EndsWithoutAnOrder) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double odd : {nan, -kInfinity, 1e308, -1e308})

@@ -11,8 +11,8 @@ using namespace chiasm::kernels;
 
 namespace {
 
-// Taps from the middle outwards, rounded to multiples of 1/256; each error is carried to the next tap
-// inwards.
+// The taps of a Gaussian in 1/256, the middle one first. They are rounded from the outermost one inwards, and
+// each rounding error is added to the next tap.
 std::vector<int32_t> fixed_gaussian(int radius, double sigma) {
   std::vector<double> taps;
   for (int i = -radius; i <= radius; ++i) taps.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
@@ -31,7 +31,7 @@ std::vector<int32_t> fixed_gaussian(int radius, double sigma) {
   return fixed;
 }
 
-// All taps, from those of the middle to the end.
+// All taps of a symmetric window, given those from the middle on.
 std::vector<double> full(const std::vector<int32_t>& taps) {
   std::vector<double> all(taps.rbegin(), taps.rend());
   all.insert(all.end(), taps.begin() + 1, taps.end());

@@ -221,8 +221,8 @@ class GuardedCalls : public Guarded {
     using Limits = std::numeric_limits<T>;
     if constexpr (sizeof(T) > 2) {
       const bool special = fill_ == Fill::kSpecial || (fill_ == Fill::kMixed && engine_() % 16 == 0);
-      // Each magnitude up to those of weights (int32) or of positions (int64) as often, most of them
-      // positive.
+      // Magnitudes up to those of weights (int32) or of positions (int64), each power of two as likely as the
+      // others; most numbers are positive.
       const int64_t most = int64_t{1} << engine_() % (sizeof(T) == 4 ? 23 : 8);
       if (!special) return between(engine_() % 8 ? 0 : -most, most);
       static constexpr T kSpecial[] = {Limits::min(), Limits::max(), Limits::min() + 1, Limits::max() / 2,

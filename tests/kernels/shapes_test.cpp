@@ -173,7 +173,8 @@ bool goes(const std::array<int, 8>& ring, bool zhang, bool first) {
               b = first ? ring[2] * ring[4] * ring[6] : ring[0] * ring[4] * ring[6];
     return count >= 2 && count <= 6 && rises == 1 && a == 0 && b == 0;
   }
-  // p1..p8 from the north-west clockwise: N1, N2 and the condition of the half
+  // p1..p8 are the neighbours, clockwise from the north-west; c, n1, n2 and m are the paper's C, N1, N2 and
+  // the condition of a half step.
   const int p1 = ring[7], p2 = ring[0], p3 = ring[1], p4 = ring[2], p5 = ring[3], p6 = ring[4], p7 = ring[5],
             p8 = ring[6];
   const int c = (1 - p2) * (p3 | p4) + (1 - p4) * (p5 | p6) + (1 - p6) * (p7 | p8) + (1 - p8) * (p1 | p2);

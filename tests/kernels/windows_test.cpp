@@ -122,7 +122,7 @@ TYPED_TEST(Windows, MinmaxFilterMatchesOpenCv) {
   for (const Size& s : kWide) check(s, 3, 31), check(s, 9, 5);
 }
 
-// It needs no more memory than one that reaches from each pixel over the whole image.
+// A huge window needs no more memory than one that reaches from each pixel over the whole image.
 TYPED_TEST(Windows, MinmaxFilterOfAnyWindow) {
   using T = TypeParam;
   const std::vector<T> x = {3, 1, 4, 1, 5, 9, 2, 6, 5, 3, 5, 8};

@@ -308,7 +308,7 @@ def test_numbers_that_a_dtype_cannot_hold(tmp_path: Path) -> None:
 
 
 def test_nobody_else_makes_its_objects(method: runtime.Method) -> None:
-    """What __new__ alone had made was used as if it were a method."""
+    """An object that was made by __new__ alone must not be used as if it were a method."""
     for cls in (type(method), type(method.inputs[0]), type(method.run(example(), returns="dlpack")[0])):
         for make in (cls, cls.__new__, type("Subclass", (cls,), {})):
             with pytest.raises(TypeError, match=r"only chiasm\.runtime makes"):

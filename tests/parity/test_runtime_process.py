@@ -96,7 +96,7 @@ def test_import_is_light() -> None:
 
 
 def test_stubs_of_engines_are_none_of_them() -> None:
-    """As a test or a build of documentation puts them into sys.modules."""
+    """Empty modules of these names, which a test or a build of documentation may put into sys.modules."""
     code = (
         "import sys, types\n"
         "for name in ('onnxruntime', 'torch'): sys.modules[name] = types.ModuleType(name)\n"
@@ -106,7 +106,7 @@ def test_stubs_of_engines_are_none_of_them() -> None:
 
 
 def test_a_subinterpreter_refuses_the_import() -> None:
-    # mod_wsgi runs applications in them.
+    # mod_wsgi runs applications in subinterpreters.
     code = """
 try: import _interpreters as interpreters
 except ImportError: import _xxsubinterpreters as interpreters

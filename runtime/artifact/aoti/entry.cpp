@@ -30,8 +30,9 @@ void __freeres();
 namespace chiasm::artifact {
 namespace {
 
-// Every artifact has its own libstdc++, which reserves 72 KB for exceptions when memory is short, and does
-// not free them when it is closed: a server that loads and unloads models all day would leak them each time.
+// Every artifact has its own libstdc++, which reserves 72 KB for exceptions that are thrown when memory is
+// short. It does not free them when the artifact is closed, so a server that loads and unloads models would
+// lose 72 KB each time.
 __attribute__((destructor)) void give_back_reserve() { __gnu_cxx::__freeres(); }
 
 // Plain memory: a thread_local with a destructor would pin the library in the process.
@@ -60,8 +61,8 @@ int32_t fail(const char* text, char* error, size_t size, int32_t result = CHIASM
   return result;
 }
 
-// Calls the engine. Its error is what was noted here, else what AOTInductor throws. Nothing is allocated for
-// it, because there may be no memory.
+// Calls AOTInductor's code. The error that it reports is the text noted in this file, else the exception's.
+// Reporting allocates nothing, because there may be no memory.
 template <class Call>
 int32_t engine(Call call, char* error, size_t size) {
   *last_error = 0;

@@ -11,8 +11,8 @@ using namespace chiasm::artifact;
 
 namespace {
 
-// Running sums along the middle one of (outer, n, inner), in double for floats, as in PyTorch; integers wrap
-// around, signed ones too.
+// Running sums along the middle dimension of (outer, n, inner). Floats are summed in double, as in PyTorch;
+// integers wrap around, signed ones too.
 template <class T, class Sum>
 void running_sums(const T* values, int64_t outer, int64_t n, int64_t inner, T* sums) {
   std::vector<Sum> total(inner);

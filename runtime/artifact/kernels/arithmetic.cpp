@@ -103,7 +103,7 @@ void range_mask(const uint8_t* x, int64_t n, int64_t values, const int32_t* low,
     for (int64_t c = 0; c < channels; ++c)
       if (from[c] > 255 || to[c] < 0 || from[c] > to[c])
         return static_cast<void>(std::fill_n(mask, count, 0));
-    // Bytes are at least 0 and at most 255.
+    // Limits outside of the bytes' range have no effect.
     const auto least = [=](int64_t c) { return std::max(from[c], 0); };
     const auto most = [=](int64_t c) { return std::min(to[c], 255); };
     const uint8_t* const run = x + image * values + (interleaved ? channels * first : first);

@@ -43,7 +43,7 @@ class Assignment {
   }
 
  private:
-  // The assignment of a row without a column: not processed yet, or left alone.
+  // What a row without a column has in place of its index: the row is not processed yet, or is left alone.
   static constexpr int64_t kWaits = -1, kAlone = -2;
   static constexpr double kFree = -1;  // the owner of a column without a row
 

@@ -141,7 +141,8 @@ inline void bilinear(const T* plane, int64_t stride, const Neighbours<T>& taps, 
   }
   for (; i < n; ++i) {
     const T *const a = plane + taps.index[i], *const b = below + taps.index[i];
-    const int64_t k = 2 * (i / lanes * lanes) + i % 2 * lanes + i % lanes / 2 * 2;  // of the pair's weights
+    // the index of the pair's weights
+    const int64_t k = 2 * (i / lanes * lanes) + i % 2 * lanes + i % lanes / 2 * 2;
     out[i] =
         (a[0] * taps.upper[k] + b[0] * taps.lower[k]) + (a[1] * taps.upper[k + 1] + b[1] * taps.lower[k + 1]);
   }

@@ -41,7 +41,8 @@ HWY_INLINE V errors_of(D d, const T* m, V x, V y, V u, V v) {
   }
 }
 
-// The errors at the points from i on, each limited to its bound; if either is NaN, the error itself.
+// The errors at the points from i on, each at most its point's bound. If one of both is NaN, the error is
+// returned.
 template <bool kEpipolar, class D, class T>
 HWY_INLINE hn::Vec<D> costs_at(D d, const T* model, const T* planes, int64_t n, int64_t i) {
   const auto row = [=](int64_t k) { return hn::LoadU(d, planes + k * n + i); };

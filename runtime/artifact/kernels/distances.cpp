@@ -179,7 +179,7 @@ void grown_distances(const T* shape, int64_t planes, int64_t height, int64_t wid
     int32_t *const seen = scratch.get() + 3 * size * thread, *front = seen + size, *found = front + size;
     T* const distances = out + plane * size;
     const T* const given = shape + plane * size;
-    // With such values a pixel of the shape is never found again.
+    // If no value is outside of 0 to 1, a pixel that belongs to the shape never needs a second visit.
     const bool ordinary = std::all_of(given, given + size, [](T v) { return v >= 0 && v <= 1; });
     std::fill_n(seen, size, -1);
     std::fill_n(distances, size, T(0));

@@ -144,7 +144,7 @@ void outlines(const uint8_t* mask, Planes planes, int64_t polygons, int64_t numb
         set.for_corners(borders[i], [&](int64_t) { ++corners; });
         to[0] = std::min(corners, most);
         to[1] = borders[i].area < 0;
-        // Point k is the corner k * span / most.
+        // A border with more than `most` corners is thinned: point k is its corner k * span / most.
         const int64_t span = std::max(corners, most);
         int64_t corner = 0;
         set.for_corners(borders[i], [&](int64_t pixel) {

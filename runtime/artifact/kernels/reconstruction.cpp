@@ -8,8 +8,9 @@
 namespace chiasm::kernels {
 namespace {
 
-// The offsets from a pixel to the pixels that it takes values from: `above` in earlier rows, `beside` earlier
-// in its own row; for the scan backwards `below` and `behind`.
+// The offsets from a pixel to the pixels that it takes values from. The scan forwards uses those in earlier
+// rows (`above`) and earlier in its own row (`beside`), the scan backwards those in later rows (`below`) and
+// later in its own row (`behind`).
 struct Offsets {
   std::vector<int64_t> all, above, beside, below, behind;
 

@@ -23,7 +23,7 @@ using plugin::require_memory;
 
 constexpr uint32_t kOldestApi = 17;
 
-// ONNX Runtime's start takes about a third of this, for the schemas of all operators.
+// The memory that must be free to start ONNX Runtime. The schemas of all operators take a third of it.
 constexpr size_t kStartBytes = size_t{96} << 20;
 
 void* open_library() {

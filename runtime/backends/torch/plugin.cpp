@@ -21,8 +21,8 @@ constexpr const char* kEngine = "chiasm_torch_engine.so";
 constexpr const char* kAdvice =
     "get libtorch with 'pip install torch' and put its folder site-packages/torch/lib on LD_LIBRARY_PATH";
 
-/** libtorch's static objects end the process if an allocation fails. Together with its mappings they take
- *  half of this. */
+/** The memory that must be free to open libtorch: twice what its mappings and static objects take, because
+ *  they end the process if an allocation fails. */
 constexpr size_t kLibtorchBytes = size_t{768} << 20;
 
 bool is_open(const char* library) {
@@ -39,7 +39,7 @@ std::string own_folder() {
   return path.substr(0, path.rfind('/') + 1);
 }
 
-/** MKL, in libtorch, ends the process if it is opened in a folder that was deleted. */
+/** Throws if the current folder was deleted: MKL, a part of libtorch, would end the process. */
 void require_folder() {
   char folder[PATH_MAX];
   if (getcwd(folder, sizeof folder) == nullptr)

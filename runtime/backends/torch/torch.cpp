@@ -46,7 +46,7 @@ class LoadedProgram {
         input_count_(static_cast<size_t>(request.input_count)),
         output_count_(static_cast<size_t>(request.output_count)) {
     const std::string format = request.format;
-    // a package may also fail for what the machine lacks
+    // TorchScript that does not load is damaged; a package may also need something that this machine lacks
     translated(format == "torchscript" ? CHIASM_CORRUPT : CHIASM_INTERNAL, [&] {
       if (device_.is_cuda()) cuda_ = &Cuda::open(request.device_index);
       const bool autograd = chiasm::plugin::flag(request.artifact_options, "autograd", false);
@@ -79,7 +79,8 @@ class LoadedProgram {
       if (autograd_) {
         run_gradients(inputs, outputs);
       } else {
-        // an optimisation step computes gradients itself; for other programs autograd records nothing
+        // for programs that compute gradients themselves, such as a step of an optimiser; for others autograd
+        // records nothing
         const at::AutoGradMode enabled(true);
         write(program_->forward(views(inputs, input_count_, device_)), outputs);
       }
@@ -87,7 +88,8 @@ class LoadedProgram {
   }
 
  private:
-  // Without the stack trace that torch adds to its messages; `code` is that of errors which say no more.
+  // Turns torch's exceptions into Errors, without the stack traces in their messages. Errors whose kind is
+  // unknown get `code`.
   template <class Body>
   static void translated(chiasm_code code, Body&& body) {
     try {
@@ -99,7 +101,7 @@ class LoadedProgram {
     } catch (const c10::Error& e) {
       rethrow(code, e.what_without_backtrace());
     } catch (const std::exception& e) {
-      rethrow(code, e.what());  // TorchScript's, which may quote one with a trace
+      rethrow(code, e.what());  // of TorchScript; it may quote a message with a trace
     }
   }
 
@@ -115,8 +117,8 @@ class LoadedProgram {
       throw Error(CHIASM_OUT_OF_MEMORY,
                   "out of memory: " + bytes.substr(0, bytes.find(' ')) + " bytes were asked for");
     if (text.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
-    std::string reason = after("\nRuntimeError: ");   // what stands before it is TorchScript's stack
-    const std::string raised = after("\nbuiltins.");  // by the op: the class, a colon, its text
+    std::string reason = after("\nRuntimeError: ");   // TorchScript's stack comes before it
+    const std::string raised = after("\nbuiltins.");  // raised by the op: class, colon, text
     const size_t colon = raised.find(": ");
     if (reason.empty() && colon != std::string::npos) reason = raised.substr(colon + 2);
     if (reason.empty()) reason = text;

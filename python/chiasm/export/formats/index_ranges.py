@@ -311,7 +311,7 @@ class _Ranges:
         return self._fitting(found)  # abs of the smallest integer is that integer
 
     def _same(self, node: Any) -> _Range:
-        """Rounding: an integer bound still holds."""
+        """Rounding to an integer, any way: bounds are integers, so they still hold."""
         return self.of(node.args[1])
 
     _floor = _ceil = _trunc = _round = _same
