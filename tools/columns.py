@@ -54,25 +54,31 @@ def _parts(lines: list[str]) -> list[tuple[bool, list[str]]]:
         keys.append((is_prose, at))
         if closes:
             fence = ""
-    numbered = groupby(zip(keys, lines), key=lambda pair: pair[0])
-    return [(key[0], [line for _, line in pairs]) for key, pairs in numbered]
+    runs = groupby(zip(keys, lines), key=lambda pair: pair[0])
+    return [(key[0], [line for _, line in pairs]) for key, pairs in runs]
 
 
 def _wrapped(lines: list[str]) -> list[str]:
     if all(len(line) <= WIDTH for line in lines):
         return lines
-    item = _ITEM.match(lines[0])
-    first = item[0] if item else re.match(r"\s*", lines[0])[0]
+    text = "\n".join(lines)
+    marker = _ITEM.match(text)
+    first = marker[0] if marker else text[: len(text) - len(text.lstrip(" "))]
     words: list[str] = []
-    for word in _WORD.findall("\n".join(lines)[len(first) :]):
+    for word in _WORD.findall(text[len(first) :]):
         if words and _MARK.match(word):
             words[-1] += f" {word}"
         else:
             words.append(word)
+    wrapper = textwrap.TextWrapper(
+        WIDTH,
+        initial_indent=first,
+        subsequent_indent=" " * len(first),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
     # A space inside of a word is no place to break at.
-    text = " ".join(re.sub(r"\s+", "\0", word) for word in words)
-    options = {"break_long_words": False, "break_on_hyphens": False}
-    made = textwrap.wrap(text, WIDTH, initial_indent=first, subsequent_indent=" " * len(first), **options)
+    made = wrapper.wrap(" ".join(re.sub(r"\s+", "\0", word) for word in words))
     return [line.replace("\0", " ") for line in made]
 
 
