@@ -1,3 +1,4 @@
+// Finds plug-ins in folders by their file names, opens them, and probes their engines once.
 #include "core/registry.h"
 
 #include <dirent.h>

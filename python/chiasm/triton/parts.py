@@ -129,9 +129,9 @@ def _of_network(file: Path) -> tuple[list[Tensor], list[Tensor]]:
     graph = model.graph
     if not graph.output:  # so is an empty file
         raise RepositoryError(f"{file}: not an ONNX model: it has no outputs")
-    for tensor in external_tensors(model):
+    for outside in external_tensors(model):
         raise RepositoryError(
-            f"{file}: the tensor {tensor.name!r} is in another file: save it as one (onnx.save_model)"
+            f"{file}: the tensor {outside.name!r} is in another file: save it as one (onnx.save_model)"
         )
 
     def tensor(value: Any) -> Tensor:
