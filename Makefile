@@ -78,7 +78,7 @@ test-quick: build ## what needs no bundles: changed ops, a part of the others, t
 	@CHIASM_QUICK=1 OMP_NUM_THREADS=1 $(PY) -m pytest -q -x -n $(JOBS) tests/ops
 	ctest --preset release -j $(JOBS) -L core -E guarded_kernels
 
-test-ops: setup ## values, gradients, scripting, docstrings of the ops
+test-ops: build ## values, gradients, scripting, docstrings of the ops
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/ops
 
 test-export: build test-bundles ## the exporter, the command, the runtime in Python

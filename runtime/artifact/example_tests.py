@@ -1,5 +1,5 @@
 """Makes the tests of the kernels' calls, which tests/kernels includes: guarded_calls.inc has calls that the
-declarations allow, refused_calls.inc calls that they forbid."""
+declarations allow, refused_calls.inc calls that they forbid, named_calls.inc the functions by their names."""
 
 import math
 from typing import Any, Dict
@@ -7,7 +7,7 @@ from typing import Any, Dict
 from example_calls import ENTRIES, FOLDED, Search, allowed
 from kernel_adapters import CPP, ENUMERATORS, MADE, subject
 from kernels.declarations import KERNELS
-from kernels.schema import VARIABLES, Argument
+from kernels.schema import VARIABLES, Argument, Kernel
 
 #: How many calls of a kernel are looked for (some are found twice).
 CALLS = 40
@@ -15,9 +15,7 @@ CALLS = 40
 
 def allowed_calls() -> str:
     """guarded_calls.inc: a test of each kernel that makes calls which its declaration allows."""
-    inexact = ", ".join(
-        f"reinterpret_cast<void (*)()>(aoti_torch_cpu_{k.name})" for k in KERNELS.values() if not k.exact
-    )
+    inexact = ", ".join(function(k) for k in KERNELS.values() if not k.exact)
     out = [MADE, "", "bool Guarded::is_inexact(void (*call)()) {"]
     out += [
         f"  static void (*const kInexact[])() = {{{inexact}}};",
@@ -105,6 +103,16 @@ def forbidden_calls() -> str:
             "",
         ]
     return "\n".join(out)
+
+
+def named_calls() -> str:
+    """named_calls.inc: each kernel's name and the function that compiled ops call."""
+    return "\n".join([MADE, *(f'{{"{k.name}", {function(k)}}},' for k in KERNELS.values()), ""])
+
+
+def function(kernel: Kernel) -> str:
+    """The function that compiled ops call, without its type, in C++."""
+    return f"reinterpret_cast<void (*)()>(aoti_torch_cpu_{kernel.name})"
 
 
 def fields(search: Search, entries: int) -> str:

@@ -1,7 +1,7 @@
 """Generates files from the declarations of the kernels (python/chiasm/primitives/kernels/declarations.py).
 
     generate.py build FOLDER    declared/SOURCE.h, kernels.h, kernel_calls.h and kernel_calls.cpp, for CMake
-    generate.py tests FOLDER    guarded_calls.inc and refused_calls.inc, which tests/kernels includes
+    generate.py tests FOLDER    guarded_calls.inc, refused_calls.inc and named_calls.inc, for tests/kernels
     generate.py docs FILE       the page of kernels
 
 A file whose content would not change is not written, so that nothing is compiled again.
@@ -18,7 +18,7 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1] / "python" / "chiasm" / "primitiv
 from kernels.schema import DeclarationError  # noqa: E402
 
 try:
-    from example_tests import allowed_calls, forbidden_calls
+    from example_tests import allowed_calls, forbidden_calls, named_calls
     from kernel_adapters import calls, headers, prototypes
     from kernel_page import page
     from kernels.declarations import KERNELS
@@ -62,6 +62,7 @@ def main(arguments: List[str]) -> None:
                 {
                     Path(folder) / "guarded_calls.inc": allowed_calls(),
                     Path(folder) / "refused_calls.inc": forbidden_calls(),
+                    Path(folder) / "named_calls.inc": named_calls(),
                 }
             )
         case ["docs", file]:

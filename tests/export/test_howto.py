@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import torch
+
 from chiasm.export.formats.isas import ISAS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -58,8 +60,8 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
     (tmp_path / "use.py").write_text(USE)
 
     made = tmp_path / "made"
-    run(sys.executable, tmp_path / "runtime/artifact/generate.py", "build", made)
-    run(sys.executable, tmp_path / "runtime/artifact/generate.py", "docs", made / "kernels.md")
+    for what, where in (("build", made), ("tests", made), ("docs", made / "kernels.md")):
+        run(sys.executable, tmp_path / "runtime/artifact/generate.py", what, where)
     assert "## invert\n" in (made / "kernels.md").read_text()
     assert (
         "AOTITorchError aoti_torch_cpu_invert(AtenTensorHandle x_, double high, AtenTensorHandle* result)"
@@ -88,6 +90,7 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
     ]
     run("g++", *flags, *sources, "-lgtest", "-lgtest_main", "-o", tmp_path / "invert_test")
     run(tmp_path / "invert_test")
+    link_for_python(tmp_path, flags)
     environment = os.environ | {"PYTHONPATH": str(tmp_path / "python")}
     run(sys.executable, tmp_path / "use.py", env=environment)
     (tmp_path / "docs").mkdir()
@@ -95,6 +98,22 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
     tests = [tmp_path / "tests/ops" / name for name in ("test_kernel_declarations.py", "test_targets.py")]
     chosen = "every_kernel or page_of_kernels or inverted"
     run(sys.executable, "-m", "pytest", "-q", *tests, "-k", chosen, env=environment, cwd=tmp_path)
+
+
+def link_for_python(tree: Path, flags: list[str]) -> None:
+    """What tests/kernels/CMakeLists.txt makes of the kernels for tests in Python, with this tree's others."""
+    library = tree / "build/release/lib/libkernels_for_python.so"
+    library.parent.mkdir(parents=True)
+    sources = [
+        tree / "made/kernel_calls.cpp",
+        tree / "runtime/artifact/kernels/invert.cpp",
+        *(tree / f"tests/kernels/{name}.cpp" for name in ("for_python", "calls", "threads")),
+    ]
+    archives = ROOT / "python/chiasm/artifact" / next(iter(ISAS))
+    others = [archives / f"lib{name}.a" for name in ("chiasm_kernels", "chiasm_aoti", "gomp")]
+    options = ["-O0", "-shared", "-fPIC", "-isystem", Path(torch.__file__).parent / "include"]
+    local = "-Wl,--exclude-libs,ALL"  # else torch's functions of the same names would be called
+    run("g++", *flags, *options, *sources, *others, local, "-lmvec", "-o", library)
 
 
 def test_an_op_is_added(tmp_path: Path) -> None:

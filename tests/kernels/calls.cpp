@@ -1,8 +1,6 @@
 // The parts of aoti/entry.cpp that the kernels' calls need, with guards around every tensor.
 #include "calls.h"
 
-#include <gtest/gtest.h>
-
 #include <map>
 
 namespace kernel_calls {

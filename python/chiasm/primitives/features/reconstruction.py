@@ -18,8 +18,8 @@ from ..kernels import operators as kernels
 def reconstructed(
     seed: Tensor, mask: Tensor, element: Tensor, num_iters: Optional[int], largest: bool
 ) -> Tensor:
-    """Dilate (``largest``) or erode the seed (B, C, H, W) by a flat element (kh, kw), again and again but
-    never beyond the mask, until nothing changes or for ``num_iters`` steps.
+    """Dilate (``largest``) or erode the seed (B, C, H, W) by a flat element (kh, kw), which includes its
+    centre, again and again but never beyond the mask, until nothing changes or for ``num_iters`` steps.
 
     >>> seed, mask = torch.tensor([[[[0.0, 9.0, 0.0]]]]), torch.tensor([[[[3.0, 2.0, 1.0]]]])
     >>> reconstructed(seed, mask, torch.ones(3, 3), None, True)

@@ -25,7 +25,8 @@ def bilateral_mean(
     """Means of (B, C, H, W) weighted by exp(range_coefficient * distance^2) * kernel_y * kernel_x.
 
     The distance between the colours of ``guide`` (B or 1, D, H, W) is the sum of absolute differences, or
-    Euclidean (``squares``). The kernels are (B or 1, size), range_coefficient is (B or 1, 1, 1, 1).
+    Euclidean (``squares``). The kernels are (B or 1, size) and symmetric, range_coefficient is (B or 1, 1, 1,
+    1).
     """
     ry, rx = kernel_y.size(1) // 2, kernel_x.size(1) // 2
     p = padded(x, (ry, ry), (rx, rx), border_type)

@@ -272,8 +272,8 @@ _declare(
     """reconstructed(T[N, H, W] seed, T[N, H, W] mask, bool[KY, KX] element, float border, bool largest)
     -> T[N, H, W]""",
     "reconstruction.cpp",
-    """The seed, dilated by the element again and again, but never above the mask, until nothing changes; or
-    eroded, but never below the mask. Outside the image is border.""",
+    """The seed, dilated by the element, which includes its centre, again and again, but never above the mask,
+    until nothing changes; or eroded, but never below the mask. Outside the image is border.""",
     ["1 <= KY <= INT32_MAX", "1 <= KX <= INT32_MAX", "(H + KY) * (W + KX) <= INT32_MAX"],
 )
 

@@ -57,11 +57,11 @@ def _register(kernel: Kernel) -> None:
         f"{'Tensor' if a.shape is not None else _SCHEMA_TYPES[a.type]} {a.name}" for a in kernel.arguments
     )
     torch.library.define(f"chiasm::{kernel.name}", f"({arguments}) -> Tensor")
-    torch.library.register_fake(f"chiasm::{kernel.name}", functools.partial(_fake, kernel))
+    torch.library.register_fake(f"chiasm::{kernel.name}", functools.partial(declared_result, kernel))
 
 
-def _fake(kernel: Kernel, *values: Any) -> Tensor:
-    """A result of the declared shape and type."""
+def declared_result(kernel: Kernel, *values: Any) -> Tensor:
+    """A result of the declared shape and type, without values."""
     known: Dict[str, Any] = {"INT32_MAX": INT32_MAX, **CONSTANTS}
     folded: list[Any] = []
     like = values[0]

@@ -28,7 +28,7 @@ def resized(
     x: Tensor, height: int, width: int, interpolation: str, align_corners: bool, antialias: bool
 ) -> Tensor:
     """(B, C, H, W) as (B, C, height, width); ``interpolation`` is "nearest", "bilinear" or "bicubic", with
-    ``antialias`` also "lanczos" or "area"."""
+    ``antialias`` "bilinear", "bicubic", "lanczos" or "area"."""
     if antialias:
         sides = [x.size(2), x.size(3)]
         (rows, down), (columns, across) = [
