@@ -8,26 +8,36 @@ A file whose content would not change is not written, so that nothing is compile
 """
 
 import sys
+import traceback
 from pathlib import Path
 from typing import Dict, List
 
 HERE = Path(__file__).resolve().parent
+DECLARATIONS = HERE.parents[1] / "python" / "chiasm" / "primitives" / "kernels" / "declarations.py"
 # Not through the package chiasm, which needs torch
-sys.path[:0] = [str(HERE), str(HERE.parents[1] / "python" / "chiasm" / "primitives")]
+sys.path[:0] = [str(HERE), str(DECLARATIONS.parents[1])]
 
 from kernels.schema import DeclarationError  # noqa: E402
 
 try:
-    from example_tests import allowed_calls, forbidden_calls, named_calls
-    from kernel_adapters import calls, headers, prototypes
-    from kernel_page import page
     from kernels.declarations import KERNELS
 except DeclarationError as error:
     sys.exit(f"error: {error}")
+except SyntaxError as error:
+    sys.exit(f"error: declarations.py:{error.lineno}: {error.msg}")
+except Exception as error:
+    frames = traceback.extract_tb(error.__traceback__)
+    line = [frame.lineno for frame in frames if frame.filename == str(DECLARATIONS)][-1]
+    sys.exit(f"error: declarations.py:{line}: {error}")
+
+from example_tests import allowed_calls, forbidden_calls, named_calls  # noqa: E402
+from kernel_adapters import call, calls, headers, prototypes  # noqa: E402
+from kernel_page import page  # noqa: E402
 
 
-def check_sources() -> None:
-    """Every kernel is defined in the source that its declaration names, which includes its header."""
+def check() -> None:
+    """Every kernel is defined in the source that its declaration names, which includes its header; and its
+    expressions have a form in C++."""
     for k in KERNELS.values():
         source = HERE / "kernels" / k.source
         if not source.is_file():
@@ -41,6 +51,7 @@ def check_sources() -> None:
                 raise DeclarationError(
                     f"kernel {k.name}: runtime/artifact/kernels/{k.source} does not have '{wanted}'"
                 )
+        call(k)
 
 
 def write(files: Dict[Path, str]) -> None:
@@ -51,9 +62,9 @@ def write(files: Dict[Path, str]) -> None:
 
 
 def main(arguments: List[str]) -> None:
+    check()
     match arguments:
         case ["build", folder]:
-            check_sources()
             made = headers(sorted(source.name for source in (HERE / "kernels").glob("*.cpp")))
             made.update({"kernel_calls.h": prototypes(), "kernel_calls.cpp": calls()})
             write({Path(folder) / name: text for name, text in made.items()})

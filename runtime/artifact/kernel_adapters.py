@@ -164,7 +164,7 @@ class Expression:
         return self._node(ast.parse(text, mode="eval").body, text)
 
     def _node(self, node: ast.expr, text: str) -> str:
-        if isinstance(node, ast.Name):
+        if isinstance(node, ast.Name) and self.types.get(node.id) not in ENUMERATORS:
             return (
                 f"{node.id}_entries[i]"
                 if node.id in self.entries
@@ -172,13 +172,14 @@ class Expression:
                 if node.id in CONSTANTS
                 else node.id
             )
-        if isinstance(node, ast.Constant) and isinstance(node.value, int):
+        if isinstance(node, ast.Constant) and type(node.value) is int and node.value < 2**63:
             return f"int64_t{{{node.value}}}"
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            return f"-{self._node(node.operand, text)}"
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
-            return f"int64_t{{{ast.literal_eval(node.left) ** ast.literal_eval(node.right)}}}"
-        if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+            return f"(-{self._node(node.operand, text)})"
+        match node:
+            case ast.BinOp(ast.Constant(int(base)), ast.Pow(), ast.Constant(int(exponent))) if exponent < 64:
+                return self._node(ast.Constant(base**exponent), text)
+        if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS and not self._divides_floats(node):
             return (
                 f"({self._node(node.left, text)} {OPERATORS[type(node.op)]} {self._node(node.right, text)})"
             )
@@ -188,39 +189,38 @@ class Expression:
                 f" {self._node(node.orelse, text)})"
             )
         if isinstance(node, ast.Compare):
-            return self._comparison(node, text)
+            return f"({self._comparison(node, text)})"
         raise DeclarationError(
             f"kernel {self.kernel.name}: {text!r}: no C++ form of {ast.unparse(node)!r} is known"
         )
 
+    def _divides_floats(self, node: ast.BinOp) -> bool:
+        """Whether it has a remainder or a whole quotient of floats."""
+        names = (n.id for n in ast.walk(node) if isinstance(n, ast.Name))
+        floats = any(self.types.get(name) == "float" for name in names)
+        return floats and isinstance(node.op, (ast.Mod, ast.FloorDiv))
+
     def _comparison(self, node: ast.Compare, text: str) -> str:
         terms, parts = [node.left, *node.comparators], []
         for left, operator, right in zip(terms, node.ops, node.comparators):
-            if isinstance(operator, ast.In) and isinstance(right, ast.Tuple):
-                parts.append(
-                    "("
-                    + " || ".join(
-                        f"{self._node(left, text)} == {self._node(value, text)}" for value in right.elts
-                    )
-                    + ")"
-                )
-                continue
-            if type(operator) not in OPERATORS:
-                raise DeclarationError(
-                    f"kernel {self.kernel.name}: {text!r}: no C++ form of this comparison is known"
-                )
-            if (
-                isinstance(left, ast.Name)
-                and isinstance(right, ast.Constant)
-                and isinstance(right.value, str)
-            ):
-                enumerators = ENUMERATORS.get(self.types.get(left.id, ""), {})
-                if right.value not in enumerators:
+            match left, operator, right:
+                case _, ast.In(), ast.Tuple([_, *_] as values):
+                    equal = (f"{self._node(left, text)} == {self._node(value, text)}" for value in values)
+                    parts.append(f"({' || '.join(equal)})")
+                case ast.Name(name), ast.Eq() | ast.NotEq(), ast.Constant(str(value)):
+                    enumerators = ENUMERATORS.get(self.types.get(name, ""), {})
+                    if value not in enumerators:
+                        raise DeclarationError(
+                            f"kernel {self.kernel.name}: {text!r}: {name} has no enumerator {value}"
+                        )
+                    parts.append(f"{name} {OPERATORS[type(operator)]} int64_t{{{enumerators[value]}}}")
+                case _ if type(operator) in OPERATORS:
+                    sides = self._node(left, text), self._node(right, text)
+                    parts.append(f" {OPERATORS[type(operator)]} ".join(sides))
+                case _:
                     raise DeclarationError(
-                        f"kernel {self.kernel.name}: {text!r}: {left.id} has no enumerator {right.value}"
+                        f"kernel {self.kernel.name}: {text!r}: no C++ form of this comparison is known"
                     )
-                right = ast.Constant(enumerators[right.value])
-            parts.append(f"{self._node(left, text)} {OPERATORS[type(operator)]} {self._node(right, text)}")
         return " && ".join(parts)
 
 
@@ -340,7 +340,7 @@ def condition(k: Kernel, text: str) -> str:
     )
     entries = [name for name in names if name in Expression(k).entries]
     values = ", ".join(f'{{"{name}", {f"{name}_entries[i]" if name in entries else name}}}' for name in names)
-    check = f'if (!({cpp})) refuse("{k.name}: {subject(k, text)}", "{text}", values_text({{{values}}}));'
+    check = f'if (!{cpp}) refuse("{k.name}: {subject(k, text)}", "{text}", values_text({{{values}}}));'
     return f"for (int64_t i = 0; i < {entries[0]}.numel(); ++i) {check}" if entries else check
 
 

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 import torch
@@ -43,21 +44,77 @@ GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
         ("half(T[N] x) -> I[N]", [], "kernel half: result: unknown type I"),
         ("half(T[N] x, I[N] y) -> T[N]", [], "kernel half: one of the type variables T, I, U, P at most"),
         ("half(T[N] x, int n) -> T[N]", [], "kernel half: two arguments or sizes named n"),
+        ("half(T[N] N) -> T[N]", [], "kernel half: two arguments or sizes named N"),
+        ("half(T[N] x, int kBool) -> T[N]", [], "kernel half: expected 'type[shape] name' or 'type name'"),
         (
             "half(T[N - 1] x) -> T[N]",
             [],
             "kernel half: argument x: a size is a name, a number, or '...' at the beginning, got 'N - 1'",
         ),
         ("half(T[N] x) -> T[...]", [], "kernel half: '...' stands in one argument's shape"),
-        ("half(T[N] x) -> T[M]", [], "kernel half: 'M' names M, which is no size, number or int64 tensor"),
+        ("half(T[N] x) -> T[M]", [], "kernel half: 'M' names M, which is no size, int or bool"),
+        ("half(T[N] x, float s) -> T[s]", [], "kernel half: 's' names s, which is no size, int or bool"),
+        ("half(T[N] x, Border b) -> T[b]", [], "kernel half: 'b' names b, which is no size, int or bool"),
+        ("half(int n) -> float32[n]", [], "kernel half: expected a tensor among the arguments, got none"),
+        ("half(T[N_] x) -> T[N_]", [], "kernel half: argument x: a size is a name, a number, or '...'"),
         ("half(T[N] x) -> T[N]", ["M > 2"], "kernel half: 'M > 2' names M"),
         ("half(T[N] x) -> T[N]", ["x > 2"], "kernel half: 'x > 2' names x"),
         ("half(T[N] x) -> T[N]", ["N >"], "kernel half: 'N >' is no expression"),
+        ("half(T[N] x) -> T[N]", ["N"], "kernel half: 'N' is no comparison of a size"),
+        ("half(T[N] x) -> T[N]", ["1 < 2"], "kernel half: '1 < 2' is no comparison of a size"),
+        (
+            "half(T[N] x) -> T[N]",
+            ["1 < INT32_MAX"],
+            "kernel half: '1 < INT32_MAX' is no comparison of a size",
+        ),
+        ("half(T[N] x) -> T[N]", [3], "kernel half: expected a condition as one line"),
+        (
+            "half(T[N] x, Border b) -> T[N]",
+            ['b == "reflect"'],
+            "kernel half: expected a condition as one line, enumerators in single quotes",
+        ),
+        (
+            "half(int64[N] a, int64[M] b) -> int64[N]",
+            ["a < b"],
+            "kernel half: 'a < b' compares int64 tensors of different shapes",
+        ),
+        (None, [], "kernel None: schema: expected a text, got None"),
     ],
 )
-def test_a_wrong_declaration_is_one_sentence(schema: str, where: list[str], message: str) -> None:
+def test_a_wrong_declaration_is_one_sentence(schema: Any, where: list[Any], message: str) -> None:
     with pytest.raises(DeclarationError, match="^" + re.escape(message)):
         kernel(schema, "half.cpp", "", where, enumerations=ENUMERATIONS)
+
+
+@pytest.mark.parametrize(
+    ("schema", "name"),
+    [
+        ("template(T[N] x) -> T[N]", "template"),
+        ("half(T[N] new) -> T[N]", "new"),
+        ("half(T[N] lambda) -> T[N]", "lambda"),
+        ("half(T[NEW] x) -> T[NEW]", "NEW"),
+        ("half(T[N] x, int T) -> T[N]", "T"),
+        ("half(T[T] x) -> T[T]", "T"),
+        ("half(T[INT32_MAX] x) -> T[N]", "INT32_MAX"),
+        ("half(T[Border] x) -> T[N]", "Border"),
+        ("half(T[N] x, int result) -> T[N]", "result"),
+        ("half(T[N] x, int i) -> T[N]", "i"),
+        ("half(T[..., N] x, int count) -> T[..., N]", "count"),
+        ("half(T[..., H, W] x, int planes) -> T[..., H, W]", "planes"),
+        ("half(T[..., N] x, T[COUNT] y) -> T[..., N]", "COUNT"),
+        ("half(T[B, C, H, W] images) -> T[B, C, H, W]", "images"),
+    ],
+)
+def test_a_name_has_one_meaning(schema: str, name: str) -> None:
+    with pytest.raises(DeclarationError, match=rf"^kernel \w+: the name {name} has another meaning"):
+        kernel(schema, "half.cpp", "", enumerations=ENUMERATIONS)
+
+
+def test_a_source_is_one_of_the_folders_and_a_text_fits_a_comment() -> None:
+    with pytest.raises(DeclarationError, match=r"^kernel half: source: .* got '\.\./kernels/half\.cpp'"):
+        kernel("half(T[N] x) -> T[N]", "../kernels/half.cpp", "")
+    with pytest.raises(DeclarationError, match=r"^kernel half: doc: .* got one with '\*/'"):
+        kernel("half(T[N] x) -> T[N]", "half.cpp", "x */ 2.")
 
 
 @pytest.fixture
@@ -118,6 +175,57 @@ def test_a_wrong_declaration_stops_the_build(tree: Path, old: str, new: str, mes
     assert error_of("build", tree, old, new).startswith(message)
 
 
+@pytest.mark.parametrize("what", ["build", "tests"])
+@pytest.mark.parametrize(
+    ("schema", "where", "message"),
+    [
+        ("T[N]", "N ** 2 > 1", "kernel half: 'N ** 2 > 1': no C++ form of 'N ** 2' is known"),
+        ("T[N]", "2 ** -1 < N", "kernel half: '2 ** -1 < N': no C++ form of '2 ** (-1)' is known"),
+        ("T[N]", f"N < {2**63}", f"kernel half: 'N < {2**63}': no C++ form of '{2**63}' is known"),
+        ("T[N]", "N in ()", "kernel half: 'N in ()': no C++ form of this comparison is known"),
+        ("T[N]", "border > 1", "kernel half: 'border > 1': no C++ form of 'border' is known"),
+        ("T[N]", "scale % 2 == 0", "kernel half: 'scale % 2 == 0': no C++ form of 'scale % 2' is known"),
+        ("T[2 ** N]", "N > 1", "kernel half: '2 ** N': no C++ form of '2 ** N' is known"),
+        ("T['a']", "N > 1", "kernel half: \"'a'\": no C++ form of \"'a'\" is known"),
+    ],
+)
+def test_an_expression_without_a_form_in_cpp_stops_the_build(
+    tree: Path, what: str, schema: str, where: str, message: str
+) -> None:
+    (tree / "runtime/artifact/kernels/half.cpp").write_text(
+        '#include "declared/half.h"\nCHIASM_INSTANTIATE(half)\n'
+    )
+    arguments = "T[N] x, Border border, float scale"
+    declared = f'_declare("half({arguments}) -> {schema}", "half.cpp", "", ["{where}"])\n'
+    assert error_of(what, tree, "# Filters\n", declared) == message
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [
+        ('_declare("sobel(T[N] x) -> T[N]", "edges.cpp", "")\n', "kernel sobel: it is declared twice"),
+        (
+            '_declare("half(T[N] x) -> T[N]", "half.cpp")\n',
+            "declarations.py:LINE: _declare() missing 1 required positional argument: 'doc'",
+        ),
+        (
+            '_declare("half(T[N] x) -> T[N]", "half.cpp", "", precise=True)\n',
+            "declarations.py:LINE: _declare() got an unexpected keyword argument 'precise'",
+        ),
+        (
+            '_declare("half(T[N] x) -> T[N]", "half.cpp", _DOC)\n',
+            "declarations.py:LINE: name '_DOC' is not defined",
+        ),
+        ('_declare("half(T[N] x) -> T[N]" "half.cpp"", "")\n', "declarations.py:LINE: "),
+    ],
+)
+def test_a_mistake_in_python_names_its_line(tree: Path, declared: str, message: str) -> None:
+    file = tree / "python/chiasm/primitives/kernels/declarations.py"
+    line = file.read_text().split("# Filters\n")[0].count("\n") + 1
+    error = error_of("build", tree, "# Filters\n", declared)
+    assert error.startswith(message.replace("LINE", str(line)))
+
+
 def test_a_source_without_its_header_stops_the_build(tree: Path) -> None:
     source = tree / "runtime/artifact/kernels/medians.cpp"
     source.write_text(source.read_text().replace("declared/medians.h", "kernels.h"))
@@ -145,9 +253,9 @@ def test_a_kernel_that_cannot_be_called_stops_the_build(tree: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("tried", [("y", 0, 1), ("scale", 0, 1), ("size", 2, 1)])
-def test_limits_are_those_of_arguments(tried: tuple[str, int, int]) -> None:
-    with pytest.raises(DeclarationError, match=f"^kernel half: tried: expected .*, got {tried[0]}, "):
+@pytest.mark.parametrize("tried", [("y", 0, 1), ("scale", 0, 1), ("size", 2, 1), ("size", 2), "size"])
+def test_limits_are_those_of_arguments(tried: Any) -> None:
+    with pytest.raises(DeclarationError, match=r"^kernel half: tried: expected .*, got '?(y|scale|size)"):
         kernel("half(T[N] x, int size, float scale) -> T[N]", "half.cpp", "", tried=[tried])
 
 

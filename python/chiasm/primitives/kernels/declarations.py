@@ -2,7 +2,7 @@
 
 from typing import Dict, Sequence, Tuple
 
-from .schema import Enumeration, Kernel, kernel
+from .schema import DeclarationError, Enumeration, Kernel, kernel
 
 ENUMERATIONS = (
     Enumeration(
@@ -42,6 +42,8 @@ def _declare(
         tried=tried,
         exact=exact,
     )
+    if declared.name in KERNELS:
+        raise DeclarationError(f"kernel {declared.name}: it is declared twice")
     KERNELS[declared.name] = declared
 
 

@@ -14,14 +14,16 @@ A declaration is one line, in the manner of PyTorch's operator schemas, with sha
 * Other arguments have the type ``int``, ``float``, ``bool`` or an enumeration.
 
 Conditions are comparisons in Python's syntax, of sizes, numbers, constants, and int64 tensors, each of whose
-entries is compared. An enumerator is in quotes.
+entries is compared; those in one condition have the same shape. An enumerator is in single quotes, and a
+power has two numbers, as ``2**24``.
 """
 
 import ast
+import keyword
 import re
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 #: What a type variable may stand for.
 VARIABLES: Dict[str, Tuple[str, ...]] = {
@@ -35,8 +37,28 @@ NUMBERS = ("int", "float", "bool")
 #: The largest number of a pixel or bin: kernels index them by 32 bits.
 INT32_MAX = 2**31 - 1
 
-_NAME = r"[A-Za-z_][A-Za-z_0-9]*"
+#: Words of C++ that are no names.
+_WORDS = """
+    alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t
+    class co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue
+    decltype default delete do double dynamic_cast else enum explicit export extern false float for friend
+    goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private
+    protected public register reinterpret_cast requires return short signed sizeof static static_assert
+    static_cast struct switch template this thread_local throw true try typedef typeid typename union unsigned
+    using virtual void volatile wchar_t while xor xor_eq
+"""
+#: Names in the generated code (runtime/artifact/kernel_adapters.py, example_tests.py).
+_GENERATED = """
+    Argument AtenTensorHandle Handle INFINITY INT64_MIN Images NAN Planes Result Tensor argument blank c call
+    data expect_refused expected for_type guarded i int16_t int32_t int64_t is_empty make of refuse
+    refuses_altered result uint16_t uint8_t values_text within
+"""
+
+#: The generated code has other names that begin with k and a capital letter, or end with "_".
+_NAME = r"(?!k[A-Z])[A-Za-z](?:_?[A-Za-z0-9])*"
 _SCHEMA = re.compile(rf"({_NAME})\((.*)\) -> ({_NAME})\[(.*)\]", re.DOTALL)
+_SIZE = re.compile(rf"{_NAME}|0|[1-9][0-9]*")
+_SOURCE = re.compile(r"\w+\.cpp")
 _TENSOR = re.compile(rf"({_NAME})\[(.*)\] ({_NAME})", re.DOTALL)
 _NUMBER = re.compile(rf"({_NAME}) ({_NAME})")
 
@@ -133,6 +155,9 @@ def kernel(
     ...
     chiasm.primitives.kernels.schema.DeclarationError: kernel halved: argument x: unknown type Matrix, ...
     """
+    for what, value in (("schema", schema), ("source", source), ("doc", doc)):
+        if not isinstance(value, str):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise DeclarationError(f"kernel {schema!r}: {what}: expected a text, got {value!r}")
     schema = " ".join(schema.split())
     parts = _SCHEMA.fullmatch(schema)
     if parts is None:
@@ -145,20 +170,24 @@ def kernel(
     declared = Kernel(
         schema, source, " ".join(doc.split()), tuple(where), name, arguments, result, tuple(tried), exact
     )
-    _check(declared, ["INT32_MAX", *constants])
+    fault = next(_faults(declared, [e.name for e in enumerations], ["INT32_MAX", *constants]), None)
+    if fault is not None:
+        raise DeclarationError(f"kernel {name}: {fault}")
     return declared
+
+
+def parsed(expression: str, kernel_name: str) -> ast.expr:
+    """An expression in Python's syntax."""
+    try:
+        return ast.parse(expression, mode="eval").body
+    except (SyntaxError, ValueError):
+        raise DeclarationError(f"kernel {kernel_name}: {expression!r} is no expression") from None
 
 
 def identifiers(expression: str, kernel_name: str) -> List[str]:
     """The names in an expression, in their order."""
-    try:
-        tree = ast.parse(expression, mode="eval")
-    except SyntaxError:
-        raise DeclarationError(f"kernel {kernel_name}: {expression!r} is no expression") from None
-    return [
-        node.id
-        for node in sorted((n for n in ast.walk(tree) if isinstance(n, ast.Name)), key=lambda n: n.col_offset)
-    ]
+    names = (node for node in ast.walk(parsed(expression, kernel_name)) if isinstance(node, ast.Name))
+    return [node.id for node in sorted(names, key=lambda node: node.col_offset)]
 
 
 def _split(text: str) -> List[str]:
@@ -186,52 +215,68 @@ def _argument(kernel_name: str, text: str, enumerations: Sequence[str]) -> Argum
     return argument
 
 
-def _check(k: Kernel, constants: Sequence[str]) -> None:
-    names = [a.name for a in k.arguments] + [size.lower() for size in k.sizes] + ["out"]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise DeclarationError(
-            f"kernel {k.name}: two arguments or sizes named {twice[0]} (sizes have small letters in C++)"
-        )
+def _faults(k: Kernel, enumerations: Sequence[str], constants: Sequence[str]) -> Iterator[str]:
+    """What is wrong; each check relies on those before it."""
+    arguments, small = [a.name for a in k.arguments], [size.lower() for size in k.sizes]
+    names = [*arguments, *small, *(size for size in k.sizes if size not in small), "out"]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        yield f"two arguments or sizes named {name} (sizes have small letters in C++)"
+    folded = [t.name for t in k.tensors if "..." in (t.shape or ())]
+    words = {*keyword.kwlist, *_WORDS.split(), *(("count", "planes") if folded else ())}
+    if any(t.shape == ("B", "C", "H", "W") for t in k.tensors):
+        words.add("images")
+    others = {*_GENERATED.split(), *enumerations, *constants, k.variable}
+    for name in (k.name, *arguments, *k.sizes):
+        if name in words | others or (name in k.sizes and name.lower() in words):
+            yield f"the name {name} has another meaning in the generated code"
+    if not _SOURCE.fullmatch(k.source):
+        yield f"source: expected a name like medians.cpp, got {k.source!r}"
+    if "*/" in k.doc:
+        yield "doc: expected a text that can be a comment, got one with '*/'"
+    if not k.tensors:
+        yield "expected a tensor among the arguments, got none"
     if len({a.type for a in k.tensors if a.type in VARIABLES}) > 1:
-        raise DeclarationError(
-            f"kernel {k.name}: one of the type variables {', '.join(VARIABLES)} at most, got several"
-        )
+        yield f"one of the type variables {', '.join(VARIABLES)} at most, got several"
     if k.result.type not in (*ELEMENTS, k.variable):
-        raise DeclarationError(
-            f"kernel {k.name}: result: unknown type {k.result.type}, known are the arguments' type variable"
-            f" and {', '.join(ELEMENTS)}"
+        yield (
+            f"result: unknown type {k.result.type}, known are the arguments' type variable and"
+            f" {', '.join(ELEMENTS)}"
         )
     for tensor in k.tensors:
         for i, size in enumerate(tensor.shape or ()):
-            if not (size.isidentifier() or size.isdigit() or (size == "..." and i == 0)):
-                raise DeclarationError(
-                    f"kernel {k.name}: argument {tensor.name}: a size is a name, a number, or '...' at the"
-                    f" beginning, got {size!r}"
+            if not (_SIZE.fullmatch(size) or (size == "..." and i == 0)):
+                yield (
+                    f"argument {tensor.name}: a size is a name, a number, or '...' at the beginning, got"
+                    f" {size!r}"
                 )
-    folded = [t.name for t in k.tensors if "..." in (t.shape or ())]
     if len(folded) > 1 or ("..." in (k.result.shape or ()) and not folded):
-        raise DeclarationError(
-            f"kernel {k.name}: '...' stands in one argument's shape, and from there in the result's; got"
+        yield (
+            "'...' stands in one argument's shape, and from there in the result's; got"
             f" {', '.join(folded) or 'none'}"
         )
     limited = {a.name for a in k.arguments if a.shape is not None or a.type == "int"}
-    for name, low, high in k.tried:
-        if name not in limited or low > high:
-            raise DeclarationError(
-                f"kernel {k.name}: tried: expected an int or a tensor among the arguments, and two limits,"
-                f" got {name}, {low}, {high}"
-            )
-    numbers = {a.name for a in k.arguments if a.shape is None}
-    entries = {a.name for a in k.tensors if a.type == "int64"}
-    for expressions, known in (
-        ([s for s in k.result.shape or () if s != "..."], {*k.sizes, *numbers, *constants}),
-        (k.where, {*k.sizes, *numbers, *entries, *constants}),
-    ):
-        for expression in expressions:
-            unknown = [name for name in identifiers(expression, k.name) if name not in known]
-            if unknown:
-                raise DeclarationError(
-                    f"kernel {k.name}: {expression!r} names {unknown[0]}, which is no size, number or int64"
-                    " tensor among the arguments"
-                )
+    for entry in k.tried:
+        match entry:
+            case (str(name), int(low), int(high)) if name in limited and low <= high:
+                pass
+            case _:
+                got = ", ".join(map(str, entry)) if isinstance(entry, tuple) else repr(entry)
+                yield f"tried: expected an int or a tensor among the arguments, and two limits, got {got}"
+    numbers = {a.name: a.type for a in k.arguments if a.shape is None}
+    for text in (size for size in k.result.shape or () if size != "..."):
+        whole = [name for name, kind in numbers.items() if kind in ("int", "bool")]
+        for name in identifiers(text, k.name):
+            if name not in (*k.sizes, *whole, *constants):
+                yield f"{text!r} names {name}, which is no size, int or bool among the arguments"
+    shapes = {a.name: a.shape for a in k.tensors if a.type == "int64"}
+    for text in k.where:
+        if not isinstance(text, str) or not set(text).isdisjoint('"\\\n'):  # pyright: ignore[reportUnnecessaryIsInstance]
+            yield f"expected a condition as one line, enumerators in single quotes, got {text!r}"
+        names = identifiers(text, k.name)
+        for name in names:
+            if name not in (*k.sizes, *numbers, *shapes, *constants):
+                yield f"{text!r} names {name}, which is no size, number or int64 tensor among the arguments"
+        if not isinstance(parsed(text, k.name), ast.Compare) or not set(names) - {*constants}:
+            yield f"{text!r} is no comparison of a size, a number or an int64 tensor"
+        if len({shapes[name] for name in names if name in shapes}) > 1:
+            yield f"{text!r} compares int64 tensors of different shapes"
