@@ -43,16 +43,16 @@ def changed_files() -> frozenset[str]:
 
 @cache
 def has_changed(test: Path) -> bool:
-    """Whether a file of tests, a file of chiasm that it imports, or a page that its docstring names (or whose
+    """Whether a file of tests, a file of chiasm that it imports, or a file that its docstring names (or whose
     folder it names) has changed."""
     changed = changed_files()
     if str(test.relative_to(ROOT)) in changed:
         return True
     tree = ast.parse(test.read_text())
     named = ast.get_docstring(tree) or ""
-    pages = [Path(file) for file in changed if file.endswith(".md")]
-    if any(str(page) in named or (len(page.parts) > 2 and str(page.parent) in named) for page in pages):
-        return True
+    for file in map(Path, changed):
+        if str(file) in named or (len(file.parts) > 2 and str(file.parent) in named):
+            return True
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("chiasm"):
             module = "python/" + str(node.module).replace(".", "/")

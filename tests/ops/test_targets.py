@@ -1,5 +1,5 @@
 """Primitives: every lowering equals its definition, also if it calls a kernel; TorchScript compiles the
-definition; and no other module asks for the target."""
+definition; and no other module asks for the target. Kernels are those of runtime/artifact/kernels."""
 
 import ast
 import importlib

@@ -6,7 +6,6 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_not_empty
-from ..primitives.filters.stencil import join_channels
 from ..primitives.images.color_planes import check_channels
 from ..primitives.images.tables import table_entries
 from ..primitives.numbers.rounding import to_index
@@ -45,7 +44,7 @@ def apply_colormap(input_tensor: Tensor, colormap: str) -> Tensor:
     if plane.dtype == torch.uint8:
         images = plane.reshape(-1, 1, plane.size(-2), plane.size(-1))
         tables = [table.repeat(images.size(0), 1) for table in _levels(colormap, torch.uint8, plane.device)]
-        colours = join_channels([table_entries(images, table) for table in tables])
+        colours = torch.cat([table_entries(images, table) for table in tables], 1)
         return colours.reshape(list(plane.shape[:-2]) + [3, plane.size(-2), plane.size(-1)])
     if not plane.is_floating_point():
         raise TypeError(f"input_tensor: expected a floating-point or uint8 tensor, got dtype {plane.dtype}")
