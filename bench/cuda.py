@@ -62,7 +62,7 @@ def letterboxed(frame: torch.Tensor) -> torch.Tensor:
 
 
 def cases() -> dict[str, tuple[Callable[[], tuple], dict[str, Callable]]]:
-    """By bundle: its inputs, and the peers, which get the same inputs."""
+    """The cases by bundle: inputs, and the peers that are timed on them."""
     import kornia as K
     import torchvision.transforms.v2.functional as tv
 

@@ -21,7 +21,7 @@ CLASSES = np.array(
     [(150, 190, 235), (140, 80, 40), (120, 175, 75), (250, 205, 60), (240, 240, 245), (85, 120, 110)]
 )
 UNSEEN, HIDDEN = (60, 60, 60), (205, 210, 220)
-#: Values that are not negative and have no natural white.
+#: Non-negative quantities without a fixed maximum; the largest is drawn yellow.
 DEPTHS = ("disparity", "depth")
 ARROWS = 14
 

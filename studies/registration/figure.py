@@ -21,7 +21,7 @@ from .settings import Settings
 from .step import pyramid
 
 WIDTH = 800
-#: the difference that is shown white
+#: absolute difference drawn as white
 WHITE = 0.05
 
 

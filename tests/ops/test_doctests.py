@@ -3,6 +3,7 @@
 import doctest
 import importlib
 import pkgutil
+from types import ModuleType
 
 import pytest
 import torch
@@ -23,42 +24,13 @@ def test_examples(name: str) -> None:
 
 
 def test_public_functions_have_examples() -> None:
-    packages = [
-        "augmentation",
-        "color",
-        "contrib",
-        "enhance",
-        "filters",
-        "morphology",
-        "feature",
-        "losses",
-        "metrics",
-        "ops",
-        "pipelines",
-    ]
-    packages += [
-        f"geometry.{name}"
-        for name in (
-            "bbox",
-            "conversions",
-            "grid",
-            "lie",
-            "line",
-            "plane",
-            "quaternion",
-            "ransac",
-            "registration",
-            "solvers",
-            "subpix",
-            "transform",
-        )
-    ]
-    for package in packages:
-        module = importlib.import_module(f"chiasm.{package}")
-        for name in module.__all__:
-            about = getattr(module, name).__doc__ or ""
+    for package in map(importlib.import_module, MODULES):
+        for name in getattr(package, "__all__", ()):
+            if isinstance(public := getattr(package, name), ModuleType):
+                continue
+            about = public.__doc__ or ""
             # A module class has its function's example.
-            assert ">>>" in about or "` as a module" in about.partition("\n")[0], f"{package}.{name}"
+            assert ">>>" in about or "` as a module" in about.partition("\n")[0], f"{package.__name__}.{name}"
 
 
 def test_import_is_lazy() -> None:

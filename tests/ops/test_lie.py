@@ -91,8 +91,6 @@ def test_exp(group: str, angle: float, dtype: torch.dtype) -> None:
 def test_log(group: str, angle: float, dtype: torch.dtype) -> None:
     v = tangents(group, angle)
     elements = torch.from_numpy(np.stack([expm(h) for h in hats(group, v)]))
-    if dtype == torch.float32 and angle > 3.1416:
-        return  # rounding moves it to the other side of half a turn
     close(op(group, "log")(elements.to(dtype)), v, dtype)
     if angle in (0.5, 2.001):
         close(op(group, "hat")(op(group, "log")(elements)), [logm(e).real for e in elements.numpy()])

@@ -79,7 +79,7 @@ def mosaic_parameters(
     """The image index of each tile, "permutation" (B, tiles), and the upper left corner of the box, "corner"
     (B, 2), (x, y), both int64."""
     count = grid[0] * grid[1]
-    u = uniform(seed, 2 + count)  # the first chooses the samples that are changed
+    u = uniform(seed, 2 + count)  # column 0 selects the samples that are changed
     own = torch.arange(seed.size(0), device=seed.device)
     others = [ranks(u[:, 3 + i]) for i in range(count - 1)]
     at = u[:, 1:3] * (start[1] - start[0]) + start[0]

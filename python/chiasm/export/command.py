@@ -35,8 +35,8 @@ def jobs_option(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 class OutputPath(click.Path):
-    """A path that need not exist. An empty one, as of a shell variable that is not set, is refused: pathlib
-    takes it for the working folder."""
+    """A path that need not exist. Rejects an empty path (an unset shell variable), which pathlib reads as
+    '.'."""
 
     def __init__(self, *, file_okay: bool = False) -> None:
         super().__init__(path_type=Path, file_okay=file_okay, dir_okay=not file_okay)

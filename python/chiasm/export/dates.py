@@ -1,4 +1,4 @@
-"""The given time of reproducible builds."""
+"""The timestamp of reproducible builds (SOURCE_DATE_EPOCH)."""
 
 from __future__ import annotations
 

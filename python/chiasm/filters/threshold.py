@@ -202,7 +202,7 @@ def otsu_threshold(
 
     N. Otsu, A threshold selection method from gray-level histograms, 1979: the threshold maximises the
     variance between the classes. As in scikit-image's ``threshold_otsu``, the histogram spans each plane's
-    values and the threshold is the centre of a bin; if several bins are equally good, of the first one.
+    values and the threshold is the centre of a bin; of bins with the same variance, the first one is used.
     Values in later bins are above the threshold; values in this bin are not. So on a plane that uses the
     whole range of 8-bit levels, OpenCV's THRESH_OTSU separates the same pixels. For uint8, the bins are the
     256 levels, and the threshold is one of these levels, the same as OpenCV's, but on a constant plane: there

@@ -78,7 +78,7 @@ def ms_ssim_loss(
             * (2.0 * (means[4] - mu1 * mu2) + c2)
             / (means[2] - mu1 * mu1 + means[3] - mu2 * mu2 + c2)
         )
-        # The last one, of the widest, counts
+        # Only the widest Gaussian's luminance is used
         luminance = (2.0 * mu1 * mu2 + c1) / (mu1 * mu1 + mu2 * mu2 + c1)
     difference = separable_shared((img1 - img2).abs(), taps[-1], taps[-1], "reflect")
     loss = compensation * (alpha * (1.0 - luminance * similarity) + ((1.0 - alpha) / data_range) * difference)

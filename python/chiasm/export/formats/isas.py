@@ -94,7 +94,7 @@ def settings(vectorize: bool, isa: str) -> dict[str, object]:
             False
         ),  # 280 MB in /tmp and 11 s for each state of the package; ours are built with it
         "assert_indirect_indexing": False,  # `checked_native_code` checks without ending the process
-        # As comparisons, a scatter on zeros has no index to check
+        # Otherwise Inductor lowers a scatter into zeros to comparisons, so there is no index to check
         "optimize_scatter_upon_const_tensor": False,
     }
 
