@@ -226,3 +226,7 @@ __all__ = [
 # The classes of augmentations that change values or mix images are generated from their functions.
 globals().update(CLASSES)
 __all__ += [*CLASSES]
+
+
+def __dir__() -> list[str]:
+    return __all__

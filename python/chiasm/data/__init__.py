@@ -15,3 +15,7 @@ from .errors import DataError
 from .mapping import Map
 
 __all__ = ["DataError", "Map"]
+
+
+def __dir__() -> list[str]:
+    return __all__

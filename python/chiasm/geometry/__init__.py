@@ -45,3 +45,7 @@ __all__ = [
     "subpix",
     "transform",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -35,6 +35,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def depth_from_disparity(
     disparity: Tensor, baseline: Union[float, Tensor], focal: Union[float, Tensor]
 ) -> Tensor:

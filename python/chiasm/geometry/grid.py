@@ -10,6 +10,10 @@ from .conversions.pixels import normalisation
 __all__ = ["create_meshgrid", "create_meshgrid3d"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def create_meshgrid(
     height: int,
     width: int,

@@ -32,6 +32,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def find_homography_dlt(
     points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, solver: str = "lu"
 ) -> Tensor:

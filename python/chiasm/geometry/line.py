@@ -10,6 +10,10 @@ from ..primitives.linalg.scatter_matrix import mean_and_scatter
 __all__ = ["fit_line"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
     """Fit lines to points by the least sum of squared perpendicular distances, computed in float64.
 

@@ -10,6 +10,10 @@ from ..primitives.linalg.scatter_matrix import mean_and_scatter
 __all__ = ["fit_plane"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def fit_plane(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
     """Fit planes (in 2D, lines) to points by the least sum of squared distances, computed in float64.
 

@@ -17,6 +17,10 @@ from .lie.so3 import so3_exp
 __all__ = ["refine_pnp"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def refine_pnp(
     world_points: Tensor,
     img_points: Tensor,

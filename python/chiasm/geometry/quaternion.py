@@ -19,6 +19,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def quaternion_multiply(q1: Tensor, q2: Tensor) -> Tensor:
     """Hamilton product; as rotations, q2 is applied first, then q1.
 

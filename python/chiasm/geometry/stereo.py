@@ -21,6 +21,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def stereo_rectify(
     K1: Tensor,
     K2: Tensor,

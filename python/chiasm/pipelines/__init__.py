@@ -18,3 +18,7 @@ __all__ = [
     "preprocess",
     "two_view_homography",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

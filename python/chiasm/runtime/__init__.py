@@ -60,6 +60,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 class Bundle:
     """An opened bundle: its description and its methods. `open` returns it."""
 

@@ -22,3 +22,7 @@ from .parts import Part, RepositoryError
 from .repository import write
 
 __all__ = ["Part", "RepositoryError", "write"]
+
+
+def __dir__() -> list[str]:
+    return __all__

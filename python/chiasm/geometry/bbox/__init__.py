@@ -31,3 +31,7 @@ __all__ = [
     "validate_bbox",
     "validate_bbox3d",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -112,3 +112,7 @@ __all__ = [
     "vector_to_skew_symmetric_matrix",
     "worldtocam_to_camtoworld_Rt",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -40,3 +40,7 @@ __all__ = [
     "so3_right_jacobian",
     "so3_vee",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -19,3 +19,7 @@ __all__ = [
     "solve_quadratic",
     "solve_quartic",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

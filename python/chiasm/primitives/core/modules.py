@@ -152,7 +152,7 @@ def lazy_modules(
     package: str, functions: Dict[str, Any], forms: Optional[Mapping[str, ModuleForm]] = None
 ) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
     """A package's `__getattr__`, which generates the module class of a public function at its first use, and
-    its `__dir__` (PEP 562), which lists these classes.
+    its `__dir__` (PEP 562), which lists the public names and these classes.
 
     Args:
         package: the package's `__name__`.
@@ -174,17 +174,9 @@ def lazy_modules(
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     def __dir__() -> List[str]:
-        return sorted(
-            {
-                *functions,
-                *others,
-                *(
-                    class_name(public)
-                    for public in functions["__all__"]
-                    if inspect.isfunction(functions[public])
-                ),
-            }
-        )
+        public: List[str] = functions["__all__"]
+        classes = [class_name(name) for name in public if inspect.isfunction(functions[name])]
+        return sorted({*public, *classes, *others})
 
     return __getattr__, __dir__
 
