@@ -8,6 +8,7 @@ from torch import Tensor
 
 from ..geometry.transform.matrices import get_affine_matrix2d
 from ..primitives.core.checks import check_interval
+from ..primitives.core.modules import shown
 from ..primitives.random.draws import between, uniform
 from .base import Range, check_batch, pair
 from .decisions import below
@@ -176,6 +177,9 @@ class RandomAffine(Warp):
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return _matrix(params)
+
+    def extra_repr(self) -> str:
+        return shown(self, shear=self.shear_x + self.shear_y)
 
 
 def two_ranges(value: Any, name: str) -> Tuple[Tuple[float, float], Optional[Tuple[float, float]]]:

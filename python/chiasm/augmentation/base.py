@@ -4,10 +4,11 @@ images."""
 from typing import Any, ClassVar, Dict, List, Optional, Tuple, Union
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..primitives.core.broadcasting import where_chosen
 from ..primitives.core.checks import check_pixels, check_rank
+from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, uniform
 from .decisions import below, check_chance
 from .settings import number, whole_numbers
@@ -16,7 +17,7 @@ Range = Union[float, Tuple[float, float], List[float], Tensor]
 Size = Union[int, Tuple[int, int]]
 
 
-class AugmentationBase(nn.Module):
+class AugmentationBase(Module):
     """Random changes of a batch, with one 64-bit seed for each sample.
 
     ``forward(input, seed)`` depends on its arguments only: it can be scripted and exported. A call of the
@@ -146,10 +147,6 @@ class AugmentationBase(nn.Module):
             return self.compute_transformation(self._params, shape_of(self._params))
         except ValueError as error:  # TorchScript asks for every property
             raise AttributeError(f"transform_matrix: {error}") from error
-
-    def extra_repr(self) -> str:
-        shown = {k: v for k, v in vars(self).items() if not k.startswith("_") and k != "training"}
-        return ", ".join(f"{k}={v!r}" for k, v in shown.items())
 
 
 class AugmentationBase2D(AugmentationBase):

@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, List, Tuple, Type
 
 from torch import Tensor, nn
 
-from ..primitives.core.modules import hold
+from ..primitives.core.modules import hold, shown
 from ..primitives.core.source import made_from
 from ..primitives.random.draws import uniform
 from . import blur, colour, distort, jitter, levels, light, noise, policies, weather
@@ -40,6 +40,7 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
         "uniform": uniform,
     }
     named = {setting[0]: setting for setting in settings}
+    parameters = inspect.signature(function).parameters
     words = [w.partition("=") for w in tail.split()]
     late = [w[0] for w in words]
     defaults: Dict[str, Any] = {"same_on_batch": False, "keepdim": False}
@@ -48,6 +49,7 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
     common = [each for each in order if each not in named]
     header: List[str] = []
     body: List[str] = []
+    stored: Dict[str, Any] = {}
     # For the photometric distortion, p is the probability of each of its changes, not of the whole.
     whole_chance = function is not distort.random_photometric_distort
     start = ["p=1.0"] if "p" not in common or not whole_chance else []
@@ -58,11 +60,16 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
     for each in order:
         default = named[each][1] if each in named else defaults[each]
         scope[f"default_{each}"] = default
-        header.append(each if default is _NEEDED else f"{each}=default_{each}")
+        scope[f"type_{each}"] = type(default)
         if each in named:
+            read = inspect.signature(named[each][2])
+            given = read.parameters["value"].annotation
+            scope[f"type_{each}"] = parameters[each].annotation if given is Any else given
+            stored[each] = parameters[each].annotation if given is Any else read.return_annotation
             scope[f"read_{each}"] = named[each][2]
             body.append(f"store(self, {each!r}, read_{each}({each!r}, {each}))")
-    passed = [f"{each}=self.{each}" for each in named if each in inspect.signature(function).parameters]
+        header.append(f"{each}: type_{each}" + ("" if default is _NEEDED else f" = default_{each}"))
+    passed = [f"{each}=self.{each}" for each in named if each in parameters]
     if not whole_chance:
         passed.append("p=self.chance")
     lines = [f"class {name}(Base):", f"    def __init__({', '.join(['self', *header])}):"]
@@ -81,6 +88,9 @@ def _class(name: str, function: Callable[..., Any], settings: List[Setting], tai
     text = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
     made.__doc__ = f"`{function.__name__}` as a module, which draws the seeds if none are given.\n\n{text}"
     made.__module__ = __name__.rpartition(".")[0]
+    made.stored = stored  # the types of the attributes, for the stub
+    if not whole_chance:
+        made.extra_repr = lambda self: shown(self, p=self.chance)
     return made
 
 
@@ -91,7 +101,7 @@ def _store(module: nn.Module, name: str, value: Any) -> None:
         setattr(module, name, value)
 
 
-def _normalized(name: str, value: Any) -> bool:
+def _normalized(name: str, value: bool) -> bool:
     if not value:
         raise ValueError(f"{name}: expected True, for a mean; got {value}")
     return True

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from ..primitives.core.checks import check_rank
+from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, integers, ranks, split, uniform
 from .annotations import as_movable, check_value, is_single, moved_coordinates
 from .base import AugmentationBase, draw_seeds, identity, select, shape_of
@@ -101,7 +102,7 @@ class Chosen(nn.Module):
         return (ranks(-keys) < count).t()
 
 
-class AugmentationSequential(nn.Module):
+class AugmentationSequential(Module):
     """Apply augmentations one after the other; each has its own seeds, which are computed from the sample's
     seed.
 
@@ -152,7 +153,8 @@ class AugmentationSequential(nn.Module):
         self.some = random_apply is not False
         self.chosen = _chosen(steps, random_apply, random_apply_weights)
         self.data_keys = ["input"] if data_keys is None else read_keys(data_keys, _KEYS)
-        self.keepdim = keepdim
+        self.same_on_batch, self.keepdim = same_on_batch, keepdim
+        self.random_apply, self.random_apply_weights = random_apply, random_apply_weights
         self._params = []
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:

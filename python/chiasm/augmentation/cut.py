@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_four_sides, check_pair
+from ..primitives.core.modules import shown
 from ..primitives.random.draws import words
 from .base import GeometricAugmentationBase2D, Size, as_size, check_batch, identity
 from .decisions import check_always
@@ -268,3 +269,6 @@ class PadTo(Cut):
                 f"input: expected at most {self.size}, crop_if_exceeds is False; got ({shape[2]}, {shape[3]})"
             )
         return torch.zeros_like(seed)[:, None].expand(-1, 2)
+
+    def extra_repr(self) -> str:
+        return shown(self, pad_mode=self.padding_mode, pad_value=self.fill)

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from ..primitives.core.broadcasting import each
+from ..primitives.core.modules import Module
 from ..primitives.random.draws import uniform
 from .base import AugmentationBase2D, as_size, draw_seeds, shape_of
 from .decisions import check_chance
@@ -22,7 +23,7 @@ from .mosaic import boxes_of_mosaic, check_mosaic, cut_at_corner, cut_out_of_mos
 from .settings import fixed, number, one_whole, whole, whole_numbers
 
 
-class MixAugmentationBase(nn.Module):
+class MixAugmentationBase(Module):
     """Random mixes of a batch's images and of their labels or masks. ``forward(input, other, seed)`` can be
     scripted and exported.
 
@@ -93,10 +94,6 @@ class MixAugmentationBase(nn.Module):
         """A label mask (B, C, *) or a further image, mixed in the same way as the images."""
         plain = value if value.is_floating_point() else value.to(torch.float64)
         return super().__call__(plain, other, seed)[0].to(value.dtype)
-
-    def extra_repr(self) -> str:
-        shown = {k: v for k, v in vars(self).items() if not k.startswith("_") and k != "training"}
-        return ", ".join(f"{k}={v!r}" for k, v in shown.items())
 
 
 class RandomMixUpV2(MixAugmentationBase):

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from ..primitives.core.checks import check_choice, check_rank
+from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, split
 from .base import draw_seeds
 from .container import Some
@@ -13,7 +14,7 @@ from .settings import whole
 from .video import ImageSequential
 
 
-class PatchSequential(nn.Module):
+class PatchSequential(Module):
     """Cut images into a grid of patches, change each patch separately, and put the patches together again.
 
     S. Lin et al., Patch AutoAugment, 2021. ``forward(input, seed)`` can be scripted and exported; a call
@@ -81,7 +82,8 @@ class PatchSequential(nn.Module):
                 )
             ]
         )
-        self.grid_size, self.padding = (down, across), padding
+        self.grid_size, self.padding, self.patchwise_apply = (down, across), padding, patchwise_apply
+        self.random_apply, self.random_apply_weights = random_apply, random_apply_weights
         self.same_on_batch, self.keepdim, self._params = same_on_batch is True, bool(keepdim), {}
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.transform.resize import resize, size_of
+from ..primitives.core.modules import shown
 from .annotations import moved_mask
 from .base import GeometricAugmentationBase2D, Size, as_mode, as_size, identity
 from .decisions import check_always
@@ -88,6 +89,9 @@ class Resize(GeometricAugmentationBase2D):
                 matrix[:, axis, 2] = 0.5 * after / before - 0.5
         return matrix
 
+    def extra_repr(self) -> str:
+        return shown(self, size=self.height if self.single else (self.height, self.width))
+
 
 class LongestMaxSize(Resize):
     """Resize images so that the longer side has a given length; the aspect ratio stays.
@@ -107,6 +111,7 @@ class LongestMaxSize(Resize):
     ) -> None:
         size = as_size(one_whole("max_size", max_size), "max_size")[0]
         super().__init__(size, "long", resample, align_corners, p=p)
+        self.max_size = size
 
 
 class SmallestMaxSize(Resize):
@@ -127,3 +132,4 @@ class SmallestMaxSize(Resize):
     ) -> None:
         size = as_size(one_whole("max_size", max_size), "max_size")[0]
         super().__init__(size, "short", resample, align_corners, p=p)
+        self.max_size = size

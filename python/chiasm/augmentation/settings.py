@@ -2,6 +2,7 @@
 take."""
 
 import math
+from enum import Enum
 from numbers import Real
 from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
 
@@ -10,6 +11,8 @@ import torch
 from torch import Tensor
 
 Reader = Callable[[str, Any], Any]
+Numbers = Union[float, Sequence[float], Tensor]
+WholeNumbers = Union[int, Sequence[int], Tensor]
 
 
 def about(center: float, least: float, greatest: float) -> Reader:
@@ -20,7 +23,7 @@ def about(center: float, least: float, greatest: float) -> Reader:
     (0.75, 1.25)
     """
 
-    def read(name: str, value: Any) -> Tuple[float, float]:
+    def read(name: str, value: Numbers) -> Tuple[float, float]:
         found = numbers(name, value)
         if len(found) == 2 and found[0] <= found[1]:
             return found[0], found[1]
@@ -50,7 +53,7 @@ def ranges(name: str, value: Any, count: int) -> List[Tuple[float, float]]:
     return [symmetric(name, value)] * count
 
 
-def fixed(name: str, value: Any) -> Tuple[float, float]:
+def fixed(name: str, value: Numbers) -> Tuple[float, float]:
     """A number stands for itself as both bounds.
 
     >>> fixed("gain", 0.5)
@@ -62,13 +65,13 @@ def fixed(name: str, value: Any) -> Tuple[float, float]:
     return found[0], found[-1]
 
 
-def bits(name: str, value: Any) -> Tuple[int, int]:
+def bits(name: str, value: WholeNumbers) -> Tuple[int, int]:
     """A number x stands for x to 8."""
     found = whole_numbers(name, value)
     return found[0], found[1] if len(found) == 2 else 8
 
 
-def whole(name: str, value: Any) -> Tuple[int, int]:
+def whole(name: str, value: WholeNumbers) -> Tuple[int, int]:
     """Two whole numbers; one stands for both.
 
     >>> whole("kernel_size", 3)
@@ -78,7 +81,7 @@ def whole(name: str, value: Any) -> Tuple[int, int]:
     return int(low), int(high)
 
 
-def word(name: str, value: Any) -> str:
+def word(name: str, value: Union[str, Enum]) -> str:
     """A string, or the name of an enum member in lower case."""
     found = getattr(value, "name", value)
     if not isinstance(found, str):
@@ -86,7 +89,7 @@ def word(name: str, value: Any) -> str:
     return value if isinstance(value, str) else found.lower()
 
 
-def vector(name: str, value: Union[float, Sequence[float], Tensor]) -> Tensor:
+def vector(name: str, value: Numbers) -> Tensor:
     """One or several numbers as a tensor (N,)."""
     if isinstance(value, Tensor):
         return value.to(torch.float32).reshape(-1)
@@ -98,7 +101,7 @@ def plain(name: str, value: Any) -> Any:
     return value
 
 
-def number(name: str, value: Any) -> float:
+def number(name: str, value: float) -> float:
     """A number as a float, since TorchScript distinguishes it from a whole one."""
     found = numbers(name, value)
     if len(found) != 1:
@@ -106,12 +109,12 @@ def number(name: str, value: Any) -> float:
     return found[0]
 
 
-def list_of_whole(name: str, value: Any) -> Optional[List[int]]:
+def list_of_whole(name: str, value: Optional[WholeNumbers]) -> Optional[List[int]]:
     """One number or several as a list, None as None."""
     return None if value is None else whole_numbers(name, value)
 
 
-def one_whole(name: str, value: Any) -> int:
+def one_whole(name: str, value: int) -> int:
     """A whole number.
 
     >>> one_whole("n", 2.0)

@@ -5,6 +5,7 @@ from typing import Any, Optional, Sequence
 import torch
 from torch import Tensor, nn
 
+from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, split
 from .base import draw_seeds
 from .container import AugmentationSequential, Some
@@ -40,7 +41,7 @@ class ImageSequential(AugmentationSequential):
         )
 
 
-class VideoSequential(nn.Module):
+class VideoSequential(Module):
     """A sequence of augmentations for each frame of videos.
 
     ``forward(input, seed)`` can be scripted and exported; a call draws the seeds if none are given.
@@ -68,7 +69,8 @@ class VideoSequential(nn.Module):
         super().__init__()
         if data_format not in ("BTCHW", "BCTHW"):
             raise ValueError(f"data_format: expected 'BTCHW' or 'BCTHW', got {data_format!r}")
-        self.frames_first, self.same_on_frame = data_format == "BTCHW", bool(same_on_frame)
+        self.data_format, self.same_on_frame = data_format, bool(same_on_frame)
+        self.random_apply, self.random_apply_weights = random_apply, random_apply_weights
         self.steps = ImageSequential(
             *args, random_apply=random_apply, random_apply_weights=random_apply_weights
         )
@@ -78,12 +80,13 @@ class VideoSequential(nn.Module):
         if input.dim() != 5:
             raise ValueError(f"input: expected 5 dimensions, got {list(input.shape)}")
         check_seed(seed, input.size(0))
-        video = input if self.frames_first else input.transpose(1, 2)
+        frames_first = self.data_format == "BTCHW"
+        video = input if frames_first else input.transpose(1, 2)
         count = video.size(1)
         seeds = seed[None].expand(count, -1) if self.same_on_frame else split(seed, count)
         changed = self.steps.forward(video.flatten(0, 1), seeds.t().flatten())
         changed = changed.unflatten(0, [-1, count])
-        return changed if self.frames_first else changed.transpose(1, 2)
+        return changed if frames_first else changed.transpose(1, 2)
 
     def __call__(
         self, input: Tensor, seed: Optional[Tensor] = None, generator: Optional[torch.Generator] = None

@@ -3,10 +3,11 @@
 from typing import Optional, Tuple
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_rank
 from ..primitives.core.loops import repeated
+from ..primitives.core.modules import Module
 from ..primitives.linalg.matrices import small_matmul
 
 
@@ -68,7 +69,7 @@ def _moved(centers: Tensor, k: Tensor, points: Tensor) -> Tensor:
     return torch.where(count > 0, small_matmul(has, points) / count.clamp(min=1.0), centers)
 
 
-class KMeans(nn.Module):
+class KMeans(Module):
     """``kmeans`` as a class that chooses the first centres and keeps the result; in eager Python only.
 
     Args:

@@ -1,11 +1,12 @@
 """Whitening that is fitted once and applied many times."""
 
-from torch import Tensor, nn
+from torch import Tensor
 
+from ..primitives.core.modules import Module
 from .whitening import linear_transform, zca_mean
 
 
-class ZCAWhitening(nn.Module):
+class ZCAWhitening(Module):
     """Fit ``zca_mean`` to some samples and apply it to other ones; in eager Python only.
 
     Args:

@@ -15,6 +15,7 @@ from torch import Tensor, nn
 
 from ..color.gray import rgb_to_grayscale
 from ..primitives.core.checks import check_choice, check_image
+from ..primitives.core.modules import Module
 from .adalam import match_adalam
 from .detection import detect_keypoints
 from .laf import get_laf_center
@@ -23,7 +24,7 @@ from .matching import match_fginn, match_mnn, match_nn, match_smnn, match_snn
 _MODES = ["nn", "mnn", "snn", "smnn", "fginn", "adalam"]
 
 
-class PassLAF(nn.Module):
+class PassLAF(Module):
     """Return frames unchanged: a placeholder for no orientation and no affine shape.
 
     >>> PassLAF()(torch.ones(1, 1, 2, 3), torch.rand(1, 1, 8, 8)).shape
@@ -34,7 +35,7 @@ class PassLAF(nn.Module):
         return laf
 
 
-class ScaleSpaceDetector(nn.Module):
+class ScaleSpaceDetector(Module):
     """A detector: ``detect_keypoints``, and the affine shape and the orientation of its frames.
 
     Args:
@@ -100,7 +101,7 @@ class ScaleSpaceDetector(nn.Module):
         return _where(valid, self.ori_module(self.aff_module(lafs, img), img)), scores, valid
 
 
-class LocalFeature(nn.Module):
+class LocalFeature(Module):
     """Frames of an image and their descriptors.
 
     Args:
@@ -129,7 +130,7 @@ class LocalFeature(nn.Module):
         return lafs, scores, valid, _where(valid, self.descriptor(img, lafs))
 
 
-class GeometryAwareDescriptorMatcher(nn.Module):
+class GeometryAwareDescriptorMatcher(Module):
     """A matcher: one of the ``match_*`` functions.
 
     Args:
@@ -175,7 +176,7 @@ class GeometryAwareDescriptorMatcher(nn.Module):
         return match_adalam(desc1, desc2, lafs1, lafs2, mask1=mask1, mask2=mask2)
 
 
-class LocalFeatureMatcher(nn.Module):
+class LocalFeatureMatcher(Module):
     """Matches between two images.
 
     Args:

@@ -10,11 +10,11 @@ import math
 from typing import List, Optional, Tuple
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..filters.gradient import spatial_gradient
 from ..primitives.core.checks import check_choice, check_floating, check_tensor
-from ..primitives.core.modules import hold
+from ..primitives.core.modules import Module, hold
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.numbers.power import power as positive_power
 from ..primitives.resampling.warping import position_dtype
@@ -101,7 +101,7 @@ def mkd_describe(
     return unit(vectors, True).to(patches.dtype)
 
 
-class MKDDescriptor(nn.Module):
+class MKDDescriptor(Module):
     """``mkd_describe`` for patches of one size, as a module for ``LAFDescriptor``. Kornia takes the name of a
     whitening that it downloads, and 128 of its dimensions; this class takes your own projection, or none.
 

@@ -8,6 +8,7 @@ from torch import Tensor, nn
 
 from ..geometry.conversions import rad2deg
 from ..primitives.core.checks import check_choice
+from ..primitives.core.modules import Module
 from .laf import get_laf_orientation, rotate_laf, set_laf_orientation
 from .matching import match_mnn, match_nn, match_smnn, match_snn, only_matches
 from .patches import patches_of
@@ -15,7 +16,7 @@ from .shape import affine_shape, dominant_orientation, reshaped_by
 from .sift import sift_describe
 
 
-class SIFTDescriptor(nn.Module):
+class SIFTDescriptor(Module):
     """``sift_describe`` of patches (N, 1, PS, PS) of any size; ``patch_size`` is what ``LAFDescriptor`` cuts.
 
     Args:
@@ -42,7 +43,7 @@ class SIFTDescriptor(nn.Module):
         return sift_describe(input, self.num_ang_bins, self.num_spatial_bins, self.rootsift, self.clipval)
 
 
-class PatchDominantGradientOrientation(nn.Module):
+class PatchDominantGradientOrientation(Module):
     """``dominant_orientation`` of patches (N, 1, PS, PS): (N,), radians.
 
     Args:
@@ -61,7 +62,7 @@ class PatchDominantGradientOrientation(nn.Module):
         return dominant_orientation(patch, self.num_angular_bins)
 
 
-class PatchAffineShapeEstimator(nn.Module):
+class PatchAffineShapeEstimator(Module):
     """``affine_shape`` of patches (N, 1, PS, PS), as (N, 1, 3).
 
     Args:
@@ -79,7 +80,7 @@ class PatchAffineShapeEstimator(nn.Module):
         return affine_shape(patch)[:, None]
 
 
-class LAFOrienter(nn.Module):
+class LAFOrienter(Module):
     """Rotate frames by the angles that a module computes from their patches, like ``orient_laf``.
 
     Args:
@@ -110,7 +111,7 @@ class LAFOrienter(nn.Module):
         return rotate_laf(laf, rad2deg(angle.to(laf.dtype)).reshape(laf.size(0), laf.size(1), 1))
 
 
-class LAFAffineShapeEstimator(nn.Module):
+class LAFAffineShapeEstimator(Module):
     """Adapt the shape of frames by the ellipses that a module computes from their patches, like
     ``adapt_laf_shape``.
 
@@ -145,7 +146,7 @@ class LAFAffineShapeEstimator(nn.Module):
         return adapted
 
 
-class DescriptorMatcher(nn.Module):
+class DescriptorMatcher(Module):
     """Only the matches of two sets of descriptors, as in Kornia: for eager code, because their number depends
     on the data. ``GeometryAwareDescriptorMatcher`` has a row for each descriptor, and exports.
 

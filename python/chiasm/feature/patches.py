@@ -14,6 +14,7 @@ from torch import Tensor, nn
 from ..color.gray import rgb_to_grayscale
 from ..primitives.core.checks import check_image
 from ..primitives.core.materialise import materialised
+from ..primitives.core.modules import Module
 from ..primitives.features.patches import patch_positions, read_patches
 from ..primitives.numbers.reshaping import reshaped
 from ..primitives.resampling.warping import position_dtype, sample_image
@@ -106,7 +107,7 @@ def extract_patches_from_pyramid(
     return read_patches(pixels, start, height, width, frame * shrink[..., None, None], PS).transpose(1, 2)
 
 
-class LAFDescriptor(nn.Module):
+class LAFDescriptor(Module):
     """Descriptors of frames: patches, and the output of a module for patches (M, C, PS, PS).
 
     Args:

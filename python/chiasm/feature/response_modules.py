@@ -2,14 +2,14 @@
 
 from typing import Optional, Union
 
-from torch import Tensor, nn
+from torch import Tensor
 
-from ..primitives.core.modules import hold
+from ..primitives.core.modules import Module, hold
 from .harris import harris_response
 from .responses import dog_response, dog_response_single, gftt_response, hessian_response
 
 
-class CornerHarris(nn.Module):
+class CornerHarris(Module):
     """``harris_response`` of an image (B, C, H, W) and optional scales (B,).
 
     Args:
@@ -31,7 +31,7 @@ class CornerHarris(nn.Module):
         return harris_response(input, self.k, self.grads_mode, sigmas)
 
 
-class CornerGFTT(nn.Module):
+class CornerGFTT(Module):
     """``gftt_response`` of an image (B, C, H, W) and optional scales (B,).
 
     >>> CornerGFTT()(torch.rand(2, 1, 8, 9)).shape
@@ -46,7 +46,7 @@ class CornerGFTT(nn.Module):
         return gftt_response(input, self.grads_mode, sigmas)
 
 
-class BlobHessian(nn.Module):
+class BlobHessian(Module):
     """``hessian_response`` of an image (B, C, H, W) and optional scales (B,).
 
     >>> BlobHessian()(torch.rand(2, 1, 8, 9)).shape
@@ -61,7 +61,7 @@ class BlobHessian(nn.Module):
         return hessian_response(input, self.grads_mode, sigmas)
 
 
-class BlobDoG(nn.Module):
+class BlobDoG(Module):
     """``dog_response`` of a scale space (B, C, D, H, W); scales have no effect here.
 
     >>> BlobDoG()(torch.rand(1, 1, 4, 8, 9)).shape
@@ -72,7 +72,7 @@ class BlobDoG(nn.Module):
         return dog_response(input)
 
 
-class BlobDoGSingle(nn.Module):
+class BlobDoGSingle(Module):
     """``dog_response_single`` of an image (B, C, H, W); scales have no effect here.
 
     Args:

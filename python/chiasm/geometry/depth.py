@@ -5,7 +5,7 @@
 from typing import Optional, Tuple, Union
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..filters.gradient import spatial_gradient
 from ..primitives.core.checks import (
@@ -17,6 +17,7 @@ from ..primitives.core.checks import (
     check_number,
     check_rank,
 )
+from ..primitives.core.modules import Module
 from ..primitives.geometry.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
 from ..primitives.linalg.matrices import cross
 from ..primitives.resampling.warping import check_sampling, sample_image, stretched
@@ -280,7 +281,7 @@ def depth_warp(
     )
 
 
-class DepthWarper(nn.Module):
+class DepthWarper(Module):
     """``depth_warp`` as a module with fixed cameras: it warps images of B destination cameras into one view.
 
     E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020.

@@ -14,10 +14,15 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from ..primitives.core.checks import check_choice, check_image
+from ..primitives.core.modules import Module, shown
 from ..primitives.linalg.matrices import inverse3x3
 from .transform import HomographyWarper, build_pyramid
 
 __all__ = ["Homography", "ImageRegistrator", "Similarity"]
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 class Homography(nn.Module):
@@ -52,7 +57,7 @@ class Homography(nn.Module):
         return _inverse(self.model)
 
 
-class Similarity(nn.Module):
+class Similarity(Module):
     """Learnable rotations, scalings and shifts, or some of these, between normalized coordinates. They start
     as the identity. Points are rotated about the image centre and scaled, in pixels, and then shifted.
 
@@ -105,13 +110,17 @@ class Similarity(nn.Module):
         """The inverse of the result of ``forward``."""
         return _inverse(self.forward())
 
+    def extra_repr(self) -> str:
+        rotation, scale, shift = self.learned
+        return shown(self, rotation=rotation, scale=scale, shift=shift)
+
 
 def _inverse(matrix: Tensor) -> Tensor:
     inverse = inverse3x3(matrix.to(torch.float64)).to(matrix.dtype)
     return inverse / inverse[:, 2:, 2:]
 
 
-class ImageRegistrator(nn.Module):
+class ImageRegistrator(Module):
     """Find transforms that align images with other images: by default Adam on the absolute difference, over
     an image pyramid from coarse to fine. Each level starts with the result of the level before. Only pixels
     whose source lies inside the image count. Each image of a batch has its own transform. This is a loop in

@@ -5,9 +5,9 @@
 from enum import Enum
 from typing import Optional
 
-from torch import Tensor, nn
+from torch import Tensor
 
-from ..primitives.core.modules import hold
+from ..primitives.core.modules import Module, hold
 from .mutual_information import (
     mutual_information_loss,
     mutual_information_loss_2d,
@@ -30,7 +30,7 @@ class MIKernel(str, Enum):
     truncated_gaussian = "truncated_gaussian"
 
 
-class MILossFromRef(nn.Module):
+class MILossFromRef(Module):
     """``mutual_information_loss`` as a module with a fixed reference.
 
     Args:

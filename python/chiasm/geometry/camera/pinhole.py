@@ -5,10 +5,10 @@
 from typing import Optional
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ...primitives.core.checks import check_broadcastable, check_last, check_matrix, check_rank
-from ...primitives.core.modules import hold
+from ...primitives.core.modules import Module, hold
 from ...primitives.geometry.intrinsics import (
     check_depth,
     check_intrinsics,
@@ -140,7 +140,7 @@ def pixel2cam(depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Te
     return moved(intrinsics_inv[:, None, None], pixel_coords) * depth[:, 0, :, :, None]
 
 
-class PinholeCamera(nn.Module):
+class PinholeCamera(Module):
     """B cameras without distortion, each with its own pose; a call with points is ``project``.
 
     E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. A

@@ -3,14 +3,14 @@
 """A rectified stereo camera, which converts disparities to points."""
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ...primitives.core.checks import check_matrix, check_rank
-from ...primitives.core.modules import hold
+from ...primitives.core.modules import Module, hold
 from ..stereo import reproject_disparity_to_3d
 
 
-class StereoCamera(nn.Module):
+class StereoCamera(Module):
     """B rectified stereo pairs; a call with disparities is ``reproject_disparity_to_3D``.
 
     :func:`chiasm.geometry.stereo.stereo_rectify` computes such projection matrices. A tensor that is an

@@ -2,12 +2,13 @@
 
 from typing import Tuple, Union
 
-from torch import Tensor, nn
+from torch import Tensor
 
+from ...primitives.core.modules import Module
 from .suppression import nms2d, nms3d
 
 
-class NonMaximaSuppression2d(nn.Module):
+class NonMaximaSuppression2d(Module):
     """``nms2d`` as a module with a fixed kernel size.
 
     >>> NonMaximaSuppression2d((3, 3))(torch.rand(1, 1, 8, 9), mask_only=True).dtype
@@ -22,7 +23,7 @@ class NonMaximaSuppression2d(nn.Module):
         return nms2d(x, self.kernel_size, mask_only)
 
 
-class NonMaximaSuppression3d(nn.Module):
+class NonMaximaSuppression3d(Module):
     """``nms3d`` as a module with a fixed kernel size.
 
     >>> NonMaximaSuppression3d((3, 3, 3))(torch.rand(1, 1, 5, 8, 9)).shape

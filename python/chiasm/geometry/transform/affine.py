@@ -5,11 +5,11 @@
 from typing import Optional, Tuple
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ...primitives.core.broadcasting import in_batch, like_given, one_for_each
 from ...primitives.core.checks import check_pair, check_pixels, check_tensor
-from ...primitives.core.modules import hold
+from ...primitives.core.modules import Module, hold
 from ...primitives.resampling.warping import check_matrices, check_sampling, check_source, sample_affine
 from .matrices import (
     check_numbers,
@@ -318,7 +318,7 @@ def _translate_of_batch(
     return affine(tensor, matrix, mode, padding_mode, align_corners)
 
 
-class Affine(nn.Module):
+class Affine(Module):
     """Shear, scale, rotate and then translate images: ``affine`` by ``get_affine_matrix2d``. All images get
     the same transform, or each its own. A tensor that is an ``nn.Parameter`` becomes a learnable parameter of
     the module.

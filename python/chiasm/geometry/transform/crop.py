@@ -3,10 +3,11 @@
 from typing import Any, List, Optional, Tuple, Union
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ...primitives.core.broadcasting import one_for_each
 from ...primitives.core.checks import check_choice, check_image, check_pair, check_tensor
+from ...primitives.core.modules import Module
 from ...primitives.core.window_sizes import positive_pair
 from ...primitives.numbers.rounding import to_index
 from ...primitives.resampling.taps import bounded_taps
@@ -289,7 +290,7 @@ def _pixel(x: Tensor, size: int) -> Tensor:
     return x.to(torch.int64).clamp(0, size - 1)
 
 
-class CenterCrop2D(nn.Module):
+class CenterCrop2D(Module):
     """Crop the centre of images at whole pixels; if it lies between two positions, the first one is used.
 
     Args:
@@ -342,9 +343,6 @@ class CenterCrop2D(nn.Module):
         return crop_by_transform_mat(
             input, every, (height, width), self.resample, "zeros", self.align_corners
         )
-
-    def extra_repr(self) -> str:
-        return f"size={self.size}, cropping_mode={self.cropping_mode!r}"
 
 
 def _first(inside: int, size: int) -> int:

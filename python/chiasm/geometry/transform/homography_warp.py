@@ -3,10 +3,11 @@
 from typing import Optional, Tuple
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ...primitives.core.broadcasting import one_for_each
 from ...primitives.core.checks import check_image, check_last, check_pair
+from ...primitives.core.modules import Module
 from ...primitives.resampling.warping import (
     check_matrices,
     check_sampling,
@@ -119,7 +120,7 @@ def homography_warp(
     )
 
 
-class HomographyWarper(nn.Module):
+class HomographyWarper(Module):
     """``homography_warp`` as a module with a fixed output size; the homography is an argument of the call or
     set before.
 

@@ -27,6 +27,25 @@ from torch import Tensor, nn
 from .source import made_from
 
 
+class Module(nn.Module):
+    """A module that prints the parameters of its constructor, as far as it stores them under their names."""
+
+    def extra_repr(self) -> str:
+        return shown(self)
+
+
+def shown(module: nn.Module, **others: Any) -> str:
+    """The parameters of a module's constructor and their values, for `extra_repr`.
+
+    Args:
+        module: stores the values under the parameters' names; the modules within it print themselves.
+        others: the values that it stores otherwise.
+    """
+    stored = {**vars(module), **module._parameters, **module._buffers, **others}
+    names = [name for name in inspect.signature(type(module)).parameters if name in stored]
+    return ", ".join(f"{name}={_short(stored[name])}" for name in names)
+
+
 @dataclass(frozen=True)
 class ModuleForm:
     """How a module class differs from its function, so that Kornia's calls work.
@@ -80,7 +99,7 @@ def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) 
     keyword = {p.name: form.names.get(p.name, p.name) for p in settings}
     name = class_name(function.__name__)
     scope: Dict[str, Any] = {
-        "nn": nn,
+        "Module": Module,
         "Tensor": Tensor,
         "Result": signature.return_annotation,
         "function": function,
@@ -89,14 +108,15 @@ def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) 
     written: List[str] = []
     for p in settings:
         scope[f"type_{p.name}"], scope[f"default_{p.name}"] = p.annotation, p.default
-        written.append(keyword[p.name] + ("" if p.default is p.empty else f"=default_{p.name}"))
+        default = "" if p.default is p.empty else f" = default_{p.name}"
+        written.append(f"{keyword[p.name]}: type_{p.name}{default}")
     scope |= {f"type_{p.name}": p.annotation for p in tensors}
     typed = ", ".join(["self"] + [f"{p.name}: type_{p.name}" for p in tensors])
     passed = ", ".join(
         [f"{p.name}={p.name}" for p in tensors] + [f"{p.name}=self.{p.name}" for p in settings]
     )
     lines = [
-        f"class {name}(nn.Module):",
+        f"class {name}(Module):",
         f"    def __init__({', '.join(['self'] + written)}):",
         "        super().__init__()",
     ]
@@ -106,18 +126,17 @@ def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) 
     made = made_from(source, f"<chiasm module {function.__module__}.{name}>", name, scope)
     about = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
     made.__doc__ = f"`{function.__name__}` as a module.\n\n{about}"
-    shown = [p.name for p in settings]
-    made.extra_repr = lambda self: ", ".join(
-        f"{keyword[name]}={_short(getattr(self, name))}" for name in shown
-    )
+    made.extra_repr = lambda self: shown(self, **{keyword[n]: getattr(self, n) for n in keyword})
     made.form = form
     made.__module__ = function.__module__.rpartition(".")[0]
     return made
 
 
 def _short(value: Any) -> str:
-    """A setting as a module's repr shows it: for a tensor the shape."""
-    return f"Tensor{tuple(value.shape)}" if isinstance(value, Tensor) else repr(value)
+    """A setting as a module's repr shows it: of a tensor the shape, of a function or a class the name."""
+    if isinstance(value, Tensor):
+        return f"Tensor{tuple(value.shape)}"
+    return getattr(value, "__qualname__", repr(value))
 
 
 def class_name(function_name: str) -> str:
