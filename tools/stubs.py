@@ -1,7 +1,7 @@
-"""Write `python/chiasm/FAMILY/__init__.pyi`: the declarations, for editors and type checkers, of the module
-classes, which are generated at run time.
+"""Write `python/chiasm/FAMILY/__init__.pyi`: the declarations, for editors and type checkers, of the classes
+that are generated at run time: module classes and augmentations.
 
-usage: tools/stubs.py        `make stubs`; tests/ops/test_stubs.py compares.
+usage: tools/stubs.py        `make stubs`; tests/export/test_stubs.py compares.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ import re
 import subprocess
 import sys
 import textwrap
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_origin
 
 from chiasm.primitives.core.modules import class_name, is_tensor, settings_of
 
@@ -24,37 +23,44 @@ HEAD = "# Written by `make stubs` from the signatures of the functions; do not e
 
 
 def families() -> list[Path]:
-    """The packages whose functions have module classes."""
-    return sorted(file for file in PACKAGE.rglob("__init__.py") if "= lazy_modules(" in file.read_text())
+    """The packages that have generated classes."""
+    return sorted(
+        file
+        for file in PACKAGE.rglob("__init__.py")
+        if re.search(r"= lazy_modules\(|^from .*\bCLASSES$", file.read_text(), re.M)
+    )
 
 
 def stub(family: Path) -> str:
     """The text of a family's stub, formatted."""
-    tree = ast.parse(family.read_text())
-    name = ".".join(["chiasm", *family.parent.relative_to(PACKAGE).parts])
-    package = importlib.import_module(name)
+    package = importlib.import_module(".".join(["chiasm", *family.parent.relative_to(PACKAGE).parts]))
     lines = [
         HEAD,
+        "import enum",
         "import typing",
-        "from typing import List, Optional, Tuple, Union",
+        "from typing import List, Optional, Sequence, Tuple, Union",
         "",
         "import torch",
         "from torch import Tensor, nn",
         "",
     ]
-    for node in tree.body:
+    public: list[str] = package.__all__
+    for node in ast.parse(family.read_text()).body:
         if isinstance(node, ast.ImportFrom) and node.level == 1:
-            names = ", ".join(f"{a.name} as {a.asname or a.name}" for a in node.names)
-            lines.append(f"from {'.' * node.level}{node.module or ''} import {names}")
-    public = [n for n in package.__all__ if inspect.isfunction(getattr(package, n))]
-    classes = [class_name(function) for function in public if class_name(function) not in package.__all__]
-    for function in public:
+            names = [f"{a.name} as {a.asname or a.name}" for a in node.names if a.name != "CLASSES"]
+            lines += [f"from .{node.module or ''} import {', '.join(names)}"] if names else []
+    for made in getattr(package, "CLASSES", {}).values():
+        lines += _class(made, made.__base__.__name__, made.stored)
+    functions = [n for n in public if inspect.isfunction(getattr(package, n))]
+    lazy = hasattr(package, "__getattr__")
+    classes = [class_name(name) for name in functions if lazy and class_name(name) not in public]
+    for function in functions:
         if class_name(function) in classes:
             made = getattr(package, class_name(function))
-            lines += _class(made, getattr(package, function))
+            lines += _module_class(made, getattr(package, function))
             lines += [f"{other} = {made.__name__}" for other in made.form.also]
             classes += made.form.also
-    lines += ["", f"__all__ = {[*package.__all__, *sorted(classes)]!r}", ""]
+    lines += ["", f"__all__ = {[*public, *sorted(classes)]!r}", ""]
     file = str(family.with_suffix(".pyi"))
     rules = ("--select", "I,F401,RUF022", "--fix")
     text = _ruff("\n".join(lines), "check", *rules, "--stdin-filename", file, "-")
@@ -66,25 +72,31 @@ def _ruff(text: str, *arguments: str) -> str:
     return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
 
 
-def _class(made: Any, function: Callable[..., Any]) -> list[str]:
-    """A class with its constructor, its attributes and its `forward`."""
+def _module_class(made: Any, function: Any) -> list[str]:
+    """A module class with its constructor, its attributes and its `forward`."""
     signature = inspect.signature(function)
-    form = made.form
-    settings = settings_of(function, form)
-    named = [p.replace(name=form.names.get(p.name, p.name)) for p in settings]
+    settings = settings_of(function, made.form)
     tensors = [p for p in signature.parameters.values() if p.name not in {s.name for s in settings}]
     assert all(is_tensor(p.annotation) for p in tensors), function
     returned = _annotation(signature.return_annotation)
-    first = (inspect.getdoc(function) or "").split("\n\n")[0]
     arguments = ", ".join(["self", *map(_parameter, tensors)])
     return [
-        "",
-        f"class {made.__name__}(nn.Module):",
-        *_docstring(f"`{function.__name__}` as a module: {' '.join(first.split())}"),
-        *(f"    {p.name}: {_annotation(p.annotation)}" for p in settings),
-        f"    def __init__({', '.join(['self', *map(_parameter, named)])}) -> None: ...",
+        *_class(made, "nn.Module", {p.name: p.annotation for p in settings}),
         f"    def forward({arguments}) -> {returned}: ...",
         f"    def __call__({arguments}) -> {returned}: ...",
+    ]
+
+
+def _class(made: Any, base: str, attributes: dict[str, Any]) -> list[str]:
+    """A class with its first paragraphs of documentation, its attributes and its constructor."""
+    head, first = [" ".join(text.split()) for text in made.__doc__.split("\n\n")[:2]]
+    parameters = inspect.signature(made).parameters.values()
+    return [
+        "",
+        f"class {made.__name__}({base}):",
+        *_docstring(f"{head.removesuffix('.')}: {first}"),
+        *(f"    {name}: {_annotation(annotation)}" for name, annotation in attributes.items()),
+        f"    def __init__({', '.join(['self', *map(_parameter, parameters)])}) -> None: ...",
     ]
 
 
@@ -94,13 +106,10 @@ def _docstring(text: str) -> list[str]:
 
 
 def _parameter(p: inspect.Parameter) -> str:
-    default = (
-        ""
-        if p.default is p.empty
-        else f" = {p.default!r}"
-        if isinstance(p.default, (int, float, str, bool, type(None)))
-        else " = ..."
-    )
+    plain = isinstance(p.default, (int, float, str, bool, tuple, type(None)))
+    if isinstance(p.default, tuple) and get_origin(p.annotation) is list:
+        plain = False  # as TorchScript has it, but not type checkers
+    default = "" if p.default is p.empty else f" = {p.default!r}" if plain else " = ..."
     return f"{p.name}: {_annotation(p.annotation)}{default}"
 
 

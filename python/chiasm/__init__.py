@@ -7,6 +7,31 @@ bundles) do not import torch.
 
 import importlib
 from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # an editor completes chiasm.filters.GaussianBlur2d
+    from . import (  # noqa: F401
+        augmentation,
+        color,
+        contrib,
+        data,
+        doctor,
+        enhance,
+        export,
+        feature,
+        filters,
+        geometry,
+        image,
+        losses,
+        metrics,
+        morphology,
+        onnx,
+        ops,
+        pipelines,
+        primitives,
+        runtime,
+        triton,
+    )
 
 __version__ = "0.1.0"
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import ast
+import importlib
+import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -14,12 +17,66 @@ from chiasm import _runtime
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
 
-from stubs import families, stub  # noqa: E402
+from stubs import PACKAGE, families, stub  # noqa: E402
 
 
 @pytest.mark.parametrize("family", families(), ids=lambda file: file.parent.name)
 def test_the_stubs_are_of_todays_signatures(family: Path) -> None:
     assert family.with_suffix(".pyi").read_text() == stub(family), "make stubs"
+
+
+def test_type_checkers_know_each_generated_class() -> None:
+    for family in families():
+        package = importlib.import_module(".".join(["chiasm", *family.parent.relative_to(PACKAGE).parts]))
+        declared: set[str] = set()
+        for node in ast.parse(family.with_suffix(".pyi").read_text()).body:
+            if isinstance(node, ast.ImportFrom):
+                declared |= {a.asname or a.name for a in node.names}
+            elif isinstance(node, ast.ClassDef):
+                declared.add(node.name)
+            elif isinstance(node, ast.Assign):
+                declared.add(ast.unparse(node.targets[0]))
+        assert set(dir(package)) <= declared, package
+
+
+def test_type_checkers_know_each_submodule() -> None:
+    tree = ast.parse((PACKAGE / "__init__.py").read_text())
+    [imported] = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.level == 1]
+    assert ["__version__", *(a.name for a in imported.names)] == dir(chiasm)
+
+
+def test_type_checkers_read_augmentations(tmp_path: Path) -> None:
+    code = """
+from torch import Tensor
+import chiasm
+from chiasm.augmentation import ColorJitter, RandomGaussianBlur
+
+def change(x: Tensor) -> Tensor:
+    jitter = ColorJitter(0.2, (0.8, 1.2), hue=0.1, p=0.5)
+    low, high = jitter.brightness
+    print(low + high, chiasm.filters.GaussianBlur2d((3, 3), (1.0, 1.0))(x).shape)
+    return RandomGaussianBlur(3, (0.1, 2.0))(jitter(x))
+
+ColorJitter(brightnes=0.2)
+RandomGaussianBlur(3)
+ColorJitter("a")
+"""
+    (tmp_path / "given.py").write_text(code)
+    settings = {
+        "extraPaths": [str(PACKAGE.parent)],
+        "typeCheckingMode": "strict",
+        "venv": ".venv",
+        "venvPath": str(ROOT),
+    }
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps(settings))
+    command = [sys.executable, "-m", "basedpyright", "--level", "error", "--outputjson"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    found = json.loads(done.stdout)["generalDiagnostics"]
+    assert [(f["range"]["start"]["line"], f["rule"]) for f in found] == [
+        (11, "reportCallIssue"),
+        (12, "reportCallIssue"),
+        (13, "reportArgumentType"),
+    ]
 
 
 def test_the_runtimes_stub_names_what_is_bound() -> None:

@@ -204,7 +204,7 @@ class MS_SSIMLoss(nn.Module):
         self,
         sigmas: Optional[List[float]] = None,
         data_range: float = 1.0,
-        K: Tuple[float, float] = ...,
+        K: Tuple[float, float] = (0.01, 0.03),
         alpha: float = 0.025,
         compensation: float = 200.0,
         reduction: str = "mean",

@@ -301,9 +301,9 @@ class DeformConv2d(nn.Module):
     def __init__(
         self,
         bias: Optional[Tensor] = None,
-        stride: Union[int, Tuple[int, int]] = ...,
-        padding: Union[int, Tuple[int, int]] = ...,
-        dilation: Union[int, Tuple[int, int]] = ...,
+        stride: Union[int, Tuple[int, int]] = (1, 1),
+        padding: Union[int, Tuple[int, int]] = (0, 0),
+        dilation: Union[int, Tuple[int, int]] = (1, 1),
         mask: Optional[Tensor] = None,
     ) -> None: ...
     def forward(self, input: Tensor, offset: Tensor, weight: Tensor) -> Tensor: ...

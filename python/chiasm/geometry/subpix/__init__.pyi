@@ -53,9 +53,9 @@ class ConvSoftArgmax2d(nn.Module):
     output_value: bool
     def __init__(
         self,
-        kernel_size: Tuple[int, int] = ...,
-        stride: Tuple[int, int] = ...,
-        padding: Tuple[int, int] = ...,
+        kernel_size: Tuple[int, int] = (3, 3),
+        stride: Tuple[int, int] = (1, 1),
+        padding: Tuple[int, int] = (1, 1),
         temperature: Union[Tensor, float] = 1.0,
         normalized_coordinates: bool = True,
         eps: float = 1e-08,
@@ -78,9 +78,9 @@ class ConvSoftArgmax3d(nn.Module):
     strict_maxima_bonus: Optional[float]
     def __init__(
         self,
-        kernel_size: Tuple[int, int, int] = ...,
-        stride: Tuple[int, int, int] = ...,
-        padding: Tuple[int, int, int] = ...,
+        kernel_size: Tuple[int, int, int] = (3, 3, 3),
+        stride: Tuple[int, int, int] = (1, 1, 1),
+        padding: Tuple[int, int, int] = (1, 1, 1),
         temperature: Union[Tensor, float] = 1.0,
         normalized_coordinates: bool = False,
         eps: float = 1e-08,

@@ -263,9 +263,9 @@ class ElasticTransform2d(nn.Module):
     padding_mode: str
     def __init__(
         self,
-        kernel_size: Tuple[int, int] = ...,
-        sigma: Union[Tuple[float, float], Tensor] = ...,
-        alpha: Union[Tuple[float, float], Tensor] = ...,
+        kernel_size: Tuple[int, int] = (63, 63),
+        sigma: Union[Tuple[float, float], Tensor] = (32.0, 32.0),
+        alpha: Union[Tuple[float, float], Tensor] = (1.0, 1.0),
         align_corners: bool = False,
         mode: str = "bilinear",
         padding_mode: str = "zeros",
