@@ -161,7 +161,9 @@ void expect_large_mirror_image(int64_t step, int64_t shift) {
       ASSERT_EQ(out[y * width + x],
                 image[static_cast<size_t>(y * width + (width / step - 1 - x / step) * step + x % step)])
           << x << " " << y;
-  if (shift > 0) EXPECT_EQ(out[-1], P(0));
+  if (shift > 0) {
+    EXPECT_EQ(out[-1], P(0));
+  }
   EXPECT_EQ(out[height * width], P(0));
 }
 
