@@ -46,7 +46,7 @@ TEST_F(Bytes, WeightedSumsMatchTheirDefinition) {
       const cv::Mat x = frame(size.height, size.width, 3), y = frame(size.height, size.width, 3);
       cv::Mat out(x.size(), x.type());
       const auto values = static_cast<int64_t>(x.total() * 3);
-      weighted_bytes(x.data, 1, values, y.data, weights.data(), 1, out.data);
+      add_weighted(x.data, 1, values, y.data, weights.data(), 1, out.data);
       for (int64_t i = 0; i < values; ++i) {
         const float first = float(x.data[i]) * weights[0], second = float(y.data[i]) * weights[1];
         const float both = first + second;
@@ -67,14 +67,14 @@ TEST_F(Bytes, RangesMatchOpenCv) {
         cv::inRange(image, cv::Scalar(least, least, least, least), cv::Scalar(200, 255, 180, 300), expected);
         image.copyTo(wanted, expected);
         const auto values = static_cast<int64_t>(image.total() * image.channels());
-        range_mask(image.data, 1, values, low.data(), 1, channels, high.data(), true, mask.data);
+        in_range(image.data, 1, values, low.data(), 1, channels, high.data(), true, mask.data);
         EXPECT_EQ(cv::norm(mask, expected, cv::NORM_INF), 0)
             << image.size() << " x " << channels << " from " << least;
         masked_pixels(image.data, 1, values, mask.data, values / channels, true, kept.data);
         EXPECT_EQ(cv::norm(kept, wanted, cv::NORM_INF), 0) << image.size() << " x " << channels;
         std::vector<uint8_t> planes(static_cast<size_t>(values)), made(planes.size()), back(planes.size());
         split_pixels(image.data, 1, values, channels, planes.data());
-        range_mask(planes.data(), 1, values, low.data(), 1, channels, high.data(), false, mask.data);
+        in_range(planes.data(), 1, values, low.data(), 1, channels, high.data(), false, mask.data);
         EXPECT_EQ(cv::norm(mask, expected, cv::NORM_INF), 0)
             << image.size() << " x " << channels << " planes";
         masked_pixels(planes.data(), 1, values, mask.data, values / channels, false, made.data());
@@ -121,15 +121,15 @@ KERNEL_CALL_BENCHMARK(subtract_pixels, [] {
     subtract_pixels(frame.x.data(), 1, kValues, other.x.data(), frame.out.data());
   };
 });
-KERNEL_CALL_BENCHMARK(weighted_bytes, [] {
+KERNEL_CALL_BENCHMARK(add_weighted, [] {
   return [frame = Frame(), other = Frame(), weights = std::vector<float>{0.3f, 0.6f, 5.0f}]() mutable {
-    weighted_bytes(frame.x.data(), 1, kValues, other.x.data(), weights.data(), 1, frame.out.data());
+    add_weighted(frame.x.data(), 1, kValues, other.x.data(), weights.data(), 1, frame.out.data());
   };
 });
-KERNEL_CALL_BENCHMARK(range_mask_3, [] {
+KERNEL_CALL_BENCHMARK(in_range_3, [] {
   static const std::vector<int32_t> low = {20, 30, 40}, high = {200, 190, 180};
   return [frame = Frame()]() mutable {
-    range_mask(frame.x.data(), 1, kValues, low.data(), 1, 3, high.data(), true, frame.out.data());
+    in_range(frame.x.data(), 1, kValues, low.data(), 1, 3, high.data(), true, frame.out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(masked_pixels_3, [] {

@@ -56,7 +56,7 @@ TEST_F(AssignedColumns, HaveTheLeastSumOfAllAssignments) {
           for (const double alone : {double(different) * double(n + 2), double(different)}) {
             const std::vector<double> all(kMatrices, alone);
             std::vector<int64_t> out(static_cast<size_t>(kMatrices * n));
-            assigned_columns(c.data(), kMatrices, n, m, all.data(), out.data());
+            linear_sum_assignment(c.data(), kMatrices, n, m, all.data(), out.data());
             for (int64_t b = 0; b < kMatrices; ++b) {
               double sum = 0;
               std::multiset<int64_t> taken;
@@ -76,7 +76,7 @@ TEST_F(AssignedColumns, HaveTheLeastSumOfAllAssignments) {
 TEST_F(AssignedColumns, TakeTheLowestColumnOfEquals) {
   const std::vector<double> c(6 * 9, 2.5), alone{100};
   std::vector<int64_t> out(6);
-  assigned_columns(c.data(), 1, 6, 9, alone.data(), out.data());
+  linear_sum_assignment(c.data(), 1, 6, 9, alone.data(), out.data());
   EXPECT_EQ(out, (std::vector<int64_t>{0, 1, 2, 3, 4, 5}));
 }
 
@@ -88,17 +88,17 @@ TEST_F(AssignedColumns, EndsWithoutAnOrder) {
       std::vector<double> c = costs(11 * 9, 5, 0.3);
       for (size_t i = 0; i < c.size(); i += 2) c[i] = odd;
       std::vector<int64_t> out(11);
-      assigned_columns(c.data(), 1, 11, 9, &alone, out.data());
+      linear_sum_assignment(c.data(), 1, 11, 9, &alone, out.data());
       for (const int64_t column : out) EXPECT_TRUE(-1 <= column && column < 9);
     }
 }
 
-KERNEL_CALL_BENCHMARK(assigned_columns, [] {
+KERNEL_CALL_BENCHMARK(linear_sum_assignment, [] {
   std::mt19937 engine(1);
   std::uniform_real_distribution<double> draw(0, 1);
   std::vector<double> c(300 * 305);
   for (double& cost : c) cost = draw(engine);
   return [c, alone = 1000.0, out = std::vector<int64_t>(300)]() mutable {
-    assigned_columns(c.data(), 1, 300, 305, &alone, out.data());
+    linear_sum_assignment(c.data(), 1, 300, 305, &alone, out.data());
   };
 });

@@ -300,7 +300,7 @@ TEST_F(Bytes, IntegralBytesEndAtTheLargestNumber) {
 
 // The reference mirrors the image at its borders first, because OpenCV does not.
 template <class U>
-void expect_demosaiced(cv::Mat image) {
+void expect_demosaic(cv::Mat image) {
   const int codes[2][2] = {{cv::COLOR_BayerBG2RGB, cv::COLOR_BayerGB2RGB},
                            {cv::COLOR_BayerGR2RGB, cv::COLOR_BayerRG2RGB}};
   cv::Mat padded;
@@ -310,10 +310,10 @@ void expect_demosaiced(cv::Mat image) {
       cv::Mat expected, out(image.size(), CV_MAKETYPE(image.depth(), 3)), planes[3];
       cv::cvtColor(padded, expected, codes[row][column]);
       expected = expected(cv::Rect(2, 2, image.cols, image.rows));
-      demosaiced(image.ptr<U>(), 1, image.rows, image.cols, row, column, true, out.ptr<U>());
+      demosaic(image.ptr<U>(), 1, image.rows, image.cols, row, column, true, out.ptr<U>());
       EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " " << row << column;
       cv::Mat joined(3 * image.rows, image.cols, image.type());
-      demosaiced(image.ptr<U>(), 1, image.rows, image.cols, row, column, false, joined.ptr<U>());
+      demosaic(image.ptr<U>(), 1, image.rows, image.cols, row, column, false, joined.ptr<U>());
       for (int c = 0; c < 3; ++c) {
         cv::extractChannel(expected, planes[0], c);
         EXPECT_EQ(cv::norm(planes[0], joined.rowRange(c * image.rows, (c + 1) * image.rows), cv::NORM_INF),
@@ -324,9 +324,9 @@ void expect_demosaiced(cv::Mat image) {
 
 TEST_F(Bytes, DemosaicedPixelsMatchOpenCv) {
   for (const Size& size : {Size{3, 3}, Size{5, 7}, Size{16, 33}, Size{37, 70}, Size{130, 21}, Size{4, 257}}) {
-    expect_demosaiced<uint8_t>(frame(size.height, size.width, 1));
+    expect_demosaic<uint8_t>(frame(size.height, size.width, 1));
     const cv::Mat bytes = frame(size.height, 2 * size.width, 1);
-    expect_demosaiced<uint16_t>(cv::Mat(size.height, size.width, CV_16U, bytes.data).clone());
+    expect_demosaic<uint16_t>(cv::Mat(size.height, size.width, CV_16U, bytes.data).clone());
   }
 }
 
@@ -334,7 +334,7 @@ TEST_F(Bytes, DemosaicedPixelsMatchOpenCv) {
 TEST_F(Bytes, TheLeastBayerImageIsMirrored) {
   const std::vector<uint8_t> x = {10, 20, 30, 41}, green = {25, 20, 30, 25};
   std::vector<uint8_t> out(12);
-  demosaiced(x.data(), 1, 2, 2, 0, 0, false, out.data());
+  demosaic(x.data(), 1, 2, 2, 0, 0, false, out.data());
   for (size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(out[i], 10);
     EXPECT_EQ(out[4 + i], green[i]);
@@ -403,20 +403,18 @@ KERNEL_CALL_BENCHMARK(integral_bytes_3, [] {
   return
       [frame = Frame(), out = std::vector<int32_t>(1080 * 1920 * 3)]() mutable { integral<3>(frame, out); };
 });
-KERNEL_CALL_BENCHMARK(demosaiced, [] {
-  return [frame = Frame()]() mutable {
-    demosaiced(frame.x.data(), 1, 1080, 1920, 0, 0, true, frame.out.data());
-  };
+KERNEL_CALL_BENCHMARK(demosaic, [] {
+  return
+      [frame = Frame()]() mutable { demosaic(frame.x.data(), 1, 1080, 1920, 0, 0, true, frame.out.data()); };
 });
-KERNEL_CALL_BENCHMARK(demosaiced_planes, [] {
-  return [frame = Frame()]() mutable {
-    demosaiced(frame.x.data(), 1, 1080, 1920, 0, 0, false, frame.out.data());
-  };
+KERNEL_CALL_BENCHMARK(demosaic_planes, [] {
+  return
+      [frame = Frame()]() mutable { demosaic(frame.x.data(), 1, 1080, 1920, 0, 0, false, frame.out.data()); };
 });
-KERNEL_CALL_BENCHMARK(demosaiced_16, [] {
+KERNEL_CALL_BENCHMARK(demosaic_16, [] {
   return
       [x = std::vector<uint16_t>(1080 * 1920, 777), out = std::vector<uint16_t>(1080 * 1920 * 3)]() mutable {
-        demosaiced(x.data(), 1, 1080, 1920, 0, 0, true, out.data());
+        demosaic(x.data(), 1, 1080, 1920, 0, 0, true, out.data());
       };
 });
 

@@ -135,7 +135,7 @@ TYPED_TEST(FeatureKernels, KeptBoxesMatchPlainLoops) {
           for (size_t i = 0; i < group.size(); ++i)
             group[i] = static_cast<int64_t>(i * 7 % static_cast<size_t>(groups)) * 10000000000 - 5;
           const auto kept = std::make_unique<bool[]>(static_cast<size_t>(2 * n));
-          kept_boxes(boxes.data(), 2, n, group.data(), threshold, most, kept.get());
+          nms(boxes.data(), 2, n, group.data(), threshold, most, kept.get());
           for (int64_t image = 0; image < 2; ++image) {
             int64_t chosen = 0;
             for (int64_t i = 0; i < n; ++i) {
@@ -163,7 +163,7 @@ TYPED_TEST(FeatureKernels, KeptBoxesMatchPlainLoops) {
 }
 
 // Like a detector's boxes: clusters around 300 objects.
-KERNEL_CALL_BENCHMARK(kept_boxes, [] {
+KERNEL_CALL_BENCHMARK(nms, [] {
   constexpr int64_t kCount = 8400;
   std::mt19937 engine(1);
   std::uniform_real_distribution<float> draw(0, 1);
@@ -174,7 +174,7 @@ KERNEL_CALL_BENCHMARK(kept_boxes, [] {
     boxes.insert(boxes.end(), {x, y, x + 40, y + 60});
   }
   return [boxes, groups = std::vector<int64_t>(kCount), kept = std::make_unique<bool[]>(kCount)]() {
-    kept_boxes(boxes.data(), 1, kCount, groups.data(), 0.45f, 300, kept.get());
+    nms(boxes.data(), 1, kCount, groups.data(), 0.45f, 300, kept.get());
   };
 });
 KERNEL_CALL_BENCHMARK(two_smallest, [] {

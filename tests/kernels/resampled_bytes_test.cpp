@@ -140,12 +140,12 @@ TEST_F(Bytes, MirrorImagesMatchOpenCv) {
           const cv::Mat image = frame(size.height, size.width, channels);
           cv::Mat expected = image.clone(), out(image.size(), image.type());
           if (along || down) cv::flip(image, expected, along && down ? -1 : along ? 1 : 0);
-          mirrored(image.data, 1, size.height, size.width * channels, channels, along, down, out.data);
+          flip(image.data, 1, size.height, size.width * channels, channels, along, down, out.data);
           EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " x " << channels;
         }
   const std::vector<double> values = {1, 2, 3, 4, 5, 6, 7, 8, 9}, wanted = {7, 8, 9, 4, 5, 6, 1, 2, 3};
   std::vector<double> out(values.size());
-  mirrored(values.data(), 1, 1, 9, 3, true, false, out.data());
+  flip(values.data(), 1, 1, 9, 3, true, false, out.data());
   EXPECT_EQ(out, wanted);
 }
 
@@ -155,7 +155,7 @@ void expect_large_mirror_image(int64_t step, int64_t shift) {
   std::vector<P> image(static_cast<size_t>(height * width)), buffer(image.size() + 16);
   std::iota(image.begin(), image.end(), P(1));
   P* const out = buffer.data() + shift;
-  mirrored(image.data(), 1, height, width, step, true, false, out);
+  flip(image.data(), 1, height, width, step, true, false, out);
   for (int64_t y = 0; y < height; ++y)
     for (int64_t x = 0; x < width; ++x)
       ASSERT_EQ(out[y * width + x],
@@ -398,13 +398,13 @@ KERNEL_CALL_BENCHMARK(resample_bytes_half, [] {
                    9, across.data(), 3, frame.out.data());
   };
 });
-KERNEL_CALL_BENCHMARK(mirrored_along, [] {
+KERNEL_CALL_BENCHMARK(flip_along, [] {
   return [frame = Frame()]() mutable {
-    mirrored(frame.x.data(), 1, 1080, 1920 * 3, 3, true, false, frame.out.data());
+    flip(frame.x.data(), 1, 1080, 1920 * 3, 3, true, false, frame.out.data());
   };
 });
-KERNEL_BENCHMARK(mirrored_along_floats, [](const float* x, Planes p, float* out) {
-  mirrored(x, p.count, p.height, p.width, 1, true, false, out);
+KERNEL_BENCHMARK(flip_along_floats, [](const float* x, Planes p, float* out) {
+  flip(x, p.count, p.height, p.width, 1, true, false, out);
 });
 KERNEL_CALL_BENCHMARK(pyramid_down_bytes, [] {
   return [frame = Frame()]() mutable {

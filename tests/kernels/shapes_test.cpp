@@ -64,7 +64,7 @@ TYPED_TEST(Shapes, EuclideanDistancesAreTheLeastOfAllPixels) {
   for (const Planes& p : kSizes)
     for (const auto& x : this->masks(p)) {
       std::vector<T> out(x.size());
-      euclidean_distances(x.data(), p, out.data());
+      distance_transform_edt(x.data(), p, out.data());
       for (int64_t i = 0; i<pixels(p); i += pixels(p)> 1000 ? 37 : 1) {
         const int64_t plane = i / (p.height * p.width), y = i / p.width % p.height, c = i % p.width;
         double least = std::numeric_limits<double>::infinity();
@@ -83,7 +83,7 @@ TYPED_TEST(Shapes, EuclideanDistancesMatchOpenCv) {
   const Planes p{1, 300, 417};
   for (const auto& x : {this->discs(p, 12, 90), this->random(pixels(p), -0.01, 0.99)}) {
     std::vector<T> out(x.size());
-    euclidean_distances(x.data(), p, out.data());
+    distance_transform_edt(x.data(), p, out.data());
     cv::Mat expected;
     const cv::Mat set = cv::Mat(300, 417, cv::DataType<T>::type, const_cast<T*>(x.data())) > 0;
     cv::distanceTransform(set, expected, cv::DIST_L2, cv::DIST_MASK_PRECISE);
@@ -102,17 +102,17 @@ std::vector<float> many_discs() {
   return x;
 }
 
-KERNEL_CALL_BENCHMARK(euclidean_distances, [] {
+KERNEL_CALL_BENCHMARK(distance_transform_edt, [] {
   return [x = many_discs(), out = std::vector<float>(3 * 1080 * 1920)]() mutable {
-    euclidean_distances(x.data(), {3, 1080, 1920}, out.data());
+    distance_transform_edt(x.data(), {3, 1080, 1920}, out.data());
   };
 });
 
-KERNEL_CALL_BENCHMARK(euclidean_distances_far, [] {
+KERNEL_CALL_BENCHMARK(distance_transform_edt_far, [] {
   std::vector<float> x(3 * 1080 * 1920, 1.0f);
   x[1920 * 500 + 900] = x[1920 * 1600 + 90] = x[1920 * 2200 + 900] = 0;
   return [x, out = std::vector<float>(3 * 1080 * 1920)]() mutable {
-    euclidean_distances(x.data(), {3, 1080, 1920}, out.data());
+    distance_transform_edt(x.data(), {3, 1080, 1920}, out.data());
   };
 });
 
@@ -192,7 +192,7 @@ TYPED_TEST(Shapes, ThinnedMatchesRoundsOverTheWholeImage) {
       for (const bool zhang : {true, false})
         for (const int64_t limit : {0, 2, 1000}) {
           std::vector<T> out(x.size()), now(x.size());
-          thinned(x.data(), p, limit, zhang, out.data());
+          thin(x.data(), p, limit, zhang, out.data());
           for (size_t i = 0; i < x.size(); ++i) now[i] = T(x[i] > 0);
           bool moved = true;
           for (int64_t k = 0; k < limit && moved; ++k) {
@@ -219,9 +219,9 @@ TYPED_TEST(Shapes, ThinnedMatchesRoundsOverTheWholeImage) {
         }
 }
 
-KERNEL_CALL_BENCHMARK(thinned, [] {
+KERNEL_CALL_BENCHMARK(thin, [] {
   return [x = many_discs(), out = std::vector<float>(3 * 1080 * 1920)]() mutable {
-    thinned(x.data(), {3, 1080, 1920}, 10000, true, out.data());
+    thin(x.data(), {3, 1080, 1920}, 10000, true, out.data());
   };
 });
 
@@ -334,7 +334,7 @@ TEST(Outlines, AreOpenCvs) {
       std::vector<uint8_t> mask(size_t(p.count * size));
       for (uint8_t& m : mask) m = std::bernoulli_distribution(share)(random) ? 7 : 0;
       std::vector<int64_t> found(size_t(p.count * size * numbers));
-      outlines(mask.data(), p, size, numbers, found.data());
+      find_contours(mask.data(), p, size, numbers, found.data());
       for (int64_t i = 0; i < p.count; ++i) {
         std::vector<std::vector<cv::Point>> paths;
         std::vector<cv::Vec4i> hierarchy;
@@ -365,7 +365,7 @@ TEST(Outlines, TheLargestComeFirstAndLosePointsEvenly) {
   for (int64_t y = 4; y < 11; ++y)
     for (int64_t x = 6; x < 14; ++x) mask[size_t(y * width + x)] = y != 7 || x < 8 || x > 10;
   std::vector<int64_t> out(4 * 4);
-  outlines(mask.data(), {1, 12, width}, 4, 4, out.data());
+  find_contours(mask.data(), {1, 12, width}, 4, 4, out.data());
   // The polygon around the hole, in (x, y): (8, 8), which is the first below, then (7, 7), (8, 6), (10, 6),
   // (11, 7), (10, 8).
   EXPECT_EQ(out, (std::vector<int64_t>{2, 0, 4 * width + 6, 10 * width + 13,  //
@@ -374,11 +374,11 @@ TEST(Outlines, TheLargestComeFirstAndLosePointsEvenly) {
                                        0, 0, -1, -1}));
 }
 
-KERNEL_CALL_BENCHMARK(outlines, [] {
+KERNEL_CALL_BENCHMARK(find_contours, [] {
   const std::vector<float> discs = many_discs();
   return [mask = std::vector<uint8_t>(discs.begin(), discs.end()),
           out = std::vector<int64_t>(3 * 64 * 258)]() mutable {
-    outlines(mask.data(), {3, 1080, 1920}, 64, 258, out.data());
+    find_contours(mask.data(), {3, 1080, 1920}, 64, 258, out.data());
   };
 });
 
@@ -387,9 +387,9 @@ TYPED_TEST(Shapes, WhatIsNoNumberIsNotSet) {
   const T nan = std::numeric_limits<T>::quiet_NaN(), inf = std::numeric_limits<T>::infinity();
   const std::vector<T> x{1, nan, inf, -inf, 1};
   std::vector<T> out(5);
-  euclidean_distances(x.data(), {1, 1, 5}, out.data());
+  distance_transform_edt(x.data(), {1, 1, 5}, out.data());
   EXPECT_EQ(out, (std::vector<T>{1, 0, 1, 0, 1}));
-  thinned(x.data(), {1, 1, 5}, 100, false, out.data());
+  thin(x.data(), {1, 1, 5}, 100, false, out.data());
   EXPECT_EQ(out, (std::vector<T>{1, 0, 1, 0, 1}));
   std::vector<int64_t> numbers(5);
   connected_components(x.data(), {1, 1, 5}, numbers.data());

@@ -47,9 +47,9 @@ def test_a_position_that_is_nan_reads_nothing(mode, padding):
 
 
 def warp(picture, x, y, mode, padding, colour):
-    from chiasm.primitives.resampling.warping import sample_image
+    from chiasm.primitives.resampling.warping import resample_image
 
-    return sample_image(picture, x, y, mode, padding, True, colour)
+    return resample_image(picture, x, y, mode, padding, True, colour)
 
 
 @pytest.mark.parametrize("align_corners", [False, True])

@@ -209,7 +209,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in images(t)
         for factor in (numbers(t, x.size(0), 1, 1, 1), numbers(t, x.size(1), 1, 1), numbers(t, 1))
     ],
-    "borders.outlines": lambda t: [
+    "borders.find_contours": lambda t: [
         (numbers(t, 2, 12, 17) > 0.5, 5, 30),
         (numbers(t, 1, 5, 4) > 0.3, 2, 1),
     ],
@@ -309,7 +309,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         + in_borders(t, HEIGHTS.to(t), 1, 1, border, 5.0, 2.0, 1e4, whole=True)
     ),
     "qr._derived": lambda t: [null(t)],
-    "flips.mirrored": lambda t: [
+    "flips.flip": lambda t: [
         (x, along, down)
         for x in (*bytes_and_words(), *images(t), numbers(t, 3, 4, 5), numbers(t, 4, 5))
         for along, down in ((True, False), (False, True), (True, True))
@@ -443,7 +443,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "boxes.kept_boxes": lambda t: [
         (torch.cat([numbers(t, 2, 9, 2), 1 + numbers(t, 2, 9, 3)[..., :2]], -1), integers(2, 2, 9), 0.4, 5)
     ],
-    "assignment.assigned_columns": lambda t: [
+    "assignment.linear_sum_assignment": lambda t: [
         (numbers(torch.float64, 2, 5, m), torch.full([2, 1], 0.6, dtype=torch.float64)) for m in (3, 9)
     ],
     "resizing.resized_and_blurred": lambda t: in_borders(t, 24, 30, False, FIVE, border),
@@ -473,7 +473,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_scales": lambda t: [
         ([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS
     ],
-    "bayer.demosaiced": lambda t: [
+    "bayer.demosaic": lambda t: [
         (x, red // 2, red % 2)
         for x in (
             *(image[:, :1].contiguous() for image in (*bytes_and_words()[1::2], images(t)[0])),
@@ -600,7 +600,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "derivatives.derivatives_of_bytes": lambda t: [
         (x, mode) for x in bytes_and_words()[:2] for mode in ("sobel", "diff")
     ],
-    "masks.range_mask": lambda t: [
+    "masks.mask_in_range": lambda t: [
         (x, low - 20.0, low + high)
         for x in bytes_and_words()[:2]
         for low, high in (
@@ -647,17 +647,17 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (x,)
         for x in (*bytes_and_words()[:2], *(integers(256, *s).to(torch.uint8) for s in ((9, 8), (2, 3, 4))))
     ],
-    "warping.sample_affine": lambda t: (
+    "warping.resample_affine": lambda t: (
         sampled(t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
         + bytes_sampled(torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
     ),
-    "warping.sample_bytes": lambda t: bytes_sampled(
+    "warping.resample_bytes": lambda t: bytes_sampled(
         20.0 * numbers(t, 2, 6, 7) - 2.0, 16.0 * numbers(t, 1, 6, 7) - 2.0
     ),
-    "warping.sample_floating": lambda t: sampled(
+    "warping.resample_floating": lambda t: sampled(
         t, 14.0 * numbers(t, 2, 6, 7) - 2.0, 12.0 * numbers(t, 1, 6, 7) - 2.0
     ),
-    "warping.sample_projective": lambda t: (
+    "warping.resample_projective": lambda t: (
         sampled(t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7)
         + bytes_sampled(torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7)
     ),

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.random.draws import uniform
-from ..primitives.resampling.flips import mirrored
+from ..primitives.resampling.flips import flip
 from .base import GeometricAugmentationBase2D, check_batch, identity, select
 from .decisions import below
 
@@ -31,7 +31,7 @@ def random_horizontal_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
         tensor([[[[2., 1.]]]])
     """
     check_batch(input, seed)
-    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, mirrored(input, True, False), input)
+    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, flip(input, True, False), input)
 
 
 def random_vertical_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
@@ -55,7 +55,7 @@ def random_vertical_flip(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
                   [1.]]]])
     """
     check_batch(input, seed)
-    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, mirrored(input, False, True), input)
+    return select({"batch_prob": below(uniform(seed, 1)[:, 0], p)}, flip(input, False, True), input)
 
 
 def _mirror(params: Dict[str, Tensor], size: int, axis: int) -> Tensor:
@@ -76,7 +76,7 @@ class RandomHorizontalFlip(GeometricAugmentationBase2D):
     """
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        return select(params, mirrored(input, True, False), input)
+        return select(params, flip(input, True, False), input)
 
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
@@ -102,7 +102,7 @@ class RandomVerticalFlip(GeometricAugmentationBase2D):
     """
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        return select(params, mirrored(input, False, True), input)
+        return select(params, flip(input, False, True), input)
 
     @torch.jit.unused
     def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.random.draws import check_seed, uniform
-from ..primitives.resampling.flips import mirrored
+from ..primitives.resampling.flips import flip
 from ..primitives.resampling.volumes import check_voxels
 from .base import AugmentationBase3D, identity, select
 from .decisions import below
@@ -88,7 +88,7 @@ def _flipped(input: Tensor, seed: Tensor, axis: int, p: float) -> Tensor:
 
 def _mirrored(input: Tensor, axis: int) -> Tensor:
     """The volume, reversed along axis x, y or z (0, 1, 2)."""
-    return input.flip([2]) if axis == 2 else mirrored(input, axis == 0, axis == 1)
+    return input.flip([2]) if axis == 2 else flip(input, axis == 0, axis == 1)
 
 
 class Flip3D(AugmentationBase3D):

@@ -16,7 +16,7 @@ from ..enhance.equalization import equalize
 from ..enhance.sharp import sharpness
 from ..enhance.tone import posterize, solarize
 from ..primitives.core.broadcasting import each
-from ..primitives.resampling.warping import sample_affine
+from ..primitives.resampling.warping import resample_affine
 
 
 def names() -> List[str]:
@@ -97,7 +97,7 @@ def _moved(x: Tensor, operation: Tensor, amount: Tensor, mode: str) -> Tensor:
     move_x = cx - c * cx + s * cy + shear_x * 0.5 - torch.where(operation == 3, value, zero)
     move_y = cy - s * cx - c * cy + shear_y * 0.5 - torch.where(operation == 4, value, zero)
     inverse = torch.stack([c, shear_x - s, move_x, s + shear_y, c, move_y], 1).reshape(-1, 2, 3)
-    return sample_affine(x, inverse, height, width, mode, "zeros", True, None)
+    return resample_affine(x, inverse, height, width, mode, "zeros", True, None)
 
 
 def _blended(x: Tensor, which: Tensor, factor: Tensor) -> Tensor:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.linalg.matrices import inverse3x3
-from ..primitives.resampling.warping import check_sampling, check_source, sample_affine, sample_projective
+from ..primitives.resampling.warping import check_sampling, check_source, resample_affine, resample_projective
 from .annotations import moved_mask
 from .base import GeometricAugmentationBase2D, as_mode, identity
 from .settings import numbers, word
@@ -36,10 +36,12 @@ def warped(
     check_source(input, resample, padding_mode, "input")
     inverse = inverse3x3(matrix)
     if affine:
-        return sample_affine(
+        return resample_affine(
             input, inverse[:, :2], height, width, resample, padding_mode, align_corners, fill_value
         )
-    return sample_projective(input, inverse, height, width, resample, padding_mode, align_corners, fill_value)
+    return resample_projective(
+        input, inverse, height, width, resample, padding_mode, align_corners, fill_value
+    )
 
 
 def middle(like: Tensor, height: int, width: int) -> Tensor:

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_choice
 from ..primitives.filters.padding import check_margins
-from ..primitives.images.bayer import demosaiced, numbers, parity, rounded
+from ..primitives.images.bayer import demosaic, numbers, parity, rounded
 from ..primitives.images.color_planes import channels_of, check_channels
 from ..primitives.resampling.decimation import every_second
 
@@ -45,7 +45,7 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
     _check_samples(image)
     check_margins(image, (1, 1), (1, 1), "reflect", "image")
     red_row, red_column = _red(cfa)
-    return demosaiced(image, red_row, red_column)
+    return demosaic(image, red_row, red_column)
 
 
 def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:

@@ -17,7 +17,7 @@ from ..primitives.core.materialise import materialised
 from ..primitives.core.modules import Module
 from ..primitives.features.patches import patch_positions, read_patches
 from ..primitives.numbers.reshaping import reshaped
-from ..primitives.resampling.warping import position_dtype, sample_image
+from ..primitives.resampling.warping import position_dtype, resample_image
 from .laf import check_laf, denormalize_laf, determinants
 
 
@@ -49,7 +49,7 @@ def extract_patches_simple(
     """
     frame = _in_pixels(img, laf, PS, normalize_lafs_before_extraction)
     x, y = patch_positions(frame, PS)
-    patches = sample_image(img, x.flatten(1, 2), y.flatten(1, 2), "bilinear", "border", True, None)
+    patches = resample_image(img, x.flatten(1, 2), y.flatten(1, 2), "bilinear", "border", True, None)
     return reshaped(patches, [img.size(0), img.size(1), laf.size(1), PS, PS]).transpose(1, 2)
 
 

@@ -20,7 +20,7 @@ from ..primitives.filters.correlation import box_sums
 from ..primitives.filters.fixed_point import box_bytes, fixed_taps, separable_bytes
 from ..primitives.filters.stencil import separable_shared
 from ..primitives.images.histograms import aminmax, bincount, partial_sums, row_histograms
-from ..primitives.images.masks import masked_pixels, range_mask
+from ..primitives.images.masks import mask_in_range, masked_pixels
 from ..primitives.images.tables import table_entries
 from ..primitives.numbers.rounding import to_index
 from .gaussian import gaussian_taps
@@ -60,7 +60,7 @@ def _in_range_of_batch(
     check_pixels(input, "input")
     if input.dtype == torch.uint8:
         low, high = _bound(lower, input, torch.float32, "lower"), _bound(upper, input, torch.float32, "upper")
-        mask = range_mask(input, low, high)
+        mask = mask_in_range(input, low, high)
         return mask if return_mask else masked_pixels(input, mask)
     low, high = _bound(lower, input, input.dtype, "lower"), _bound(upper, input, input.dtype, "upper")
     mask = ((input >= low) & (input <= high)).to(input.dtype).amin(1, keepdim=True)

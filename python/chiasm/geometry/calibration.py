@@ -23,7 +23,7 @@ from ..primitives.geometry.lens import coefficients, distort, tilt_matrices, und
 from ..primitives.geometry.rotations import nearest_rotation
 from ..primitives.linalg.direct_linear import hartley, projective_equations
 from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul, smallest_eigenvector
-from ..primitives.resampling.warping import sample_image
+from ..primitives.resampling.warping import resample_image
 
 __all__ = [
     "distort_points",
@@ -176,7 +176,7 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     x = x * camera[:, 0:1, 0:1] + camera[:, 0:1, 2:3]
     y = y * camera[:, 1:2, 1:2] + camera[:, 1:2, 2:3]
     flat = image.reshape(-1, channels, height, width)
-    return sample_image(flat, x, y, "bilinear", "zeros", True, None).reshape(image.shape)
+    return resample_image(flat, x, y, "bilinear", "zeros", True, None).reshape(image.shape)
 
 
 def solve_pnp_dlt(

@@ -20,7 +20,7 @@ from ..primitives.core.checks import (
 from ..primitives.core.modules import Module
 from ..primitives.geometry.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
 from ..primitives.linalg.matrices import cross
-from ..primitives.resampling.warping import check_sampling, sample_image, stretched
+from ..primitives.resampling.warping import check_sampling, resample_image, stretched
 from .camera.pinhole import PinholeCamera
 
 __all__ = [
@@ -440,10 +440,10 @@ def _read_through_depth(
     if not align_corners:
         u, v = stretched(u, image.size(3)), stretched(v, image.size(2))
     if padding_mode != "zeros":
-        out = sample_image(
+        out = resample_image(
             image, torch.where(in_front, u, torch.zeros_like(u)), v, mode, padding_mode, align_corners, None
         )
         return torch.where(in_front[:, None], out, torch.zeros_like(out))
     # A position outside, where all taps have weight zero.
     u = torch.where(in_front, u, torch.full_like(u, -4.0))
-    return sample_image(image, u, v, mode, padding_mode, align_corners, None)
+    return resample_image(image, u, v, mode, padding_mode, align_corners, None)

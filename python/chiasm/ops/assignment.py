@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_rank, check_tensor
-from ..primitives.numbers.assignment import assigned_columns
+from ..primitives.numbers.assignment import linear_sum_assignment
 
 
 def linear_assignment(
@@ -81,7 +81,7 @@ def cheapest(costs: Tensor, alone: Tensor) -> Tuple[Tensor, Tensor]:
     >>> cheapest(torch.tensor([[[0.4], [0.3]]]).double(), torch.tensor([[1.0]]).double())
     (tensor([[0, 0]]), tensor([[False,  True]]))
     """
-    found = assigned_columns(costs, alone)
+    found = linear_sum_assignment(costs, alone)
     return found.clamp(min=0), found >= 0
 
 

@@ -8,7 +8,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_floating, check_image, check_rank
 from ..primitives.core.window_sizes import any_pair
 from ..primitives.linalg.matrices import small_matmul
-from ..primitives.resampling.warping import position_dtype, sample_image
+from ..primitives.resampling.warping import position_dtype, resample_image
 
 
 def deform_conv2d(
@@ -93,7 +93,7 @@ def deform_conv2d(
     y = (moved[:, :, 0] + (down + row)).reshape(batch * parts, taps * rows, columns)
     x = (moved[:, :, 1] + (across + column)).reshape(batch * parts, taps * rows, columns)
     source = input.reshape(batch * parts, channels // parts, input.size(2), input.size(3))
-    read = sample_image(source, x, y, "bilinear", "zeros", False, None)
+    read = resample_image(source, x, y, "bilinear", "zeros", False, None)
     if mask is not None:
         read = read * mask.reshape(batch * parts, 1, taps * rows, columns)
     each = channels // groups * taps

@@ -9,7 +9,7 @@ from ..primitives.core.checks import check_floating, check_not_empty, check_rank
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.resizing import resized
-from ..primitives.resampling.warping import position_dtype, sample_image
+from ..primitives.resampling.warping import position_dtype, resample_image
 
 
 def masks_to_boxes(masks: Tensor) -> Tensor:
@@ -138,7 +138,7 @@ def paste_masks(masks: Tensor, boxes: Tensor, size: Tuple[int, int]) -> Tensor:
     x = _in_mask(corners[:, 0:1], corners[:, 2:3], width, masks.size(3))
     y = _in_mask(corners[:, 1:2], corners[:, 3:4], height, masks.size(2))
     x, y = torch.broadcast_tensors(x[:, None], y[:, :, None])
-    return sample_image(masks, x, y, "bilinear", "zeros", False, None)
+    return resample_image(masks, x, y, "bilinear", "zeros", False, None)
 
 
 def _first_and_last(present: Tensor) -> Tuple[Tensor, Tensor]:

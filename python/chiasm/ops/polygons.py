@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rank
-from ..primitives.features.borders import outlines
+from ..primitives.features.borders import find_contours
 
 
 def masks_to_polygons(
@@ -52,7 +52,7 @@ def masks_to_polygons(
         raise ValueError(f"max_polygons: expected a positive number, got {max_polygons}")
     if max_points < 1:
         raise ValueError(f"max_points: expected a positive number, got {max_points}")
-    found = outlines(masks.to(torch.bool), max_polygons, max_points)
+    found = find_contours(masks.to(torch.bool), max_polygons, max_points)
     pixel, width = found[..., 2:], masks.size(2)
     y = pixel // width
     points = torch.stack([pixel - y * width, y], 3)

@@ -17,8 +17,8 @@ void subtract_pixels(const P* x, int64_t n, int64_t values, const P* y, P* out) 
   });
 }
 
-void weighted_bytes(const uint8_t* x, int64_t n, int64_t values, const uint8_t* y, const float* weights,
-                    int64_t sets, uint8_t* out) {
+void add_weighted(const uint8_t* x, int64_t n, int64_t values, const uint8_t* y, const float* weights,
+                  int64_t sets, uint8_t* out) {
   for_pixels(n, values, [=](int64_t image, int64_t first, int64_t count) {
     const float* const w = weights + 3 * (image / (n / sets));
     const int64_t at = image * values + first;
@@ -93,8 +93,8 @@ void mask_run(const uint8_t* x, const int32_t* low, const int32_t* high, int64_t
 
 }  // namespace
 
-void range_mask(const uint8_t* x, int64_t n, int64_t values, const int32_t* low, int64_t sets,
-                int64_t channels, const int32_t* high, bool interleaved, uint8_t* out) {
+void in_range(const uint8_t* x, int64_t n, int64_t values, const int32_t* low, int64_t sets, int64_t channels,
+              const int32_t* high, bool interleaved, uint8_t* out) {
   const int64_t pixels = values / channels;
   for_pixels(n, pixels, [=](int64_t image, int64_t first, int64_t count) {
     const int32_t* const from = low + image / (n / sets) * channels;

@@ -185,8 +185,8 @@ class Assignment {
 
 }  // namespace
 
-void assigned_columns(const double* costs, int64_t matrices, int64_t n, int64_t m, const double* alone,
-                      int64_t* out) {
+void linear_sum_assignment(const double* costs, int64_t matrices, int64_t n, int64_t m, const double* alone,
+                           int64_t* out) {
   const int64_t size = Assignment::scratch_size(n, m);
   const std::unique_ptr<double[]> scratch(new double[static_cast<size_t>(size * omp_get_max_threads())]);
 #pragma omp parallel for

@@ -56,8 +56,8 @@ void make_row(const P* const* rows, int64_t n, P* out, int64_t plane) {
 }  // namespace
 
 template <class U>
-void demosaiced(const U* x, int64_t n, int64_t height, int64_t width, int64_t red_row, int64_t red_column,
-                bool interleaved, U* out) {
+void demosaic(const U* x, int64_t n, int64_t height, int64_t width, int64_t red_row, int64_t red_column,
+              bool interleaved, U* out) {
   const Planes planes{n, height, width};
   for_tiles<U>(
       planes, 8, 3, PaddedRows<U>::ends(planes, 3, 1), Border::kReflect,
@@ -86,6 +86,6 @@ void demosaiced(const U* x, int64_t n, int64_t height, int64_t width, int64_t re
       });
 }
 
-CHIASM_INSTANTIATE(demosaiced)
+CHIASM_INSTANTIATE(demosaic)
 
 }  // namespace chiasm::kernels

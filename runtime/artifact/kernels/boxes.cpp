@@ -45,8 +45,8 @@ struct Kept {
 }  // namespace
 
 template <class T>
-void kept_boxes(const T* boxes, int64_t images, int64_t n, const int64_t* groups, T threshold, int64_t most,
-                bool* out) {
+void nms(const T* boxes, int64_t images, int64_t n, const int64_t* groups, T threshold, int64_t most,
+         bool* out) {
   const auto count = static_cast<size_t>(n);
   // For each image: where the part of each group begins, and how many of its boxes have been kept.
   const auto places = static_cast<size_t>(images) * count;
@@ -82,6 +82,6 @@ void kept_boxes(const T* boxes, int64_t images, int64_t n, const int64_t* groups
   }
 }
 
-CHIASM_INSTANTIATE(kept_boxes)
+CHIASM_INSTANTIATE(nms)
 
 }  // namespace chiasm::kernels

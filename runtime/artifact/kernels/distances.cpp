@@ -130,7 +130,7 @@ class Replicated {
 }  // namespace
 
 template <class T>
-void euclidean_distances(const T* x, Planes planes, T* out) {
+void distance_transform_edt(const T* x, Planes planes, T* out) {
   constexpr int64_t kStrip = 128;
   const int64_t height = planes.height, width = planes.width, size = height * width,
                 strips = (width + kStrip - 1) / kStrip, length = padded_length<T>(width, 2 * kNear);
@@ -219,7 +219,7 @@ void grown_distances(const T* shape, int64_t planes, int64_t height, int64_t wid
   }
 }
 
-CHIASM_INSTANTIATE(euclidean_distances)
+CHIASM_INSTANTIATE(distance_transform_edt)
 CHIASM_INSTANTIATE(grown_distances)
 
 }  // namespace chiasm::kernels

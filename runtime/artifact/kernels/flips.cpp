@@ -57,8 +57,7 @@ void reverse_streaming(const uint8_t* x, int64_t pixels, uint8_t* out) {
 }  // namespace
 
 template <class P>
-void mirrored(const P* x, int64_t n, int64_t height, int64_t width, int64_t step, bool along, bool down,
-              P* out) {
+void flip(const P* x, int64_t n, int64_t height, int64_t width, int64_t step, bool along, bool down, P* out) {
   const int64_t bytes = step * static_cast<int64_t>(sizeof(P)),
                 length = width * static_cast<int64_t>(sizeof(P));
   const auto* const from = reinterpret_cast<const uint8_t*>(x);
@@ -83,6 +82,6 @@ void mirrored(const P* x, int64_t n, int64_t height, int64_t width, int64_t step
   }
 }
 
-CHIASM_INSTANTIATE(mirrored)
+CHIASM_INSTANTIATE(flip)
 
 }  // namespace chiasm::kernels

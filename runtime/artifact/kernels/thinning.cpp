@@ -103,7 +103,7 @@ struct Peeling {
 }  // namespace
 
 template <class T>
-void thinned(const T* x, Planes planes, int64_t limit, bool zhang, T* out) {
+void thin(const T* x, Planes planes, int64_t limit, bool zhang, T* out) {
   Table goes[2];
   for (unsigned ring = 0; ring < 256; ++ring)
     for (int half = 0; half < 2; ++half)
@@ -137,6 +137,6 @@ void thinned(const T* x, Planes planes, int64_t limit, bool zhang, T* out) {
   }
 }
 
-CHIASM_INSTANTIATE(thinned)
+CHIASM_INSTANTIATE(thin)
 
 }  // namespace chiasm::kernels

@@ -12,8 +12,8 @@ import torch.nn.functional as F
 from torch import Tensor
 from torch.overrides import TorchFunctionMode
 
-from chiasm.primitives.resampling.volumes import sample_volume
-from chiasm.primitives.resampling.warping import from_normalized, sample_image
+from chiasm.primitives.resampling.volumes import resample_volume
+from chiasm.primitives.resampling.warping import from_normalized, resample_image
 
 #: By the numbers that torch's operator takes.
 MODES = ("bilinear", "nearest", "bicubic")
@@ -35,9 +35,9 @@ def sampled(input: Tensor, grid: Tensor, interpolation: int, padding: int, align
         at = [torch.where(kept(x), x, torch.full_like(x, end)) for x, end in zip(at, instead, strict=True)]
     if len(sizes) == 3:
         x, y, z = at
-        return sample_volume(input, x, y, z, mode, beyond, align_corners)
+        return resample_volume(input, x, y, z, mode, beyond, align_corners)
     x, y = at
-    out = sample_image(input, x, y, mode, beyond, align_corners, None)
+    out = resample_image(input, x, y, mode, beyond, align_corners, None)
     return out if moved or mode == "nearest" else torch.where(finite[:, None], out, math.nan)
 
 

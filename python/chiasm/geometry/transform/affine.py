@@ -10,7 +10,7 @@ from torch import Tensor
 from ...primitives.core.broadcasting import in_batch, like_given, one_for_each
 from ...primitives.core.checks import check_pair, check_pixels, check_tensor
 from ...primitives.core.modules import Module, hold
-from ...primitives.resampling.warping import check_matrices, check_sampling, check_source, sample_affine
+from ...primitives.resampling.warping import check_matrices, check_sampling, check_source, resample_affine
 from .matrices import (
     check_numbers,
     check_vectors,
@@ -71,7 +71,7 @@ def warp_affine(
     check_pair(dsize, "dsize")
     src = one_for_each(src, M, "src", "M")
     inverse = inverse_affine(M.to(torch.float64))
-    return sample_affine(src, inverse, dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
+    return resample_affine(src, inverse, dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
 
 
 def affine(

@@ -16,8 +16,8 @@ from ...primitives.resampling.warping import (
     check_sampling,
     pixel_axes,
     position_dtype,
-    sample_image,
-    sample_projective,
+    resample_image,
+    resample_projective,
     weigh_image,
 )
 from .matrices import check_points, get_perspective_transform
@@ -61,7 +61,7 @@ def center_crop(
     x = (column * 2.0 + (input_tensor.size(3) - width)) * 0.5
     y = (row * 2.0 + (input_tensor.size(2) - height)) * 0.5
     shape = [input_tensor.size(0), height, width]
-    return sample_image(
+    return resample_image(
         input_tensor, x.expand(shape), y.expand(shape), mode, padding_mode, align_corners, None
     )
 
@@ -203,7 +203,7 @@ def crop_by_transform_mat(
     check_pair(out_size, "out_size")
     input_tensor = one_for_each(input_tensor, transform, "input_tensor", "transform")
     matrix = transform.expand(input_tensor.size(0), 3, 3)
-    return sample_projective(
+    return resample_projective(
         input_tensor,
         pixels_to_source(matrix),
         out_size[0],

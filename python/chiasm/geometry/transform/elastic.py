@@ -12,7 +12,7 @@ from ...primitives.resampling.warping import (
     from_normalized,
     normalized_axis,
     position_dtype,
-    sample_image,
+    resample_image,
 )
 
 
@@ -75,4 +75,4 @@ def elastic_transform2d(
     row = normalized_axis(image.size(2), align_corners, precision, image.device)[None, :, None]
     x = from_normalized(column + moved[:, 0] * factor[:, 0, None, None], image.size(3), align_corners)
     y = from_normalized(row + moved[:, 1] * factor[:, 1, None, None], image.size(2), align_corners)
-    return sample_image(image, x, y, mode, padding_mode, align_corners, None)
+    return resample_image(image, x, y, mode, padding_mode, align_corners, None)

@@ -3,7 +3,7 @@
 from torch import Tensor
 
 from ...primitives.core.checks import check_rank, check_tensor
-from ...primitives.resampling.flips import mirrored
+from ...primitives.resampling.flips import flip
 
 
 def hflip(input: Tensor) -> Tensor:
@@ -24,7 +24,7 @@ def hflip(input: Tensor) -> Tensor:
                 [4, 3]])
     """
     _check_planes(input)
-    return mirrored(input, True, False)
+    return flip(input, True, False)
 
 
 def vflip(input: Tensor) -> Tensor:
@@ -45,7 +45,7 @@ def vflip(input: Tensor) -> Tensor:
                 [1, 2]])
     """
     _check_planes(input)
-    return mirrored(input, False, True)
+    return flip(input, False, True)
 
 
 def rot180(input: Tensor) -> Tensor:
@@ -66,7 +66,7 @@ def rot180(input: Tensor) -> Tensor:
                 [2, 1]])
     """
     _check_planes(input)
-    return mirrored(input, True, True)
+    return flip(input, True, True)
 
 
 def _check_planes(input: Tensor) -> None:

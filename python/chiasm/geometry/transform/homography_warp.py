@@ -15,8 +15,8 @@ from ...primitives.resampling.warping import (
     mapped,
     normalized_axis,
     position_dtype,
-    sample_image,
-    sample_projective,
+    resample_image,
+    resample_projective,
 )
 from ..grid import create_meshgrid
 from .warp import pixels_to_source
@@ -95,7 +95,7 @@ def homography_warp(
     check_pair(dsize, "dsize")
     patch_src = one_for_each(patch_src, src_homo_dst, "patch_src", "src_homo_dst")
     if not normalized_homography:
-        return sample_projective(
+        return resample_projective(
             patch_src,
             pixels_to_source(src_homo_dst),
             dsize[0],
@@ -114,8 +114,8 @@ def homography_warp(
             from_normalized(x, patch_src.size(3), align_corners),
             from_normalized(y, patch_src.size(2), align_corners),
         )
-        return sample_image(patch_src, x, y, mode, padding_mode, align_corners, None)
-    return sample_projective(
+        return resample_image(patch_src, x, y, mode, padding_mode, align_corners, None)
+    return resample_projective(
         patch_src, src_homo_dst, dsize[0], dsize[1], mode, padding_mode, align_corners, None
     )
 
@@ -210,4 +210,4 @@ class HomographyWarper(Module):
                 from_normalized(x, patch_src.size(3), self.align_corners),
                 from_normalized(y, patch_src.size(2), self.align_corners),
             )
-        return sample_image(patch_src, x, y, self.mode, self.padding_mode, self.align_corners, None)
+        return resample_image(patch_src, x, y, self.mode, self.padding_mode, self.align_corners, None)

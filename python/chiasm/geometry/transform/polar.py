@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.core.checks import check_choice, check_pair
-from ...primitives.resampling.warping import check_source, pixel_axes, position_dtype, sample_image
+from ...primitives.resampling.warping import check_source, pixel_axes, position_dtype, resample_image
 from .matrices import check_numbers, check_vectors
 
 
@@ -75,4 +75,4 @@ def warp_polar(
         distance = column / dsize[1] * radius[:, None, None]
     x = middle[:, 0, None, None] + distance * torch.cos(angle)
     y = middle[:, 1, None, None] + distance * torch.sin(angle)
-    return sample_image(src, x, y, mode, padding_mode, align_corners, None)
+    return resample_image(src, x, y, mode, padding_mode, align_corners, None)

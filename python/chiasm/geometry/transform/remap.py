@@ -10,7 +10,7 @@ from ...primitives.resampling.warping import (
     check_source,
     from_normalized,
     position_dtype,
-    sample_image,
+    resample_image,
     stretched,
 )
 
@@ -73,4 +73,4 @@ def remap(
         x, y = from_normalized(x, image.size(3), corners), from_normalized(y, image.size(2), corners)
     elif not corners:
         x, y = stretched(x, image.size(3)), stretched(y, image.size(2))
-    return sample_image(image, x, y, mode, padding_mode, corners, None)
+    return resample_image(image, x, y, mode, padding_mode, corners, None)

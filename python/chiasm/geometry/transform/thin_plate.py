@@ -18,7 +18,7 @@ from ...primitives.resampling.warping import (
     from_normalized,
     normalized_axis,
     position_dtype,
-    sample_image,
+    resample_image,
 )
 
 
@@ -172,4 +172,4 @@ def warp_image_tps(
     x = x + (bend * weight[:, None, None, :, 0]).sum(-1)
     y = y + (bend * weight[:, None, None, :, 1]).sum(-1)
     x, y = from_normalized(x, image.size(3), align_corners), from_normalized(y, image.size(2), align_corners)
-    return sample_image(image, x, y, "bilinear", padding_mode, align_corners, None)
+    return resample_image(image, x, y, "bilinear", padding_mode, align_corners, None)

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from ...primitives.core.checks import check_last, check_size3d
 from ...primitives.linalg.matrices import inverse
-from ...primitives.resampling.volumes import check_volume, check_volume_sampling, sample_volume, voxel_axes
+from ...primitives.resampling.volumes import check_volume, check_volume_sampling, resample_volume, voxel_axes
 from ...primitives.resampling.warping import (
     away_from_zero,
     check_matrices,
@@ -82,7 +82,7 @@ def _warped(
     x, y, z = _mapped(column, row, plane, m)
     if stretch:
         x, y, z = stretched(x, src.size(4)), stretched(y, src.size(3)), stretched(z, src.size(2))
-    return sample_volume(src, x, y, z, mode, padding_mode, align_corners)
+    return resample_volume(src, x, y, z, mode, padding_mode, align_corners)
 
 
 def _shrunk(x: Tensor, size: int) -> Tensor:
@@ -305,7 +305,7 @@ def homography_warp3d(
     else:
         column, row, plane = voxel_axes(dsize, precision, patch_src.device)
         x, y, z = _mapped(column, row, plane, m)
-    return sample_volume(patch_src, x, y, z, mode, padding_mode, align_corners)
+    return resample_volume(patch_src, x, y, z, mode, padding_mode, align_corners)
 
 
 def crop_by_transform_mat3d(

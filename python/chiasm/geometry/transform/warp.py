@@ -8,7 +8,7 @@ from torch import Tensor
 from ...primitives.core.broadcasting import one_for_each
 from ...primitives.core.checks import check_pair
 from ...primitives.linalg.matrices import inverse3x3
-from ...primitives.resampling.warping import check_matrices, check_source, sample_projective
+from ...primitives.resampling.warping import check_matrices, check_source, resample_projective
 
 
 def warp_perspective(
@@ -53,7 +53,7 @@ def warp_perspective(
     check_matrices(M, 3, 3, "M")
     check_pair(dsize, "dsize")
     src = one_for_each(src, M, "src", "M")
-    return sample_projective(
+    return resample_projective(
         src, pixels_to_source(M), dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value
     )
 

@@ -103,5 +103,5 @@ def _weights_of_samples(x: Tensor, y: Tensor, *weights: Tensor) -> bool:
 def _weighted_sum_kernel(x: Tensor, y: Tensor, alpha: Tensor, beta: Tensor, gamma: Tensor) -> Tensor:
     rows, _ = as_rows(x)
     weights = torch.stack([w.reshape(-1).expand(x.size(0)) for w in (alpha, beta, gamma)], 1)
-    made = kernels.weighted_bytes(rows.flatten(1), as_rows(y)[0].flatten(1), weights)
+    made = kernels.add_weighted(rows.flatten(1), as_rows(y)[0].flatten(1), weights)
     return from_rows(made.unflatten(1, rows.shape[1:]), x)

@@ -18,7 +18,7 @@ from ..kernels import operators as kernels
 
 
 @primitive
-def outlines(mask: Tensor, polygons: int, points: int) -> Tensor:
+def find_contours(mask: Tensor, polygons: int, points: int) -> Tensor:
     """The borders of (N, H, W) bool that enclose the most pixels, largest first: (N, polygons, 2 + points),
     int64.
 
@@ -26,7 +26,7 @@ def outlines(mask: Tensor, polygons: int, points: int) -> Tensor:
     numbers y * W + x, where the 8-connected path along the border changes direction. If a border has more
     than ``points``, they are chosen evenly. Unused entries are -1.
 
-    >>> outlines(torch.tensor([[[True, True]]]), 1, 3)
+    >>> find_contours(torch.tensor([[[True, True]]]), 1, 3)
     tensor([[[ 2,  0,  0,  1, -1]]])
     """
     width, count = mask.size(2), mask.size(1) * mask.size(2)
@@ -70,9 +70,9 @@ def outlines(mask: Tensor, polygons: int, points: int) -> Tensor:
     return torch.cat([number[..., None], is_hole[..., None].to(torch.int64), pixels], 2)
 
 
-@outlines.lowering("native", when=kernels.available)
+@find_contours.lowering("native", when=kernels.available)
 def _outlines_kernel(mask: Tensor, polygons: int, points: int) -> Tensor:
-    return kernels.outlines(mask.to(torch.uint8), polygons, points + 2)
+    return kernels.find_contours(mask.to(torch.uint8), polygons, points + 2)
 
 
 def border_successors(mask: Tensor) -> Tuple[Tensor, Tensor]:

@@ -34,7 +34,7 @@ def euclidean_distances(x: Tensor) -> Tensor:
 
 @euclidean_distances.lowering("native", when=kernels.has_kernel)
 def _euclidean_distances_kernel(x: Tensor) -> Tensor:
-    return kernels.euclidean_distances(x)
+    return kernels.distance_transform_edt(x)
 
 
 @until_stable

@@ -26,7 +26,7 @@ def thinned(x: Tensor, limit: int, zhang: bool) -> Tensor:
 
 @thinned.lowering("native", when=kernels.has_kernel)
 def _thinned_kernel(x: Tensor, limit: int, zhang: bool) -> Tensor:
-    return kernels.thinned(x, limit, zhang)
+    return kernels.thin(x, limit, zhang)
 
 
 @until_stable

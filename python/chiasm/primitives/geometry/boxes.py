@@ -66,4 +66,4 @@ def _undropped(kept: Tensor, k: Tensor, drops: Tensor) -> Tensor:
     return ~(drops & kept[:, :, None]).any(1)
 
 
-kept_boxes.lowering("native", when=kernels.has_kernel)(kernels.kept_boxes)
+kept_boxes.lowering("native", when=kernels.has_kernel)(kernels.nms)

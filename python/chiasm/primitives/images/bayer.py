@@ -11,14 +11,14 @@ from .color_planes import as_pixels, from_pixels
 
 
 @primitive
-def demosaiced(image: Tensor, red_row: int, red_column: int) -> Tensor:
+def demosaic(image: Tensor, red_row: int, red_column: int) -> Tensor:
     """Red, green and blue (*, 3, H, W) from (*, 1, H, W), in which every other row and column has red,
     starting at ``red_row`` and ``red_column`` (0 or 1).
 
     A missing colour is the mean of the nearest two or four pixels that have it; integers are rounded half up.
     The border is mirrored at the pixels' centres.
 
-    >>> demosaiced(torch.tensor([[1.0, 2.0], [4.0, 8.0]])[None], 0, 0)[:, 0, 0]
+    >>> demosaic(torch.tensor([[1.0, 2.0], [4.0, 8.0]])[None], 0, 0)[:, 0, 0]
     tensor([1., 3., 8.])
     """
     height, width = image.size(-2), image.size(-1)
@@ -49,10 +49,10 @@ def _has_kernel(image: Tensor, *_: object) -> bool:
     return kernels.available(image) and whole and image.dim() == 4
 
 
-@demosaiced.lowering("native", when=_has_kernel)
-def _demosaiced_kernel(image: Tensor, red_row: int, red_column: int) -> Tensor:
+@demosaic.lowering("native", when=_has_kernel)
+def _demosaic_kernel(image: Tensor, red_row: int, red_column: int) -> Tensor:
     _, is_frame = as_pixels(image)
-    return from_pixels(kernels.demosaiced(image[:, 0], red_row, red_column, is_frame), image, 3)
+    return from_pixels(kernels.demosaic(image[:, 0], red_row, red_column, is_frame), image, 3)
 
 
 def numbers(image: Tensor) -> Tensor:

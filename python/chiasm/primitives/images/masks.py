@@ -12,7 +12,7 @@ from .tables import table_entries
 
 
 @primitive
-def range_mask(x: Tensor, low: Tensor, high: Tensor) -> Tensor:
+def mask_in_range(x: Tensor, low: Tensor, high: Tensor) -> Tensor:
     """(B, 1, H, W): 255 where all channels of bytes (B, C, H, W) are from ``low`` to ``high``, else 0. The
     bounds are float32, (C, 1, 1) or (B, C, 1, 1); they need not be integers, nor in the range of bytes."""
     level = torch.arange(256, device=x.device).to(torch.float32)
@@ -23,14 +23,14 @@ def range_mask(x: Tensor, low: Tensor, high: Tensor) -> Tensor:
     return inside.to(torch.float32).amin(1, keepdim=True).to(torch.uint8)
 
 
-@range_mask.lowering("native", when=kernels.available)
-def _range_mask_kernel(x: Tensor, low: Tensor, high: Tensor) -> Tensor:
+@mask_in_range.lowering("native", when=kernels.available)
+def _in_range_kernel(x: Tensor, low: Tensor, high: Tensor) -> Tensor:
     pixels, is_frame = as_pixels(x)
     least = known_or(torch.ceil(low), 256.0).clamp(0.0, 256.0).to(torch.int32).reshape(-1, x.size(1))
     most = known_or(torch.floor(high), -1.0).clamp(-1.0, 255.0).to(torch.int32).reshape(-1, x.size(1))
     sets = torch.broadcast_shapes([least.size(0)], [most.size(0)])[0]
     least, most = least.expand(sets, -1), most.expand(sets, -1)
-    mask = kernels.range_mask(pixels, least.contiguous(), most.contiguous(), is_frame)
+    mask = kernels.in_range(pixels, least.contiguous(), most.contiguous(), is_frame)
     return mask.unflatten(1, [1, x.size(2), x.size(3)])
 
 

@@ -237,8 +237,8 @@ _declare(
 )
 
 _declare(
-    "outlines(uint8[..., H, W] mask, int polygons, int numbers) -> int64[..., polygons, numbers]",
-    "outlines.cpp",
+    "find_contours(uint8[..., H, W] mask, int polygons, int numbers) -> int64[..., polygons, numbers]",
+    "contours.cpp",
     """The borders of the 8-connected sets of nonzero values, and of their holes, those that enclose the most
     pixels first. A row has the number of points, whether the border is around a hole, and the pixels where an
     8-connected path along the border changes direction; unused entries are -1.""",
@@ -248,7 +248,7 @@ _declare(
 # Shapes
 
 _declare(
-    "euclidean_distances(T[..., H, W] x) -> T[..., H, W]",
+    "distance_transform_edt(T[..., H, W] x) -> T[..., H, W]",
     "distances.cpp",
     "The distance from each value above 0 to the nearest value that is not, infinite if there is none; 0"
     " for other values.",
@@ -264,7 +264,7 @@ _declare(
     exact=False,
 )
 _declare(
-    "thinned(T[..., H, W] x, int limit, bool zhang) -> T[..., H, W]",
+    "thin(T[..., H, W] x, int limit, bool zhang) -> T[..., H, W]",
     "thinning.cpp",
     """1 for values above 0 that are left after at most limit rounds of thinning, else 0: by the rules of
     Zhang and Suen, or of Guo and Hall. Values outside are not above 0.""",
@@ -335,7 +335,7 @@ _declare(
     "x - y; integers saturate.",
 )
 _declare(
-    "weighted_bytes(uint8[N, L] x, uint8[N, L] y, float32[R, 3] weights) -> uint8[N, L]",
+    "add_weighted(uint8[N, L] x, uint8[N, L] y, float32[R, 3] weights) -> uint8[N, L]",
     "arithmetic.cpp",
     """x and y times the first two weights, plus the third, in float32, rounded half to even and saturated;
     NaN becomes 0. Each set of weights serves N / R images.""",
@@ -350,7 +350,7 @@ _declare(
     ["1 <= channels <= 256", "L % channels == 0"],
 )
 _declare(
-    "range_mask(uint8[N, L] x, int32[R, C] low, int32[R, C] high, bool interleaved) -> uint8[N, L // C]",
+    "in_range(uint8[N, L] x, int32[R, C] low, int32[R, C] high, bool interleaved) -> uint8[N, L // C]",
     "arithmetic.cpp",
     "255 where each of C channels is from low to high, else 0. Each set of bounds serves N / R images.",
     ["1 <= R", "N % R == 0", "1 <= C", "L % C == 0"],
@@ -411,7 +411,7 @@ _declare(
     ["L % 3 == 0", "1 <= height <= INT32_MAX", "L // 3 % height == 0"],
 )
 _declare(
-    "demosaiced(U[N, H, W] x, int red_row, int red_column, bool interleaved) -> U[N, H * W * 3]",
+    "demosaic(U[N, H, W] x, int red_row, int red_column, bool interleaved) -> U[N, H * W * 3]",
     "bayer.cpp",
     """Red, green and blue, in planes or interleaved, from a Bayer image: red in every other row and column
     from red_row and red_column on, blue in the other rows and columns, green in the remaining pixels. A
@@ -737,7 +737,7 @@ _declare(
 )
 
 _declare(
-    "mirrored(P[N, H, L] x, int step, bool along, bool down) -> P[N, H, L]",
+    "flip(P[N, H, L] x, int step, bool along, bool down) -> P[N, H, L]",
     "flips.cpp",
     """Each row's pixels reversed (along), and the order of rows reversed (down). Neighbours in a row are step
     values apart.""",
@@ -826,7 +826,7 @@ _declare(
 )
 
 _declare(
-    "kept_boxes(T[B, N, 4] boxes, int64[B, N] groups, float threshold, int most) -> bool[B, N]",
+    "nms(T[B, N, 4] boxes, int64[B, N] groups, float threshold, int most) -> bool[B, N]",
     "boxes.cpp",
     """The boxes (left, top, right, bottom) that non-maximum suppression keeps, at most `most`. A box is
     dropped if an earlier box of its group is kept and their intersection is more than threshold of their
@@ -835,7 +835,7 @@ _declare(
 )
 
 _declare(
-    "assigned_columns(float64[B, N, M] costs, float64[B, 1] alone) -> int64[B, N]",
+    "linear_sum_assignment(float64[B, N, M] costs, float64[B, 1] alone) -> int64[B, N]",
     "assignment.cpp",
     """The column of each row in an assignment with the least sum of costs, infinity for a forbidden pair, or
     -1: a row may stay without a column at the cost `alone`, which exceeds all finite costs. Not NaN.""",

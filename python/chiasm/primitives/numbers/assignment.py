@@ -9,7 +9,7 @@ from ..kernels import operators as kernels
 
 
 @primitive
-def assigned_columns(costs: Tensor, alone: Tensor) -> Tensor:
+def linear_sum_assignment(costs: Tensor, alone: Tensor) -> Tensor:
     """(B, N), int64: the column of each row in an assignment with the least sum of costs, -1 for none.
 
     A row may stay without a column. See ``ops.linear_assignment`` for the algorithm and the choice between
@@ -19,7 +19,7 @@ def assigned_columns(costs: Tensor, alone: Tensor) -> Tensor:
         costs: (B, N, M), float64: less than ``alone``, or infinite; N and M are not 0.
         alone: (B, 1), float64: the cost of a row without a column.
 
-    >>> assigned_columns(torch.tensor([[[0.4], [0.3]]]).double(), torch.tensor([[1.0]]).double())
+    >>> linear_sum_assignment(torch.tensor([[[0.4], [0.3]]]).double(), torch.tensor([[1.0]]).double())
     tensor([[-1,  0]])
     """
     n = costs.size(1)
@@ -29,7 +29,7 @@ def assigned_columns(costs: Tensor, alone: Tensor) -> Tensor:
     return state[:, 1, :n].clamp(min=-1.0).to(torch.int64)
 
 
-assigned_columns.lowering("native", when=kernels.has_kernel)(kernels.assigned_columns)
+linear_sum_assignment.lowering("native", when=kernels.has_kernel)(kernels.linear_sum_assignment)
 
 
 def _greedy(costs: Tensor, alone: Tensor, rows: Tensor, columns: Tensor) -> Tensor:

@@ -11,7 +11,7 @@ from ..kernels import operators as kernels
 
 
 @primitive
-def mirrored(x: Tensor, along: bool, down: bool) -> Tensor:
+def flip(x: Tensor, along: bool, down: bool) -> Tensor:
     """(*, H, W) with each row reversed (``along``), and the order of rows reversed (``down``)."""
     dims: List[int] = []
     if along:
@@ -26,10 +26,10 @@ def mirrored(x: Tensor, along: bool, down: bool) -> Tensor:
 
 
 # Compiled tensor code loads and stores the pixels one by one.
-@mirrored.lowering("native", when=kernels.has_pixel_kernel)
-def _mirrored_kernel(x: Tensor, along: bool, down: bool) -> Tensor:
+@flip.lowering("native", when=kernels.has_pixel_kernel)
+def _flip_kernel(x: Tensor, along: bool, down: bool) -> Tensor:
     if x.dim() == 4:
         rows, step = as_rows(x)
-        return from_rows(kernels.mirrored(rows, step, along, down), x)
+        return from_rows(kernels.flip(rows, step, along, down), x)
     planes = x.reshape(-1, x.size(-2), x.size(-1))
-    return kernels.mirrored(planes, 1, along, down).reshape(x.shape)
+    return kernels.flip(planes, 1, along, down).reshape(x.shape)

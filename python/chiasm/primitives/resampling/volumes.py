@@ -28,7 +28,7 @@ def check_voxels(value: Tensor, name: str) -> None:
 def check_volume_sampling(
     mode: str, padding_mode: str, mode_name: str = "mode", padding_name: str = "padding_mode"
 ) -> None:
-    """Raise ValueError unless ``sample_volume`` knows both names."""
+    """Raise ValueError unless ``resample_volume`` knows both names."""
     check_choice(mode, ["bilinear", "nearest"], mode_name)
     check_choice(padding_mode, ["zeros", "border", "reflection"], padding_name)
 
@@ -44,7 +44,7 @@ def voxel_axes(
     return column, row, torch.arange(slices, device=device).to(dtype)[None, :, None, None]
 
 
-def sample_volume(
+def resample_volume(
     src: Tensor, x: Tensor, y: Tensor, z: Tensor, mode: str, padding_mode: str, align_corners: bool
 ) -> Tensor:
     """src (B, C, D, H, W) at voxel positions x, y and z (B, d, h, w): (B, C, d, h, w).

@@ -15,7 +15,7 @@ from .taps import bilinear_taps, cubic_taps, gather_taps, larger, nearest_taps, 
 
 
 def check_sampling(mode: str, padding_mode: str) -> None:
-    """Raise ValueError unless ``sample_image`` knows both names."""
+    """Raise ValueError unless ``resample_image`` knows both names."""
     check_choice(mode, ["bilinear", "nearest", "bicubic"], "mode")
     check_choice(padding_mode, ["zeros", "border", "reflection", "fill"], "padding_mode")
 
@@ -98,7 +98,7 @@ def _has_kernel(src: Tensor, padding_mode: str) -> bool:
 
 
 @primitive
-def sample_floating(
+def resample_floating(
     src: Tensor,
     x: Tensor,
     y: Tensor,
@@ -107,7 +107,7 @@ def sample_floating(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_image`` for floating-point images."""
+    """``resample_image`` for floating-point images."""
     height, width = src.size(2), src.size(3)
     if mode == "bicubic":
         index, weight = cubic_taps(x, y, height, width, padding_mode, align_corners)
@@ -125,7 +125,7 @@ def sample_floating(
     return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
 
 
-@sample_floating.lowering(
+@resample_floating.lowering(
     "native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, padding_mode)
 )
 def _sample_floating_kernel(
@@ -143,7 +143,7 @@ def _sample_floating_kernel(
 
 
 @primitive
-def sample_bytes(
+def resample_bytes(
     src: Tensor,
     x: Tensor,
     y: Tensor,
@@ -152,7 +152,7 @@ def sample_bytes(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_image`` for bytes. Positions are rounded to 1/32 pixel, or to pixels for "nearest", half to
+    """``resample_image`` for bytes. Positions are rounded to 1/32 pixel, or to pixels for "nearest", half to
     even. Sums are rounded half up and saturated. ``fill_value`` is rounded to bytes, half to even.
 
     1/32 pixel is the step of OpenCV's remap of 8 bits, version 4.6 (INTER_BITS = 5). Bilinear weights are
@@ -168,10 +168,10 @@ def sample_bytes(
         check_fill(fill_value)
         # The fill is subtracted before sampling, so that the zeros outside the image stand for it.
         level = known_or(torch.round(fill_value.to(exact.dtype)), 0.0).clamp(0.0, 255.0)[:, None, None]
-        sums = sample_floating(exact - level, at_x, at_y, mode, "zeros", align_corners, None) + level
+        sums = resample_floating(exact - level, at_x, at_y, mode, "zeros", align_corners, None) + level
     else:
         beyond = "zeros" if padding_mode == "fill" else padding_mode
-        sums = sample_floating(exact, at_x, at_y, mode, beyond, align_corners, None)
+        sums = resample_floating(exact, at_x, at_y, mode, beyond, align_corners, None)
     return torch.floor(sums + 0.5).clamp(0.0, 255.0).to(torch.uint8)
 
 
@@ -179,7 +179,7 @@ def _has_bytes_kernel(src: Tensor, padding_mode: str) -> bool:
     return kernels.available(src) and src.dtype == torch.uint8 and padding_mode != "fill"
 
 
-@sample_bytes.lowering(
+@resample_bytes.lowering(
     "native", when=lambda src, x, y, mode, padding_mode, *_: _has_bytes_kernel(src, padding_mode)
 )
 def _sample_bytes_kernel(
@@ -201,7 +201,7 @@ def _sample_bytes_kernel(
     )
 
 
-def sample_image(
+def resample_image(
     src: Tensor,
     x: Tensor,
     y: Tensor,
@@ -218,12 +218,12 @@ def sample_image(
         align_corners: whether "reflection" mirrors at the corner pixels' centres, else at the outer edges.
     """
     if src.dtype == torch.uint8:
-        return sample_bytes(src, x, y, mode, padding_mode, align_corners, fill_value)
-    return sample_floating(src, x, y, mode, padding_mode, align_corners, fill_value)
+        return resample_bytes(src, x, y, mode, padding_mode, align_corners, fill_value)
+    return resample_floating(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
 @primitive
-def sample_projective(
+def resample_projective(
     src: Tensor,
     matrix: Tensor,
     height: int,
@@ -233,12 +233,12 @@ def sample_projective(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_image`` at the positions to which ``matrix`` (B, 3, 3) maps the pixels of the output (B, C,
+    """``resample_image`` at the positions to which ``matrix`` (B, 3, 3) maps the pixels of the output (B, C,
     height, width)."""
     precision = position_dtype(src.dtype)
     column, row = pixel_axes(height, width, precision, src.device)
     x, y = mapped(column, row, matrix.to(precision))
-    return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
+    return resample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
 def _samples(
@@ -247,7 +247,7 @@ def _samples(
     return _has_kernel(src, padding_mode)
 
 
-@sample_projective.lowering("native", when=_samples)
+@resample_projective.lowering("native", when=_samples)
 def _sample_projective_kernel(
     src: Tensor,
     matrix: Tensor,
@@ -268,7 +268,7 @@ def _of_bytes(
     return _has_bytes_kernel(src, padding_mode)
 
 
-@sample_projective.lowering("native", when=_of_bytes)
+@resample_projective.lowering("native", when=_of_bytes)
 def _warp_bytes_kernel(
     src: Tensor,
     matrix: Tensor,
@@ -296,7 +296,7 @@ def _warp_bytes_kernel(
 
 
 @primitive
-def sample_affine(
+def resample_affine(
     src: Tensor,
     matrix: Tensor,
     height: int,
@@ -306,16 +306,16 @@ def sample_affine(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_projective`` with a ``matrix`` (B, 2, 3)."""
+    """``resample_projective`` with a ``matrix`` (B, 2, 3)."""
     precision = position_dtype(src.dtype)
     m = matrix.to(precision)[:, :, :, None, None]
     column, row = pixel_axes(height, width, precision, src.device)
     x = m[:, 0, 0] * column + m[:, 0, 1] * row + m[:, 0, 2]
     y = m[:, 1, 0] * column + m[:, 1, 1] * row + m[:, 1, 2]
-    return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
+    return resample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-@sample_affine.lowering("native", when=lambda src, *rest: _samples(src, *rest) or _of_bytes(src, *rest))
+@resample_affine.lowering("native", when=lambda src, *rest: _samples(src, *rest) or _of_bytes(src, *rest))
 def _sample_affine_kernel(
     src: Tensor,
     matrix: Tensor,
@@ -329,7 +329,7 @@ def _sample_affine_kernel(
     precision = position_dtype(src.dtype)
     last = torch.tensor([0.0, 0.0, 1.0], dtype=precision, device=src.device).expand(matrix.size(0), 1, 3)
     whole = torch.cat([matrix.to(precision), last], 1)
-    return sample_projective(src, whole, height, width, mode, padding_mode, align_corners, fill_value)
+    return resample_projective(src, whole, height, width, mode, padding_mode, align_corners, fill_value)
 
 
 def weigh_image(

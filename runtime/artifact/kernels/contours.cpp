@@ -1,7 +1,7 @@
 // The borders of sets of pixels as polygons.
 #include <algorithm>
 
-#include "declared/outlines.h"
+#include "declared/contours.h"
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -111,7 +111,7 @@ class Mask {
 
 }  // namespace
 
-void outlines(const uint8_t* mask, Planes planes, int64_t polygons, int64_t numbers, int64_t* out) {
+void find_contours(const uint8_t* mask, Planes planes, int64_t polygons, int64_t numbers, int64_t* out) {
   const int64_t size = planes.height * planes.width, most = numbers - 2, slots = std::min(polygons, size),
                 threads = omp_get_max_threads();
   // The memory is allocated here, but its pages are not touched before they are used.
