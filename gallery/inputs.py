@@ -7,7 +7,7 @@ import torch
 from torch.nn import functional
 
 from chiasm import color, enhance, filters
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.spec import Spec, TensorSpec
 
 from .geometric import WARPED, counts, geometric, lattice, scale_space, solid, volume_sizes
@@ -36,7 +36,7 @@ def inputs(
     chosen = values(spec)
     entries = batch if any(is_image(spec, t) for t in spec.inputs) else count(spec)
     sizes = {"B": entries, "C": 3, "H": height, "W": width, "N": points, "OH": wanted[0], "OW": wanted[1]}
-    sizes = samples.fit(spec, sizes | volume_sizes(spec, height, width) | counts(spec))
+    sizes = example_inputs.fit(spec, sizes | volume_sizes(spec, height, width) | counts(spec))
     known = features(spec, rgb) | places(spec, sizes) | geometric(spec, sizes, rgb) | judged(spec, sizes, rgb)
     made = {}
     for tensor in spec.inputs:
@@ -47,7 +47,7 @@ def inputs(
         elif is_image(spec, tensor):
             made[tensor.name] = picture(spec, tensor, rgb)
     if len(made) < len(spec.inputs):
-        made = samples.make(spec, sizes, spec.variants()[0]) | made
+        made = example_inputs.make(spec, sizes, spec.variants()[0]) | made
     return {t.name: made[t.name] for t in spec.inputs}
 
 
@@ -59,7 +59,7 @@ def is_image(spec: Spec, tensor: TensorSpec) -> bool:
 
 def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.Tensor:
     """A value, repeated over the batch and the channels; it must have all other named dimensions."""
-    made = torch.as_tensor(value, dtype=samples.dtype_of(tensor.dtype, "float32"))
+    made = torch.as_tensor(value, dtype=example_inputs.dtype_of(tensor.dtype, "float32"))
     own = dict(zip(reversed(tensor.shape), reversed(made.shape), strict=False))
     return made.expand(
         [d if isinstance(d, int) else sizes[d] if d in ("B", "C") else own[d] for d in tensor.shape]

@@ -20,7 +20,7 @@ import numpy as np
 import torch
 
 import chiasm.runtime
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.peer import Work, compared, work
 from chiasm.export.spec import Spec, TensorSpec
@@ -87,7 +87,7 @@ def sizes(spec: Spec) -> list[dict[str, int]]:
     else:
         made = [{"B": SAMPLES if "N" in used else BATCH, "C": 3, "N": POINTS, "D": DIMENSIONS}]
     own = {s: n for s, n in spec.peer.sizes.items() if s not in EXTENT} if spec.peer else {}
-    return [samples.fit(spec, sizes | own) for sizes in made]
+    return [example_inputs.fit(spec, sizes | own) for sizes in made]
 
 
 def keep_memory() -> None:
@@ -130,8 +130,8 @@ def native_method(bundle: str, variant: str | None) -> chiasm.runtime.Method:
 
 def inputs(spec: Spec, size: dict[str, int], variant: str | None) -> list[torch.Tensor]:
     """Photographs, unless the spec makes its own images."""
-    made = samples.make(spec, size, variant)
-    if spec.sample is None:
+    made = example_inputs.make(spec, size, variant)
+    if spec.make_inputs is None:
         made |= {t.name: pictures(t, made[t.name]) for t in spec.inputs if t.layout in ("NCHW", "NHWC")}
     return list(made.values())
 

@@ -89,7 +89,14 @@ def bundle(settings: Settings, folder: Path, formats: tuple[str, ...]) -> Path:
     outputs = [TensorSpec(name) for name in ("homography", "points1", "points2", "matched", "inliers")]
     tolerances = {"float32": Tolerance(2e-2, 1e-3)}  # points, in pixels
     spec = Spec(
-        NAME, inputs, outputs, config(settings), symbols, gradients=(), tolerances=tolerances, sample=_sample
+        NAME,
+        inputs,
+        outputs,
+        config(settings),
+        symbols,
+        gradients=(),
+        tolerances=tolerances,
+        make_inputs=_sample,
     )
     return export(match_frames, spec, folder, formats, methods=("forward",))
 

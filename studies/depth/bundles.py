@@ -46,7 +46,7 @@ def specs(settings: Settings) -> dict[str, tuple[Callable, Spec]]:
     sides = {"H": (least, 8192), "W": (least, 8192), "B": (1, 64)}
     finer, any_size = {"H": (4, 8192), "W": (4, 8192), "B": (1, 64)}, {"OH": (1, 8192), "OW": (1, 8192)}
     found = [
-        (step, Spec("depth.step", inputs, outputs, config, sides, sample=_views, takes_gradients=True)),
+        (step, Spec("depth.step", inputs, outputs, config, sides, make_inputs=_views, takes_gradients=True)),
         (reduce, Spec("depth.reduce", images, smaller, symbols=finer, gradients=())),
         (
             enlarge,

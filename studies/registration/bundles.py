@@ -33,14 +33,14 @@ def ops(settings: Settings) -> list[tuple[Callable, Spec]]:
         [*after, TensorSpec("losses")],
         symbols=LIMITS,
         takes_gradients=True,
-        sample=_sample,
+        make_inputs=_sample,
     )
     warping = Spec(
         "registration.warp",
         [frame(), TensorSpec("homography", (1, 3, 3), "float32")],
         [TensorSpec("warped", layout="HWC", color="BGR"), TensorSpec("pixels")],
         symbols=LIMITS,
-        sample=_sample_frame,
+        make_inputs=_sample_frame,
     )
     return [
         (pyramid, Spec("registration.pyramid", [frame()], levels, {"levels": settings.levels}, whole)),

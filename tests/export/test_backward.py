@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.job import with_cotangents
 from chiasm.export.spec import Spec, TensorSpec
 from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
@@ -35,13 +35,13 @@ def of_a_part(x: Tensor) -> Tensor:
 def traced(function, spec: Spec):
     """A function's eager vjp, its traced vjp, and inputs of other sizes than in the trace."""
     op = bind(function, {"x": "x=x"}, {}, spec.name)
-    example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), "float32")
+    example = example_inputs.make(spec, example_inputs.fit(spec, example_inputs.EXAMPLE), "float32")
     outputs = output_specs(trace(op, spec, list(spec.inputs), example, "onnx"), spec, "float32")
     tensors, _ = vjp_signature(spec, outputs)
     pullback = vjp_module(op, spec, outputs)
-    sizes = samples.fit(spec, samples.EXAMPLE)
+    sizes = example_inputs.fit(spec, example_inputs.EXAMPLE)
     program = trace_vjp(pullback, spec, tensors, with_cotangents(op, spec, sizes, "float32", tensors))
-    other = with_cotangents(op, spec, samples.fit(spec, samples.GOLDEN), "float32", tensors)
+    other = with_cotangents(op, spec, example_inputs.fit(spec, example_inputs.GOLDEN), "float32", tensors)
     return pullback, program, other
 
 

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from chiasm import runtime
-from chiasm.export import Spec, TensorSpec, export, samples
+from chiasm.export import Spec, TensorSpec, example_inputs, export
 from chiasm.export.tracing.graph import trace
 from chiasm.export.tracing.module import bind_spec
 
@@ -47,7 +47,7 @@ def test_without_a_choice_the_result_is_the_same(fn: Callable, tmp_path: Path) -
 @pytest.mark.parametrize(("fn", "choices"), [(certain, 0), (unchanged, 1), (of_another_shape, 1), (drawn, 1)])
 def test_a_choice_that_is_certain_is_not_computed(fn: Callable, choices: int) -> None:
     spec = Spec("test.choice", [TensorSpec("x", ("B", "N")), TensorSpec("seed", ("B",), "int64")])
-    example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])
+    example = example_inputs.make(spec, example_inputs.fit(spec, example_inputs.EXAMPLE), spec.variants()[0])
     graph = trace(bind_spec(fn, spec), spec, list(spec.inputs), example, "native").graph
     assert len([n for n in graph.nodes if n.target is torch.ops.aten.where.self]) == choices
 

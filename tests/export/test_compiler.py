@@ -17,7 +17,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from chiasm.export import Spec, TensorSpec, export, samples
+from chiasm.export import Spec, TensorSpec, example_inputs, export
 from chiasm.export.formats import compiler, isas
 from chiasm.export.formats.compiler import Build
 from chiasm.export.formats.isas import LIBRARIES
@@ -124,7 +124,7 @@ def test_precompiled_headers_change_no_byte(tmp_path: Path, monkeypatch: pytest.
             op,
             SPEC,
             list(SPEC.inputs),
-            samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32"),
+            example_inputs.make(SPEC, example_inputs.fit(SPEC, example_inputs.EXAMPLE), "float32"),
             "native",
         )
         with closing(to_native(lambda target: program, SPEC, "x86-64-v3", "chiasm 1\n")) as made:

@@ -44,7 +44,7 @@ SPEC = Spec(
     [image(), TensorSpec("index", ("N",), "int64")],
     [TensorSpec("rows"), TensorSpec("entries"), TensorSpec("mirrored")],
     symbols={"H": (4, 4096), "W": (4, 4096)},
-    sample=sample,
+    make_inputs=sample,
 )
 
 

@@ -21,7 +21,7 @@ import torch
 from torch import Tensor, nn
 
 import chiasm.runtime
-from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image, samples
+from chiasm.export import ExportError, Spec, TensorSpec, example_inputs, export, frame, image
 from chiasm.export.catalog import catalog
 from chiasm.export.comparison import onnx_session
 from chiasm.export.formats.native_cache import key
@@ -149,10 +149,12 @@ print(export(scaled_difference, SPEC, sys.argv[1]))
 def test_a_compilation_is_found_again_whatever_the_process_did_before() -> None:
     def key_of_trace() -> str:
         op = bind_spec(scaled_difference, SPEC)
-        inputs = samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32")
+        inputs = example_inputs.make(SPEC, example_inputs.fit(SPEC, example_inputs.EXAMPLE), "float32")
         outputs = output_specs(trace(op, SPEC, list(SPEC.inputs), inputs, "onnx"), SPEC, "float32")
         tensors, _ = vjp_signature(SPEC, outputs)
-        example = with_cotangents(op, SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32", tensors)
+        example = with_cotangents(
+            op, SPEC, example_inputs.fit(SPEC, example_inputs.EXAMPLE), "float32", tensors
+        )
         program = trace_vjp(vjp_module(op, SPEC, outputs), SPEC, tensors, example)
         return key(program, SPEC, "x86-64-v3", "chiasm 1", True)
 
@@ -254,7 +256,7 @@ def test_samples_that_are_parts_of_other_tensors(tmp_path: Path) -> None:
         "test.sums",
         [TensorSpec("boxes", ("N", 4))],
         gradients=(),
-        sample=lambda generator, sizes, dtype: {"boxes": torch.rand(sizes["N"], 5, dtype=dtype)[:, 1:]},
+        make_inputs=lambda generator, sizes, dtype: {"boxes": torch.rand(sizes["N"], 5, dtype=dtype)[:, 1:]},
     )
     made = export(sums, spec, tmp_path, formats=["native"])
     boxes = np.arange(24, dtype=np.float32).reshape(6, 4)
@@ -431,8 +433,8 @@ def test_onnx_keeps_a_term_that_is_zero_in_float32(tmp_path: Path) -> None:
 def test_sizes_of_a_trace_are_none_of_the_settings() -> None:
     """A former bug: the gradient of 7 x 7 bins was specialised to a batch of 7, the size of its trace."""
     spec = catalog()["ops.roi_align"].spec
-    assert samples.EXAMPLE["B"] in spec.config["output_size"]
-    sizes = samples.example(spec)
+    assert example_inputs.EXAMPLE["B"] in spec.config["output_size"]
+    sizes = example_inputs.example(spec)
     assert not set(sizes.values()) & set(spec.config["output_size"])
     assert len(set(sizes.values())) == len(sizes)
-    assert samples.example(SPEC) == samples.fit(SPEC, samples.EXAMPLE)
+    assert example_inputs.example(SPEC) == example_inputs.fit(SPEC, example_inputs.EXAMPLE)

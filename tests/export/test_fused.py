@@ -13,7 +13,7 @@ import pytest
 import torch
 from onnx import TensorProto, helper
 
-from chiasm.export import export, samples
+from chiasm.export import example_inputs, export
 from chiasm.export.catalog import catalog
 from chiasm.export.comparison import difference
 from chiasm.export.formats.onnx_function import domain_version, function_name, fuse
@@ -102,8 +102,8 @@ def test_flat_and_fused_agree_with_eager_at_other_sizes(light: Callable[[str], P
         assert eager is not None
         variant = next(iter(flat["dtypes"]), None)
         tensors = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in signature["inputs"]]
-        for sizes in samples.TESTS[:2]:
-            inputs = with_cotangents(op, spec, samples.fit(spec, sizes), variant, tensors)
+        for sizes in example_inputs.TESTS[:2]:
+            inputs = with_cotangents(op, spec, example_inputs.fit(spec, sizes), variant, tensors)
             arrays = {n: t.numpy() for n, t in inputs.items()}
             a, b = (
                 run(onnx.load_from_string(read_file(bundle, artifact)), arrays) for artifact in (flat, fused)
@@ -120,7 +120,9 @@ def test_inlining_gives_a_flat_model_of_the_same_numbers(light: Callable[[str], 
     _, spec = op_of(name)
     inputs = {
         n: t.numpy()
-        for n, t in samples.make(spec, samples.fit(spec, samples.TESTS[1]), spec.variants()[0]).items()
+        for n, t in example_inputs.make(
+            spec, example_inputs.fit(spec, example_inputs.TESTS[1]), spec.variants()[0]
+        ).items()
     }
     _, _, flat, fused = methods(bundle)[0]
     inlined = onnx.inliner.inline_local_functions(onnx.load_from_string(read_file(bundle, fused)))

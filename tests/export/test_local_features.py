@@ -109,7 +109,7 @@ def sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype
 @pytest.mark.parametrize("matcher", ["smnn", Verified(), Nearest()], ids=["smnn", "adalam", "own"])
 def test_a_users_modules_are_one_bundle(tmp_path: Path, matcher: str | nn.Module) -> None:
     module = LocalFeatureMatcher(LocalFeature(Corners(40), LAFDescriptor(Network(), 16)), matcher).eval()
-    spec = Spec("my.matches", VIEWS, [TensorSpec(name) for name in NAMES], symbols=SIZES, sample=sample)
+    spec = Spec("my.matches", VIEWS, [TensorSpec(name) for name in NAMES], symbols=SIZES, make_inputs=sample)
     bundle = export(module, spec, tmp_path, formats=["torchscript", "onnx"], methods=("forward",))
     scripted = torch.jit.load(bundle / "forward.pt")
     session = onnxruntime.InferenceSession(

@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from chiasm import runtime
-from chiasm.export import ExportError, Spec, TensorSpec, export, samples
+from chiasm.export import ExportError, Spec, TensorSpec, example_inputs, export
 from chiasm.export.tracing.graph import trace
 from chiasm.export.tracing.module import bind_spec
 from chiasm.primitives.resampling.taps import bilinear_taps
@@ -78,7 +78,7 @@ LOOKUPS = Spec(
     [TensorSpec(n) for n in ("values", "sums", "marked", "rows", "quotients", "remainders")],
     symbols=dict.fromkeys("PAQGD", (1, 1 << 16)),
     gradients=(),
-    sample=sample_lookups_of(*NAMES),
+    make_inputs=sample_lookups_of(*NAMES),
 )
 
 
@@ -89,7 +89,7 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def made(**changed: Tensor) -> dict[str, Tensor]:
     sizes = dict(zip("PAQGD", (1001, 37, 7, 333, 61), strict=True))
-    return samples.make(LOOKUPS, sizes, "float32") | changed
+    return example_inputs.make(LOOKUPS, sizes, "float32") | changed
 
 
 @pytest.mark.parametrize("count", [1, 7, 8, 60001])
@@ -140,7 +140,7 @@ def test_a_magnitude_may_be_negative(tmp_path: Path) -> None:
         [TensorSpec("value")],
         symbols={"P": (1, 64)},
         gradients=(),
-        sample=lambda g, sizes, dtype: {
+        make_inputs=lambda g, sizes, dtype: {
             "table": torch.rand(SIZE, generator=g, dtype=dtype),
             "index": torch.arange(sizes["P"]),
         },
@@ -172,7 +172,7 @@ def test_a_sum_that_wraps_around_is_still_checked(tmp_path: Path) -> None:
         [TensorSpec("value")],
         symbols={"P": (1, 64)},
         gradients=(),
-        sample=lambda g, sizes, dtype: {
+        make_inputs=lambda g, sizes, dtype: {
             "table": torch.rand(SIZE, generator=g, dtype=dtype),
             "index": torch.arange(sizes["P"]) - 8,
         },
@@ -205,7 +205,7 @@ def looked_up_by(fn: Callable, name: str, folder: Path, formats: tuple[str, ...]
         [TensorSpec("first"), TensorSpec("second")],
         symbols={"P": (1, 64)},
         gradients=(),
-        sample=lambda g, sizes, dtype: {
+        make_inputs=lambda g, sizes, dtype: {
             "table": torch.rand(SIZE, 4, generator=g, dtype=dtype),
             "index": torch.arange(sizes["P"]) % 8,
         },
@@ -342,7 +342,7 @@ def test_an_operator_that_takes_no_negative_index_refuses_it(tmp_path: Path, pla
         [TensorSpec("picked"), TensorSpec("added")],
         symbols={"P": (1, 64)},
         gradients=(),
-        sample=lambda g, sizes, dtype: {
+        make_inputs=lambda g, sizes, dtype: {
             "table": torch.rand(SIZE, generator=g, dtype=dtype),
             "index": torch.arange(sizes["P"]) % SIZE,
         },
@@ -374,7 +374,7 @@ def test_a_size_of_one_is_no_size_of_two(tmp_path: Path) -> None:
         [TensorSpec("value")],
         symbols={"N": (1, 64), "P": (1, 64)},
         gradients=(),
-        sample=lambda g, sizes, dtype: {
+        make_inputs=lambda g, sizes, dtype: {
             "table": torch.rand(sizes["N"], generator=g, dtype=dtype),
             "index": torch.arange(sizes["P"]),
         },
@@ -410,7 +410,7 @@ def test_no_lane_beyond_a_row_is_a_divisor(tmp_path: Path, dtype: torch.dtype) -
         return {x: torch.randint(1, 100, (sizes["N"],), generator=generator).to(dtype) for x in ("a", "b")}
 
     tensors = [TensorSpec(x, ("N",), name) for x in ("a", "b")]
-    spec = Spec("test.cut_off", tensors, symbols={"N": (1, 99)}, gradients=(), sample=sample)
+    spec = Spec("test.cut_off", tensors, symbols={"N": (1, 99)}, gradients=(), make_inputs=sample)
     method = runtime.open(export(cut_off, spec, tmp_path, formats=["native"])).method(backend="native")
     for n in range(1, 70):
         given = list(sample(torch.Generator().manual_seed(n), {"N": n}, dtype).values())
@@ -430,7 +430,7 @@ def test_every_backend_refuses_in_one_bundle(tmp_path: Path) -> None:
         name="test.pick",
         inputs=LOOKUPS.inputs[:2],
         outputs=(TensorSpec("values"),),
-        sample=sample_lookups_of("table", "picked"),
+        make_inputs=sample_lookups_of("table", "picked"),
     )
     opened = runtime.open(export(pick, spec, tmp_path))
     for options in (
@@ -482,7 +482,7 @@ def test_a_manifest_that_disagrees_with_the_code_is_refused(
 
 def loops_of(fn: Callable, spec: Spec, monkeypatch: pytest.MonkeyPatch) -> str:
     """The C++ that AOTInductor writes for an op."""
-    example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])
+    example = example_inputs.make(spec, example_inputs.fit(spec, example_inputs.EXAMPLE), spec.variants()[0])
     program = trace(bind_spec(fn, spec), spec, list(spec.inputs), example, "native")
     return written(program, spec, monkeypatch)
 

@@ -16,7 +16,7 @@ SPEC = Spec(
     "test.places",
     [TensorSpec("table", (SIZE,)), TensorSpec("index", (SIZE,), "int64")],
     gradients=(),
-    sample=lambda g, sizes, dtype: {
+    make_inputs=lambda g, sizes, dtype: {
         "table": torch.rand(SIZE, generator=g, dtype=dtype),
         "index": torch.randperm(SIZE, generator=g),
     },

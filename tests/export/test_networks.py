@@ -310,7 +310,9 @@ def test_a_query_that_sees_nothing_gets_zeros(tmp_path: Path) -> None:
         TensorSpec("score", ("N", "N"), "float32"),
     ]
     names = [TensorSpec(name) for name in ("first", "second", "third")]
-    spec = Spec("networks.attention", inputs, names, symbols={"N": (1, 100)}, gradients=(), sample=sample)
+    spec = Spec(
+        "networks.attention", inputs, names, symbols={"N": (1, 100)}, gradients=(), make_inputs=sample
+    )
     method = chiasm.runtime.open(export(attention, spec, tmp_path, formats=["native"])).method("forward")
     made = sample(torch.Generator().manual_seed(3), {"B": 3, "N": 33}, torch.float32)
     for mine, eager in zip(method(*made.values()), attention(*made.values()), strict=True):

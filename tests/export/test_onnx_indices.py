@@ -67,7 +67,7 @@ def exported(fn: Callable, folder: Path, format: str = "onnx", most: int = ROWS)
         [TensorSpec("table", (ROWS, COLUMNS)), TensorSpec("index", ("P",), "int64")],
         symbols={"P": (1, 12)},
         gradients=(),
-        sample=lambda g, sizes, dtype: {
+        make_inputs=lambda g, sizes, dtype: {
             "table": torch.rand(ROWS, COLUMNS, generator=g, dtype=dtype),
             "index": torch.randperm(ROWS, generator=g)[: sizes["P"]] % most,
         },
@@ -175,7 +175,7 @@ def test_labels_end_at_the_first_minus_one(tmp_path: Path) -> None:
         }
 
     tensors = [TensorSpec("scores", ("N", 6)), TensorSpec("labels", ("N", 6), "int64")]
-    spec = Spec("test.labelled", tensors, symbols={"N": (2, 99)}, gradients=(), sample=sample)
+    spec = Spec("test.labelled", tensors, symbols={"N": (2, 99)}, gradients=(), make_inputs=sample)
     bundle = export(labelled, spec, tmp_path, formats=["onnx", "native"])
     scores = torch.rand(4, 6)
     labels = torch.tensor([[3, 0, -1, 1, 2, 5], [-1] * 6, [5, 4, 3, 2, 1, 0], [2, -1, -1, -1, -1, 4]])

@@ -21,7 +21,7 @@ def test_shifts(dtype: str, tmp_path: Path) -> None:
         "test.shifted",
         [TensorSpec(name, ("N",), dtype) for name in "xy"],
         [TensorSpec(f"o{i}", ("N",), dtype) for i in range(5)],
-        sample=lambda generator, sizes, _: {
+        make_inputs=lambda generator, sizes, _: {
             name: torch.randint(0, 8, (sizes["N"],), generator=generator).to(getattr(torch, dtype))
             for name in "xy"
         },

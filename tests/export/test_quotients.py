@@ -31,7 +31,7 @@ def sample(g, sizes, dtype):
     return {"a": a, "b": b}
 
 
-spec = Spec("test.quotients", [TensorSpec(name, ("N",), "int64") for name in "ab"], sample=sample)
+spec = Spec("test.quotients", [TensorSpec(name, ("N",), "int64") for name in "ab"], make_inputs=sample)
 bundle = chiasm.runtime.open(export(quotients, spec, sys.argv[1], formats=("torchscript", "onnx")))
 for backend in ("torch", "onnx"):
     method = bundle.method("forward", backend=backend)

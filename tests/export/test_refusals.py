@@ -18,8 +18,8 @@ from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, imag
 from chiasm.export.catalog import catalog
 from chiasm.export.checks.arguments import check_call, check_inputs
 from chiasm.export.errors import plain
+from chiasm.export.example_inputs import GOLDEN, fit, make
 from chiasm.export.formats import isas, native_cache
-from chiasm.export.samples import GOLDEN, fit, make
 
 IMAGE = Spec("test.op", [image()])
 
@@ -134,10 +134,10 @@ def test_samples_that_are_not_what_the_spec_says() -> None:
     def sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         return {"input": torch.rand(3, sizes["N"])}
 
-    spec = numbers(sample=sample)
+    spec = numbers(make_inputs=sample)
     sizes = fit(spec, GOLDEN)
     with pytest.raises(
-        ExportError, match=r"sample: input 'input'.*expected float32 \(8,\), got torch.float32 \(3, 8\)"
+        ExportError, match=r"make_inputs: input 'input'.*expected float32 \(8,\), got torch.float32 \(3, 8\)"
     ):
         check_inputs(spec, make(spec, sizes, "float32"), sizes, "float32")
 

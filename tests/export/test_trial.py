@@ -145,7 +145,7 @@ def sample_quotients(g: torch.Generator, sizes: dict[str, int], dtype: torch.dty
 def test_quotients_of_integers_in_onnx(tmp_path: Path) -> None:
     """Integers beyond float32's precision, of either sign, the smallest integer, and an error for zero."""
     integers = [TensorSpec(name, ("N",), "int64") for name in "ab"]
-    spec = Spec("trial.quotients", integers, sample=sample_quotients)
+    spec = Spec("trial.quotients", integers, make_inputs=sample_quotients)
     method = runtime.open(export(quotients, spec, tmp_path, formats=["onnx"])).method("forward")
     a = torch.tensor([-(2**24) - 1, 2**24 + 1, -3074457345618258603, 7, -7, 7, -7, 0, 5, -5])
     b = torch.tensor([1, -1, 3, 2, 2, -2, -2, 4, -1, -1])

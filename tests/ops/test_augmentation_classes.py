@@ -10,7 +10,7 @@ from torch import Tensor
 
 from chiasm import augmentation as A
 from chiasm.augmentation.classes import CLASSES
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.tracing.module import bind_spec
 
@@ -124,7 +124,9 @@ def test_same_on_batch_and_dimensions() -> None:
 @pytest.mark.parametrize("entry", FUNCTIONS.values(), ids=FUNCTIONS)
 def test_a_batch_of_no_images(entry: Entry) -> None:
     op, spec = bind_spec(entry.function(), entry.spec), entry.spec
-    made = samples.make(spec, samples.fit(spec, {"B": 13, "C": 3, "H": 16, "W": 18, "N": 5}), "float32")
+    made = example_inputs.make(
+        spec, example_inputs.fit(spec, {"B": 13, "C": 3, "H": 16, "W": 18, "N": 5}), "float32"
+    )
     first, *rest = made.values()
     none = op(
         first[:0],

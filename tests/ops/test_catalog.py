@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.tracing.module import bind_spec
 from chiasm.primitives.core.target import exporting
@@ -19,7 +19,7 @@ VARIANTS = ENTRIES | {
     for name, entry in ENTRIES.items()
     for settings in entry.spec.also
 }
-SIZES = (samples.TESTS[0], {"B": 2, "C": 7, "H": 21, "W": 18, "N": 9, "OH": 8, "OW": 11})
+SIZES = (example_inputs.TESTS[0], {"B": 2, "C": 7, "H": 21, "W": 18, "N": 9, "OH": 8, "OW": 11})
 SMALL = {"B": 2, "C": 3, "H": 9, "W": 8, "N": 5, "OH": 6, "OW": 7}
 TARGETS = ("onnx", "native", "vjp")
 
@@ -33,7 +33,7 @@ def module(entry: Entry) -> torch.nn.Module:
 
 def arguments(entry: Entry, sizes: dict[str, int], dtype: str) -> list[Tensor]:
     """The spec's inputs, in `dtype` if the op is generic."""
-    made = samples.make(entry.spec, samples.fit(entry.spec, sizes), dtype)
+    made = example_inputs.make(entry.spec, example_inputs.fit(entry.spec, sizes), dtype)
     return list(made.values())
 
 

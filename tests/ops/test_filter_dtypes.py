@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from chiasm import filters
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.tracing.module import bind_spec
 
@@ -35,7 +35,7 @@ SIZES = {"B": 2, "C": 3, "H": 12, "W": 11, "N": 5}
 def results(entry: Entry, dtype: str) -> list[Tensor]:
     spec = entry.spec
     # The same scene for all: values that every dtype has.
-    made = samples.make(spec, samples.fit(spec, SIZES), "bfloat16")
+    made = example_inputs.make(spec, example_inputs.fit(spec, SIZES), "bfloat16")
     inputs = [v.to(getattr(torch, dtype)) if v.is_floating_point() else v for v in made.values()]
     result = bind_spec(entry.function(), spec)(*inputs)
     return [result] if isinstance(result, Tensor) else list(result)

@@ -7,7 +7,7 @@ import pytest
 from test_catalog import SMALL
 from torch import Tensor
 
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import Entry, catalog
 
 #: One spec of each function.
@@ -16,7 +16,7 @@ FUNCTIONS = {entry.path: entry for entry in catalog().values() if not entry.spec
 
 def call_of(entry: Entry) -> dict[str, Any]:
     """The arguments of a call in eager Python."""
-    made = samples.make(entry.spec, samples.fit(entry.spec, SMALL), entry.spec.variants()[0])
+    made = example_inputs.make(entry.spec, example_inputs.fit(entry.spec, SMALL), entry.spec.variants()[0])
     given: dict[str, Any] = dict(entry.spec.config)
     for t in entry.spec.inputs:
         if not t.sizes:

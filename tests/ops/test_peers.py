@@ -7,7 +7,7 @@ import warnings
 import pytest
 from test_catalog import module, outputs
 
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.peer import compared, work
 
@@ -18,9 +18,9 @@ ENTRIES = {name: e for name, e in catalog().items() if e.spec.peer is not None}
 def test_values_are_the_peers(entry: Entry) -> None:
     spec, peer = entry.spec, entry.spec.peer
     assert peer is not None
-    for sizes in samples.TESTS:
-        fitted = samples.fit(spec, sizes) | dict(peer.sizes)
-        inputs = list(samples.make(spec, fitted, spec.variants()[0]).values())
+    for sizes in example_inputs.TESTS:
+        fitted = example_inputs.fit(spec, sizes) | dict(peer.sizes)
+        inputs = list(example_inputs.make(spec, fitted, spec.variants()[0]).values())
         actual = [o.numpy() for o in outputs(module(entry)(*inputs))]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

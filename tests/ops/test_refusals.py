@@ -9,7 +9,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.spec import TensorSpec
 from chiasm.export.tracing.module import bind_spec
@@ -40,7 +40,7 @@ def argument_names(entry: Entry) -> list[str]:
 def test_wrong_tensor_is_named(entry: Entry) -> None:
     spec = entry.spec
     module = bind_spec(entry.function(), spec)
-    inputs = samples.make(spec, samples.fit(spec, SIZES), spec.variants()[0])
+    inputs = example_inputs.make(spec, example_inputs.fit(spec, SIZES), spec.variants()[0])
     message = re.compile(rf"({'|'.join(argument_names(entry))}): expected .*got .*", re.DOTALL)
     unclear = []
     for tensor in spec.inputs:
@@ -58,28 +58,28 @@ def test_wrong_tensor_is_named(entry: Entry) -> None:
 @pytest.mark.parametrize("size", [(1, 1), (2, 2), (3, 3), (1, 9), (9, 1)], ids=str)
 @pytest.mark.parametrize(
     "entry",
-    [e for e in ENTRIES.values() if {"H", "W"} & set(samples.fit(e.spec, SIZES))],
+    [e for e in ENTRIES.values() if {"H", "W"} & set(example_inputs.fit(e.spec, SIZES))],
     ids=lambda e: e.spec.name,
 )
 def test_small_images_work_or_are_refused_in_words(entry: Entry, size: tuple[int, int]) -> None:
     spec = entry.spec
-    sizes = samples.fit(spec, SIZES)
+    sizes = example_inputs.fit(spec, SIZES)
     sizes |= {k: n for k, n in zip("HWD", (*size, size[0]), strict=True) if k in sizes}
     try:
-        inputs = samples.make(spec, sizes, spec.variants()[0])
+        inputs = example_inputs.make(spec, sizes, spec.variants()[0])
     except (ValueError, RuntimeError, IndexError):
-        pytest.skip("the spec's sampler wants more pixels")
+        pytest.skip("the spec's make_inputs wants more pixels")
     assert_works_or_is_refused_in_words(entry, inputs)
 
 
 @pytest.mark.parametrize(
     ("entry", "symbol"),
-    [(e, symbol) for e in ENTRIES.values() for symbol in samples.fit(e.spec, SIZES)],
+    [(e, symbol) for e in ENTRIES.values() for symbol in example_inputs.fit(e.spec, SIZES)],
     ids=lambda p: p if isinstance(p, str) else p.spec.name,
 )
 def test_empty_tensors_work_or_are_refused_in_words(entry: Entry, symbol: str) -> None:
     spec = entry.spec
-    inputs = samples.make(spec, samples.fit(spec, SIZES), spec.variants()[0])
+    inputs = example_inputs.make(spec, example_inputs.fit(spec, SIZES), spec.variants()[0])
     for tensor in spec.inputs:
         for dim, size in enumerate(tensor.shape):
             if size == symbol and not tensor.sizes:  # the shape of such a tensor is a value

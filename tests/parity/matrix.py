@@ -30,7 +30,7 @@ from rich.progress import track
 from rich.table import Column, Table
 
 import chiasm.runtime
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.comparison import compare, onnx_session
 from chiasm.export.job import run_eager, with_cotangents
@@ -117,8 +117,11 @@ def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
     for method, signature in manifest["methods"].items():
         for variant in spec.variants():
             run = set()
-            for sizes in (*samples.TESTS, *([FRAME] if method == "forward" and reduces(outputs) else [])):
-                fitted = samples.fit(spec, sizes)
+            for sizes in (
+                *example_inputs.TESTS,
+                *([FRAME] if method == "forward" and reduces(outputs) else []),
+            ):
+                fitted = example_inputs.fit(spec, sizes)
                 tensors = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in signature["inputs"]]
                 inputs = with_cotangents(op, spec, fitted, variant, tensors)
                 expected = run_eager(eager[method], inputs)

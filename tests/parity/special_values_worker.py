@@ -21,7 +21,7 @@ import torch
 from special_cases import Case, Inputs, agreeing, apply, cases, determined, doubled, shaken
 
 import chiasm.runtime
-from chiasm.export import samples
+from chiasm.export import example_inputs
 from chiasm.export.catalog import catalog
 from chiasm.export.job import run_eager, with_cotangents
 from chiasm.export.manifest import read_manifest
@@ -68,7 +68,9 @@ class Worker:
                 ]
                 eager = op if method == "forward" else vjp_module(op, spec, outputs)
                 tensors = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in signature["inputs"]]
-                inputs = with_cotangents(op, spec, samples.fit(spec, samples.GOLDEN), variant, tensors)
+                inputs = with_cotangents(
+                    op, spec, example_inputs.fit(spec, example_inputs.GOLDEN), variant, tensors
+                )
                 Method(self, name, label, spec, signature, inputs, job).check(
                     folder, method, variant, lambda x, e=eager: run_eager(e, x)
                 )

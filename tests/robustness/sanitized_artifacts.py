@@ -52,7 +52,7 @@ os.environ |= ENVIRONMENT  # before torch reads them
 
 import torch  # noqa: E402
 
-from chiasm.export import export, samples  # noqa: E402
+from chiasm.export import example_inputs, export  # noqa: E402
 from chiasm.export.catalog import catalog  # noqa: E402
 from chiasm.export.comparison import compare  # noqa: E402
 from chiasm.export.errors import ExportError  # noqa: E402
@@ -230,9 +230,9 @@ def watched(op: str) -> tuple[str, list[str]]:
 
 
 def all_sizes(spec) -> Iterator[tuple[str, dict[str, int]]]:
-    yield "golden", samples.fit(spec, samples.GOLDEN)
+    yield "golden", example_inputs.fit(spec, example_inputs.GOLDEN)
     yield "smallest", {symbol: low for symbol, (low, _) in spec.used_symbols().items()}
-    yield "odd", samples.fit(spec, ODD)
+    yield "odd", example_inputs.fit(spec, ODD)
 
 
 def special_inputs(inputs: Tensors) -> Iterator[tuple[str, Tensors]]:

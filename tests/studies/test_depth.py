@@ -110,7 +110,7 @@ def test_reduced_cameras_see_what_reduced_images_show(size: tuple[int, int]) -> 
 def noise(settings: Settings, dtype: torch.dtype, height: int, width: int) -> list[Tensor]:
     """Inputs of a step."""
     spec = specs(settings)["depth.step"][1]
-    made = spec.sample(torch.Generator().manual_seed(3), {"B": 2, "H": height, "W": width}, dtype)
+    made = spec.make_inputs(torch.Generator().manual_seed(3), {"B": 2, "H": height, "W": width}, dtype)
     return [made[t.name] for t in spec.inputs]
 
 

@@ -13,7 +13,7 @@ from torch import nn
 from torch.export import ExportedProgram
 from torch.fx import GraphModule
 
-from . import samples
+from . import example_inputs
 from .checks.branches import Doubt
 from .checks.quotients import SafeQuotients
 from .errors import ExportError
@@ -43,7 +43,7 @@ def with_cotangents(
     op: nn.Module, spec: Spec, sizes: dict[str, int], variant: str | None, tensors: Sequence[TensorSpec]
 ) -> Tensors:
     """Inputs for a method: the spec's, and for a vjp random cotangents of the outputs' shapes."""
-    made = samples.make(spec, sizes, variant)
+    made = example_inputs.make(spec, sizes, variant)
     extra = [t for t in tensors if t.name not in made]
     if extra:
         generator = torch.Generator().manual_seed(1)
@@ -93,7 +93,11 @@ class Method:
     def tensors(self, sizes: Mapping[str, int]) -> Tensors:
         """Inputs of given sizes."""
         return with_cotangents(
-            self.job.op, self.job.spec, samples.fit(self.job.spec, dict(sizes)), self.variant, self.inputs
+            self.job.op,
+            self.job.spec,
+            example_inputs.fit(self.job.spec, dict(sizes)),
+            self.variant,
+            self.inputs,
         )
 
     def program(self, target: str) -> ExportedProgram:
@@ -105,7 +109,7 @@ class Method:
         if key not in self._programs:
             if gradients:
                 self.job.progress(f"{self.title} trace")
-            sizes = samples.EXAMPLE | samples.example(self.job.spec, self.inputs)
+            sizes = example_inputs.EXAMPLE | example_inputs.example(self.job.spec, self.inputs)
             arguments = (self.module, self.job.spec, self.inputs, self.tensors(sizes))
             try:
                 self._programs[key] = (

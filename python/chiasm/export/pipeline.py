@@ -15,7 +15,7 @@ from torch import nn
 
 import chiasm
 
-from . import samples
+from . import example_inputs
 from .bundle import Writer
 from .checks.arguments import check_call, check_inputs, check_results
 from .checks.independence import SYMBOL, has_samples, independent
@@ -101,8 +101,8 @@ def check(job: ExportJob) -> None:
 
 def _check(job: ExportJob, variant: str | None) -> list[bool]:
     """For each result, whether it is itself an input or another result."""
-    sizes = samples.fit(job.spec, samples.GOLDEN)
-    inputs = samples.make(job.spec, sizes, variant)
+    sizes = example_inputs.fit(job.spec, example_inputs.GOLDEN)
+    inputs = example_inputs.make(job.spec, sizes, variant)
     check_inputs(job.spec, inputs, sizes, variant)
     try:
         return check_op(
@@ -156,7 +156,7 @@ def _independent(job: ExportJob) -> bool:
     if not has_samples(spec.inputs, job.outputs) or spec.limits(SYMBOL)[0] != 1 or spec.limits(SYMBOL)[1] < 2:
         return False
     variant = job.variants[0]
-    made = samples.make(spec, samples.fit(spec, samples.TESTS[1]), variant)
+    made = example_inputs.make(spec, example_inputs.fit(spec, example_inputs.TESTS[1]), variant)
     tolerances = [spec.tolerance("forward", str(variant) if t.dtype == "T" else t.dtype) for t in job.outputs]
     return independent(lambda tensors: run_eager(job.op, tensors), spec.inputs, made, tolerances)
 

@@ -12,7 +12,7 @@ import torch
 from .peer import Peer
 
 #: Makes all inputs, from a generator, sizes and the dtype; and one input, in float64.
-Sampler = Callable[[torch.Generator, dict[str, int], torch.dtype], dict[str, torch.Tensor]]
+InputMaker = Callable[[torch.Generator, dict[str, int], torch.dtype], dict[str, torch.Tensor]]
 Maker = Callable[[torch.Generator, dict[str, int]], torch.Tensor]
 
 #: Limits of the symbols that most ops share; a spec may narrow them or add its own.
@@ -108,7 +108,7 @@ class Spec:
     the op is documented for images without NaN: native minima and maxima then take one instruction, not
     three. special_values: why backends may differ from eager Python on inputs with NaN or infinity; empty if
     they agree (tests/parity/special_values.py). takes_gradients: True for a function that calls
-    torch.autograd.grad (an optimisation step); it is traced like a gradient, and has no vjp. sample: makes
+    torch.autograd.grad (an optimisation step); it is traced like a gradient, and has no vjp. make_inputs:
     inputs from (generator, sizes, dtype), if independent uniform values do not suit. summary: one line for
     users, by default the first of the docstring. errors: what the op rejects, for tests. version: the op's,
     which the manifest states. reference: what the
@@ -129,7 +129,7 @@ class Spec:
     gradients: tuple[str, ...] | None = None
     tolerances: dict[str, Tolerance] = field(default_factory=dict)
     gradient_tolerances: dict[str, Tolerance] = field(default_factory=dict)
-    sample: Sampler | None = None
+    make_inputs: InputMaker | None = None
     summary: str = ""
     reference: str = ""
     peer: Peer | None = None
@@ -167,7 +167,7 @@ class Spec:
             gradients=(),
             tolerances=self.frames.tolerances,
             special_values="",
-            sample=None if self.sample is None else _frames_sampler(self.sample, self.inputs),
+            make_inputs=None if self.make_inputs is None else _for_frames(self.make_inputs, self.inputs),
             reference=self.frames.reference or self.reference,
             peer=self.frames.peer,
             also=(),
@@ -221,14 +221,14 @@ def _is_images(tensor: TensorSpec) -> bool:
     return tensor.layout == "NCHW" and len(tensor.shape) == 4
 
 
-def _frames_sampler(sample: Sampler, inputs: Sequence[TensorSpec]) -> Sampler:
-    """A sampler like `sample`, with images as frames of 0 to 255."""
+def _for_frames(make: InputMaker, inputs: Sequence[TensorSpec]) -> InputMaker:
+    """As `make`, with images as frames of 0 to 255."""
     images = [t.name for t in inputs if _is_images(t)]
 
     def frames(
         generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype
     ) -> dict[str, torch.Tensor]:
-        made = sample(generator, sizes, torch.float32)
+        made = make(generator, sizes, torch.float32)
         return made | {
             name: (made[name] * 255.0).round().to(dtype).permute(0, 2, 3, 1).contiguous() for name in images
         }

@@ -1,4 +1,4 @@
-// Functions of Highway's vectors: by Highway's own, except those in functions_avx2.h, which are twice as fast.
+// Functions of vectors: Highway's own, except those in functions_avx2.h, which are twice as fast.
 #pragma once
 
 #include "lanes.h"

@@ -27,7 +27,7 @@ def _spec(name: str, reference: str, **rest: Any):
         f"augmentation.{name}",
         [image(), seed],
         [TensorSpec("output", layout="NCHW")],
-        sample=_sample,
+        make_inputs=_sample,
         reference=f"{reference}; {_PHILOX}",
         **rest,
     )

@@ -40,7 +40,7 @@ add(
         ],
         [TensorSpec("output")],
         symbols={"N": (2, 1 << 20)},
-        sample=_sample_interp,
+        make_inputs=_sample_interp,
         # slopes amplify the rounding of x, and the gradient of a knot is a sum over all values next to it
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
@@ -129,7 +129,7 @@ add(
         config={"num_iterations": 100},
         symbols=STENCIL,
         gradients=(),
-        sample=_shapes,
+        make_inputs=_shapes,
         peer=_COMPONENTS,
         reference="SciPy label up to the names of the labels",
         picture="labels",
@@ -149,7 +149,7 @@ add(
         ],
         symbols=STENCIL,
         gradients=(),
-        sample=_shapes,
+        make_inputs=_shapes,
         peer=_COMPONENTS,
         reference="SciPy label up to the names of the labels",
         picture="labels",
@@ -164,7 +164,7 @@ add(
         config={"kernel_size": 3, "h": 0.35},
         symbols=STENCIL,
         gradients=(),
-        sample=_sparse,
+        make_inputs=_sparse,
         reference="the definition in NumPy float64; SciPy distance_transform_edt to within its approximation",
         errors=rejected("h", "a positive number", math.nan),
     )
@@ -177,7 +177,7 @@ add(
         [TensorSpec("output", layout="NCHW", description="distance to the nearest pixel that is not set")],
         symbols=STENCIL,
         gradients=(),
-        sample=_dense,
+        make_inputs=_dense,
         peer=opencv(
             lambda cv2, x: cv2.distanceTransform(x, cv2.DIST_L2, cv2.DIST_MASK_PRECISE),
             "planes",
@@ -277,7 +277,7 @@ add(
         config={"num_iterations": 8},
         symbols={"N": (2, 1 << 20), "K": (2, 4096)},
         gradients=("x",),
-        sample=_sample_points,
+        make_inputs=_sample_points,
         peer=Peer(
             "sklearn.cluster",
             lambda cluster, x, centers: cluster.KMeans(

@@ -444,7 +444,7 @@ add(
             "H": (17, 32768),
             "W": (17, 32768),
         },  # more than one block, because a single row of blocks is broadcast differently
-        sample=_sample_jpeg,
+        make_inputs=_sample_jpeg,
         # steps of up to 100 levels times the cube of a rounding error
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},

@@ -313,7 +313,7 @@ add(
         config={"unbiased": True, "eps": 1e-4, "return_inverse": True},
         symbols={"N": (8, 1 << 20)},
         tolerances=_WHITENING,
-        sample=_sample_features,
+        make_inputs=_sample_features,
         reference="NumPy eigh",
         picture="matrices",
     )
@@ -327,7 +327,7 @@ add(
         config={"unbiased": True, "eps": 1e-4},
         symbols={"N": (8, 1 << 20)},
         tolerances=_WHITENING,
-        sample=_sample_features,
+        make_inputs=_sample_features,
         reference="NumPy eigh",
         picture="whitening",
     )

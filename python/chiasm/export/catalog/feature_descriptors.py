@@ -53,7 +53,7 @@ _add(
     [_PATCHES],
     _DESCRIPTORS,
     "a loop in NumPy; OpenCV SIFT",
-    sample=_sample_patches,
+    make_inputs=_sample_patches,
     gradient_tolerances=_ROOT,
     picture="SIFT descriptors",
 )
@@ -63,7 +63,7 @@ _add(
     _DESCRIPTORS,
     "a loop in NumPy; OpenCV SIFT",
     config={"rootsift": False},
-    sample=_sample_patches,
+    make_inputs=_sample_patches,
     picture="SIFT descriptors",
 )
 _add(
@@ -95,7 +95,7 @@ _add(
     [_PATCHES],
     TensorSpec("angles", description="radians"),
     "a loop in NumPy; turned patches",
-    sample=_sample_patches,
+    make_inputs=_sample_patches,
     picture="orientations",
 )
 _add(
@@ -103,7 +103,7 @@ _add(
     [_PATCHES],
     TensorSpec("ellipses", description="a, b, c"),
     "NumPy; stretched blobs",
-    sample=_sample_patches,
+    make_inputs=_sample_patches,
     picture="ellipses of patches",
 )
 
@@ -123,7 +123,7 @@ _KERNELS: dict[str, Any] = {
     "reference": "the kernel summed over pairs of pixels in NumPy",
     "gradient_tolerances": {"float32": Tolerance(5e-3, 1e-3)},
 }
-_add("mkd_describe.concat", [_PATCHES], _DESCRIPTORS, sample=_sample_patches, **_KERNELS)
+_add("mkd_describe.concat", [_PATCHES], _DESCRIPTORS, make_inputs=_sample_patches, **_KERNELS)
 _add(
     "mkd_describe.whitened",
     [
@@ -133,7 +133,7 @@ _add(
     ],
     _DESCRIPTORS,
     config={"kernel_type": "cart", "power": 0.5},
-    sample=_sample_learned,
+    make_inputs=_sample_learned,
     **_KERNELS,
 )
 
@@ -144,7 +144,7 @@ _REGIONS = [
 _OUT = TensorSpec("output", description="local affine frames")
 _LARGE: dict[str, Any] = {
     "symbols": {"H": (16, 32768), "W": (16, 32768)},
-    "sample": _sample_regions,
+    "make_inputs": _sample_regions,
     "config": {"PS": 16},
     "picture": "local affine frames",
 }
@@ -165,7 +165,7 @@ _add(
     "its parts",
     fn="feature.described.sift_laf_descriptors",
     symbols={"H": (16, 32768), "W": (16, 32768)},
-    sample=_sample_regions,
+    make_inputs=_sample_regions,
     config={"patch_size": 16, "rootsift": False},
     tolerances={"float32": Tolerance(1e-3, 1e-3)},
     gradient_tolerances=_ROOT,

@@ -64,7 +64,7 @@ for _response, _threshold, _reference in (
             gradients=() if _response in ("harris", "gftt") else None,
             # if a quadratic is nearly flat, small changes of the image move its extremum far
             tolerances={"float32": Tolerance(5e-3, 1e-3)},
-            sample=_sample_blobs,
+            make_inputs=_sample_blobs,
             reference=_reference,
             picture="detected keypoints",
             errors=rejected("init_sigma", "more than 0.5", math.nan),

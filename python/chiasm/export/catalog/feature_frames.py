@@ -7,7 +7,7 @@ from typing import Any
 import torch
 from torch import Generator, Tensor
 
-from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance, image
+from ..spec import InputMaker, Maker, Spec, TensorSpec, Tolerance, image
 from . import ZERO_WEIGHTS, add
 from .rigid import linalg, uniform
 
@@ -33,7 +33,7 @@ def _laf(name: str = "laf", description: str = "local affine frames"):
     return TensorSpec(name, _FRAMES, description=description)
 
 
-def _sample(first: str, **others: Maker) -> Sampler:
+def _sample(first: str, **others: Maker) -> InputMaker:
     """Frames under the name ``first``; the other inputs are made by functions of (generator, sizes)."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -82,21 +82,21 @@ _add(
     [_laf("LAF")],
     [TensorSpec("center", description="x and y")],
     "NumPy",
-    sample=_sample("LAF"),
+    make_inputs=_sample("LAF"),
 )
 _add(
     "get_laf_scale",
     [_laf("LAF")],
     [TensorSpec("scale", description="pixels")],
     "NumPy determinants",
-    sample=_sample("LAF"),
+    make_inputs=_sample("LAF"),
 )
 _add(
     "get_laf_orientation",
     [_laf("LAF")],
     [TensorSpec("orientation", description="degrees")],
     "NumPy arctan2",
-    sample=_sample("LAF"),
+    make_inputs=_sample("LAF"),
     tolerances={"float32": Tolerance(1e-3, 1e-5)},
     gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
 )
@@ -105,7 +105,7 @@ _add(
     [_laf("LAF"), _ANGLES],
     [_OUT],
     "its inverse, and ellipses that stay",
-    sample=_sample("LAF", angles_degrees=_TURNED),
+    make_inputs=_sample("LAF", angles_degrees=_TURNED),
     tolerances=_PIXELS,
 )
 _add(
@@ -113,7 +113,7 @@ _add(
     [_laf("LAF"), _ANGLES],
     [_OUT],
     "OpenCV KeyPoint angles; NumPy",
-    sample=_sample("LAF", angles_degrees=_TURNED),
+    make_inputs=_sample("LAF", angles_degrees=_TURNED),
     tolerances=_PIXELS,
 )
 _add(
@@ -121,9 +121,9 @@ _add(
     [_laf(), TensorSpec("scale_coef", ("B", "N", 1, 1), range=(0.5, 3.0))],
     [_OUT],
     "NumPy",
-    sample=_sample("laf", scale_coef=_uniform(0.5, 3.0, "B", "N", 1, 1)),
+    make_inputs=_sample("laf", scale_coef=_uniform(0.5, 3.0, "B", "N", 1, 1)),
 )
-_add("make_upright", [_laf()], [_OUT], "NumPy QR", sample=_sample("laf"))
+_add("make_upright", [_laf()], [_OUT], "NumPy QR", make_inputs=_sample("laf"))
 _add(
     "laf_from_center_scale_ori",
     [
@@ -139,7 +139,7 @@ _add(
     [_laf("LAF"), image("images")],
     [_OUT],
     "NumPy",
-    sample=_sample("LAF", images=_IMAGES),
+    make_inputs=_sample("LAF", images=_IMAGES),
     gradients=("LAF",),
 )
 _add(
@@ -147,7 +147,7 @@ _add(
     [_laf("LAF"), image("images")],
     [_OUT],
     "NumPy",
-    sample=_sample("LAF", images=_IMAGES),
+    make_inputs=_sample("LAF", images=_IMAGES),
     gradients=("LAF",),
     tolerances={"float32": Tolerance(1e-3, 1e-5)},
 )
@@ -156,14 +156,14 @@ _add(
     [_laf()],
     [TensorSpec("points", description="the ends of both axes, and the centre")],
     "NumPy",
-    sample=_sample("laf"),
+    make_inputs=_sample("laf"),
 )
 _add(
     "laf_from_three_points",
     [_laf("threepts", "the ends of both axes, and the centre")],
     [_OUT],
     "its inverse",
-    sample=_sample("threepts"),
+    make_inputs=_sample("threepts"),
 )
 _add(
     "laf_to_boundary_points",
@@ -171,7 +171,7 @@ _add(
     [TensorSpec("points", description="x and y")],
     "NumPy",
     config={"n_pts": 50},
-    sample=_sample("LAF"),
+    make_inputs=_sample("LAF"),
     tolerances=_PIXELS,
 )
 _add(
@@ -179,7 +179,7 @@ _add(
     [_laf()],
     [TensorSpec("filled", description="which slots hold a frame")],
     "NumPy",
-    sample=_sample("laf"),
+    make_inputs=_sample("laf"),
     gradients=(),
 )
 _add(
@@ -187,7 +187,7 @@ _add(
     [_laf()],
     [TensorSpec("valid", description="which frames have an area")],
     "NumPy determinants",
-    sample=_sample("laf"),
+    make_inputs=_sample("laf"),
     gradients=(),
 )
 _add(
@@ -196,7 +196,7 @@ _add(
     [TensorSpec("inside", description="which frames lie in their images")],
     "NumPy",
     config={"border": 2},
-    sample=_sample("laf", images=_IMAGES),
+    make_inputs=_sample("laf", images=_IMAGES),
     gradients=(),
 )
 
@@ -219,7 +219,7 @@ _add(
     [TensorSpec("ells", ("B", "N", 5), description="x, y, a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1")],
     [_OUT],
     "NumPy Cholesky",
-    sample=_sample_ellipses,
+    make_inputs=_sample_ellipses,
     gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
 )
 
@@ -237,7 +237,7 @@ _add(
     [TensorSpec("trans_01", ("B", 3, 3), description="homographies between pixels"), _laf("lafs_1")],
     [_OUT],
     "the Jacobian by autograd",
-    sample=_sample("lafs_1", trans_01=_homographies),
+    make_inputs=_sample("lafs_1", trans_01=_homographies),
     tolerances=_PIXELS,
     gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
 )
@@ -264,14 +264,14 @@ _add(
     "extract_patches_simple",
     [image("img"), _laf()],
     reference="SciPy map_coordinates",
-    sample=_sample_regions,
+    make_inputs=_sample_regions,
     **_PATCHES,
 )
 _add(
     "extract_patches_from_pyramid",
     [image("img"), _laf()],
     reference="SciPy map_coordinates on levels made by NumPy",
-    sample=_sample_regions,
+    make_inputs=_sample_regions,
     special_values=ZERO_WEIGHTS,
     **_PATCHES,
 )

@@ -8,7 +8,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer, opencv
-from ..spec import Sampler, Spec, TensorSpec
+from ..spec import InputMaker, Spec, TensorSpec
 from . import add
 from .feature_frames import frames
 
@@ -79,7 +79,7 @@ def _add(
     inputs: Sequence[TensorSpec],
     measure: str,
     reference: str,
-    sample: Sampler = _sample,
+    make_inputs: InputMaker = _sample,
     **rest: Any,
 ):
     add(
@@ -93,7 +93,7 @@ def _add(
             ],
             symbols=_SIZES,
             gradients=("desc1", "desc2"),
-            sample=sample,
+            make_inputs=make_inputs,
             reference=reference,
             picture="matches",
             **rest,

@@ -62,7 +62,7 @@ for _suffix, _differentiable in (("", False), ("_differentiable", True)):
             [TensorSpec("output", layout="NCHW"), TensorSpec("threshold", description="of each plane")],
             config={"slow_and_differentiable": _differentiable},
             symbols=STENCIL,
-            sample=_two_classes,
+            make_inputs=_two_classes,
             peer=None if _differentiable else Peer("skimage.filters", _separated, "planes"),
             reference="scikit-image threshold_otsu, OpenCV THRESH_OTSU",
             frames=(
@@ -105,7 +105,7 @@ for _suffix, _method, _kind in (
             config={"max_value": 255.0, "adaptive_method": _method, "block_size": 5, "c": 2.0},
             symbols=STENCIL,
             gradients=(),
-            sample=_levels,
+            make_inputs=_levels,
             peer=_peer,
             reference="OpenCV adaptiveThreshold",
             frames=Frames(

@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer, opencv
-from ..spec import Sampler, Spec, TensorSpec, Tolerance, image
+from ..spec import InputMaker, Spec, TensorSpec, Tolerance, image
 from . import add
 from .rigid import linalg, uniform
 
@@ -54,7 +54,7 @@ for _name in ("project_points_z1", "dx_project_points_z1", "project_points_ortho
         Spec(
             f"geometry.camera.{_name}",
             [_SPACE],
-            sample=lambda g, s, dtype: cast(dtype, points_in_camera=_points_in_front(g, s["N"])),
+            make_inputs=lambda g, s, dtype: cast(dtype, points_in_camera=_points_in_front(g, s["N"])),
             peer=_PERSPECTIVE if _name == "project_points_z1" else None,
             reference="definition; R. Hartley, A. Zisserman, Multiple View Geometry, 6.1",
         )
@@ -90,7 +90,7 @@ add(
         [TensorSpec("pixels")],
         dtypes=("float32", "float64"),
         tolerances=_PIXELS,
-        sample=lambda g, s, dtype: cast(
+        make_inputs=lambda g, s, dtype: cast(
             dtype, point_3d=_points_in_front(g, s["N"]), camera_matrix=camera_matrices(g, s["N"])
         ),
         peer=opencv(
@@ -111,7 +111,7 @@ add(
             _CAMERA_MATRIX,
         ],
         [TensorSpec("points")],
-        sample=lambda g, s, dtype: cast(
+        make_inputs=lambda g, s, dtype: cast(
             dtype,
             point_2d=uniform(g, 0, 480, s["N"], 2),
             depth=uniform(g, 1, 5, s["N"], 1),
@@ -158,7 +158,7 @@ add(
         [TensorSpec("pixels")],
         tolerances=_PIXELS,
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
-        sample=_sample_cam2pixel,
+        make_inputs=_sample_cam2pixel,
         peer=opencv(
             lambda cv2, x, k, t: cv2.projectPoints(x.reshape(-1, 3), _NO_TURN, t, k, None)[0].reshape(
                 *x.shape[:2], 2
@@ -179,7 +179,7 @@ add(
         ],
         [TensorSpec("points")],
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-4)},
-        sample=_sample_pixel2cam,
+        make_inputs=_sample_pixel2cam,
         reference="definition",
     )
 )
@@ -200,7 +200,7 @@ def _lens_params(model: str, generator: Generator, count: int):
     return _pinhole_params(generator, count) if model == "affine" else _fisheye_params(generator, count)
 
 
-def _sampler_of_params(model: str, points: str, low: float, high: float) -> Sampler:
+def _inputs_of_params(model: str, points: str, low: float, high: float) -> InputMaker:
     return lambda g, s, dtype: cast(
         dtype, **{points: uniform(g, low, high, s["N"], 2), "params": _lens_params(model, g, s["N"])}
     )
@@ -239,7 +239,7 @@ for _model, _size, _reference in (
                 tolerances=_PIXELS,
                 peer=_fisheye_peer("distortPoints") if (_prefix, _size) == ("", 8) else None,
                 reference=_reference,
-                sample=_sampler_of_params(_model, "projected_points_in_camera_z1_plane", -0.8, 0.8),
+                make_inputs=_inputs_of_params(_model, "projected_points_in_camera_z1_plane", -0.8, 0.8),
             )
         )
     add(
@@ -249,7 +249,7 @@ for _model, _size, _reference in (
                 TensorSpec("distorted_points_in_camera", ("N", 2), range=(50, 450), description="pixels"),
                 _params,
             ],
-            sample=_sampler_of_params(_model, "distorted_points_in_camera", 50, 450),
+            make_inputs=_inputs_of_params(_model, "distorted_points_in_camera", 50, 450),
             peer=_fisheye_peer("undistortPoints") if _size == 8 else None,
             reference=_reference,
         )
@@ -266,7 +266,7 @@ def _distortion(generator: Generator, batch: int, size: int):
     return uniform(generator, -1, 1, batch, 14)[:, :size] * _STRENGTH[:size]
 
 
-def _sampler_of_lens(size: int) -> Sampler:
+def _inputs_of_lens(size: int) -> InputMaker:
     return lambda g, s, dtype: cast(
         dtype,
         points=uniform(g, 0, 1, s["B"], s["N"], 2) * torch.tensor([640.0, 480.0]),
@@ -310,7 +310,7 @@ for _size in (4, 5, 8, 12, 14):
                 _inputs,
                 tolerances=_PIXELS,
                 gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},  # sums over points of pixels
-                sample=_sampler_of_lens(_size),
+                make_inputs=_inputs_of_lens(_size),
                 peer=_LENS_PEERS[_name],
                 reference="OpenCV projectPoints, undistortPoints",
             ),
@@ -364,7 +364,7 @@ add(
         # sums over all pixels
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
         gradient_tolerances={"float32": Tolerance(5e-2, 2e-3)},
-        sample=_sample_undistort_image,
+        make_inputs=_sample_undistort_image,
         peer=opencv(_undistorted, atol=1e-3, share=1e-3, sizes={"C": 3}),
         reference="OpenCV undistort",
         picture="depth images",

@@ -34,7 +34,7 @@ def _spec(
             f"geometry.conversions.{name}",
             [TensorSpec(key, shape, description=description) for key, (shape, description) in inputs.items()],
             [TensorSpec(output) for output in outputs],
-            sample=sample if makers else None,
+            make_inputs=sample if makers else None,
             reference=reference,
             **more,
         )
@@ -146,7 +146,7 @@ add(
         "geometry.conversions.euler_from_quaternion",
         [TensorSpec(part, ("N",), description=f"{part} of unit quaternions") for part in "wxyz"],
         [TensorSpec(angle, description="in radians") for angle in ("roll", "pitch", "yaw")],
-        sample=_quaternions_of_angles,
+        make_inputs=_quaternions_of_angles,
         peer=scipys(
             lambda transform, q: transform.Rotation.from_quat(q, scalar_first=True).as_euler("xyz"),
             before=lambda w, x, y, z: (np.stack([w, x, y, z], -1),),
@@ -160,7 +160,7 @@ add(
         "geometry.conversions.quaternion_from_euler",
         [TensorSpec(angle, ("N",), description="in radians") for angle in ("roll", "pitch", "yaw")],
         [TensorSpec(part) for part in "wxyz"],
-        sample=_angles,
+        make_inputs=_angles,
         peer=scipys(
             lambda transform, angles: transform.Rotation.from_euler("xyz", angles).as_quat(scalar_first=True),
             before=lambda roll, pitch, yaw: (np.stack([roll, pitch, yaw], -1),),

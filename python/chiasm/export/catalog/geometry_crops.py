@@ -105,7 +105,7 @@ for _name, _config in {
             ],
             OUTPUT,
             config={"size": (9, 11), **_config},
-            sample=_sample_whole_boxes,
+            make_inputs=_sample_whole_boxes,
             peer=Peer("torchvision.transforms.functional", _resized, "samples")
             if _name == "resize"
             else None,

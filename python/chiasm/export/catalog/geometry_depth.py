@@ -77,7 +77,7 @@ add(
         ],
         [TensorSpec("depth")],
         gradient_tolerances=_SUMS,
-        sample=lambda g, s, dtype: cast(
+        make_inputs=lambda g, s, dtype: cast(
             dtype,
             plane_normals=uniform(g, -0.2, 0.2, s["B"], 3) + torch.tensor([0.0, 0.0, 1.0]),
             plane_offsets=uniform(g, 2, 5, s["B"], 1),
@@ -98,7 +98,9 @@ for _unit in (False, True):
             gradient_tolerances=_SUMS,
             peer=None if _unit else _TO_SPACE,
             reference="OpenCV depthTo3d; definition",
-            sample=lambda g, s, dtype: cast(dtype, depth=_depth(g, s), camera_matrix=_image_camera(g, s)),
+            make_inputs=lambda g, s, dtype: cast(
+                dtype, depth=_depth(g, s), camera_matrix=_image_camera(g, s)
+            ),
             picture="point clouds",
         ),
         fn="geometry.depth.depth_to_3d",
@@ -111,7 +113,9 @@ add(
         gradient_tolerances=_SUMS,
         peer=opencv(lambda cv2, depth, k: cv2.depthTo3d(depth, k)[..., :3], "samples"),
         reference="OpenCV depthTo3d; definition",
-        sample=lambda g, s, dtype: cast(dtype, depth=_depth(g, s)[:, 0], camera_matrix=_image_camera(g, s)),
+        make_inputs=lambda g, s, dtype: cast(
+            dtype, depth=_depth(g, s)[:, 0], camera_matrix=_image_camera(g, s)
+        ),
         picture="point clouds",
     )
 )
@@ -130,7 +134,7 @@ add(
             before=lambda like, k: (np.ones(like.shape, np.float32), k),
         ),
         reference="OpenCV depthTo3d; definition",
-        sample=lambda g, s, dtype: {
+        make_inputs=lambda g, s, dtype: {
             "like": torch.zeros((s["H"], s["W"]), dtype=torch.uint8),
             "camera_matrix": _image_camera(g, s).to(dtype),
         },
@@ -145,7 +149,7 @@ add(
         symbols={"H": (8, 32768), "W": (8, 32768)},
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-2)},
         reference="definition, in NumPy with OpenCV Sobel",
-        sample=lambda g, s, dtype: cast(dtype, depth=_depth(g, s), camera_matrix=_image_camera(g, s)),
+        make_inputs=lambda g, s, dtype: cast(dtype, depth=_depth(g, s), camera_matrix=_image_camera(g, s)),
         picture="depth images",
     )
 )
@@ -164,7 +168,7 @@ add(
         tolerances=_READ,
         gradient_tolerances=_READ_SUMS,
         reference="OpenCV projectPoints and remap",
-        sample=lambda g, s, dtype: cast(
+        make_inputs=lambda g, s, dtype: cast(
             dtype,
             intrinsics_dst=_image_camera(g, s),
             extrinsics_dst=_motion(g, s["B"]),
@@ -189,7 +193,7 @@ add(
         tolerances=_READ,
         gradient_tolerances=_READ_SUMS,
         reference="OpenCV projectPoints and remap",
-        sample=lambda g, s, dtype: cast(
+        make_inputs=lambda g, s, dtype: cast(
             dtype,
             image_src=uniform(g, 0.0, 1.0, s["B"], s["C"], s["H"], s["W"]),
             depth_dst=_depth(g, s),

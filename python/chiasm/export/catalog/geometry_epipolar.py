@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import opencv
-from ..spec import Sampler, Spec, TensorSpec, Tolerance, image
+from ..spec import InputMaker, Spec, TensorSpec, Tolerance, image
 from . import add
 from .rigid import lengths, linalg, parts, pose, scipys, uniform
 
@@ -81,8 +81,8 @@ def scene(
 
 def _from_scene(
     scale: float = 1.0, noise: float = 2e-4, count: int | None = None, batch: str = "B", **names: str
-) -> Sampler:
-    """A sampler that takes a scene's parts as inputs: argument name to part."""
+) -> InputMaker:
+    """A maker of inputs that takes a scene's parts as inputs: argument name to part."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         parts = scene(generator, sizes[batch], count or sizes.get("N", 8), scale, noise)
@@ -133,7 +133,7 @@ for _name, _reference in {
             [points_input("pts1"), points_input("pts2"), matrix_input("Fm", "fundamental matrices")],
             # points a hundredth off their lines: distances are differences, and gradients sums over points
             gradient_tolerances=LOOSE,
-            sample=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"),
+            make_inputs=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"),
             peer=opencv(_sampson, "samples", before=_homogeneous, timed=False)
             if _name == "sampson_epipolar_distance"
             else None,
@@ -147,7 +147,7 @@ add(
         [points_input("points"), matrix_input("F_mat", "fundamental matrices")],
         [TensorSpec("lines")],
         gradient_tolerances=LOOSE,
-        sample=_from_scene(points="x1", F_mat="F"),
+        make_inputs=_from_scene(points="x1", F_mat="F"),
         peer=opencv(lambda cv2, x, f: cv2.computeCorrespondEpilines(x[:, None], 1, f)[:, 0], "samples"),
         reference="OpenCV computeCorrespondEpilines",
     )
@@ -183,7 +183,7 @@ for _name, _from in (("essential_from_fundamental", "F"), ("fundamental_from_ess
                 matrix_input("K1", "camera matrices"),
                 matrix_input("K2", "camera matrices"),
             ],
-            sample=_from_scene(**{f"{_from}_mat": _from}, K1="K1", K2="K2"),  # pyright: ignore[reportArgumentType]
+            make_inputs=_from_scene(**{f"{_from}_mat": _from}, K1="K1", K2="K2"),  # pyright: ignore[reportArgumentType]
             reference=f"{_ZISSERMAN}, 9.6",
         )
     )
@@ -205,7 +205,7 @@ add(
         "geometry.epipolar.essential_from_Rt",
         _TWO_MOTIONS,
         [TensorSpec("essential")],
-        sample=_sample_two_motions,
+        make_inputs=_sample_two_motions,
         reference="definition",
     )
 )
@@ -214,7 +214,7 @@ add(
         "geometry.epipolar.relative_camera_motion",
         _TWO_MOTIONS,
         [TensorSpec("R"), TensorSpec("t")],
-        sample=_sample_two_motions,
+        make_inputs=_sample_two_motions,
         peer=scipys(
             lambda transform, r1, t1, r2, t2: parts(pose(transform, r2, t2) * pose(transform, r1, t1).inv()),
             timed=False,
@@ -229,7 +229,7 @@ for _name in ("decompose_essential_matrix", "decompose_essential_matrix_no_svd")
             [matrix_input("E_mat", "essential matrices")],
             [TensorSpec("R1"), TensorSpec("R2"), TensorSpec("t")],
             gradient_tolerances=LOOSE,
-            sample=_from_scene(E_mat="E"),
+            make_inputs=_from_scene(E_mat="E"),
             reference="OpenCV decomposeEssentialMat",
         )
     )
@@ -239,7 +239,7 @@ add(
         [matrix_input("E_mat", "essential matrices")],
         [TensorSpec("rotations"), TensorSpec("translations")],
         gradient_tolerances=LOOSE,
-        sample=_from_scene(E_mat="E"),
+        make_inputs=_from_scene(E_mat="E"),
         reference="OpenCV decomposeEssentialMat",
     )
 )
@@ -257,7 +257,7 @@ add(
         # depths are ill-conditioned
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
-        sample=_from_scene(E_mat="E", K1="K1", K2="K2", x1="x1", x2="x2"),
+        make_inputs=_from_scene(E_mat="E", K1="K1", K2="K2", x1="x1", x2="x2"),
         peer=opencv(
             lambda cv2, e, k1, k2, x1, x2: cv2.recoverPose(
                 e,
@@ -288,7 +288,7 @@ add(
         [matrix_input("E_mat")],
         [TensorSpec("essential")],
         gradient_tolerances=LOOSE,
-        sample=_sample_near_essential,
+        make_inputs=_sample_near_essential,
         reference="NumPy SVD in float64",
     )
 )
@@ -298,7 +298,7 @@ add(
         [points_input("points")],
         [TensorSpec("normalized"), TensorSpec("similarity")],
         gradient_tolerances=LOOSE,
-        sample=_from_scene(points="x1"),
+        make_inputs=_from_scene(points="x1"),
         reference="definition",
     )
 )
@@ -319,7 +319,7 @@ add(
         "geometry.epipolar.fundamental_from_projections",
         [matrix_input("P1", shape=_PROJECTION), matrix_input("P2", shape=_PROJECTION)],
         [TensorSpec("fundamental")],
-        sample=_from_scene(P1="P1", P2="P2"),
+        make_inputs=_from_scene(P1="P1", P2="P2"),
         reference=f"determinants in NumPy; {_ZISSERMAN}, 17.1",
     )
 )
@@ -329,7 +329,7 @@ add(
         [matrix_input("F_mat")],
         [TensorSpec("projections")],
         gradient_tolerances=LOOSE,
-        sample=_from_scene(F_mat="F"),
+        make_inputs=_from_scene(F_mat="F"),
         reference=f"{_ZISSERMAN}, result 9.14",
     )
 )
@@ -338,7 +338,7 @@ add(
         "geometry.epipolar.projection_from_KRt",
         [matrix_input("K"), matrix_input("R"), matrix_input("t", shape=_VECTORS)],
         [TensorSpec("projection")],
-        sample=_from_scene(K="K2", R="R", t="t"),
+        make_inputs=_from_scene(K="K2", R="R", t="t"),
         reference="definition",
     )
 )
@@ -348,7 +348,7 @@ add(
         [matrix_input("P", shape=_PROJECTION)],
         [TensorSpec("K"), TensorSpec("R"), TensorSpec("t")],
         gradient_tolerances=LOOSE,
-        sample=_from_scene(P="P2"),
+        make_inputs=_from_scene(P="P2"),
         peer=opencv(
             lambda cv2, p: cv2.decomposeProjectionMatrix(p)[:3],
             "samples",
@@ -363,7 +363,7 @@ add(
         [matrix_input("R"), matrix_input("t", shape=_VECTORS), TensorSpec("X", ("B", "N", 3))],
         [TensorSpec("depth")],
         gradient_tolerances=LOOSE,
-        sample=_from_scene(R="R", t="t", X="X"),
+        make_inputs=_from_scene(R="R", t="t", X="X"),
         reference="definition",
     )
 )
@@ -397,7 +397,7 @@ add(
         [TensorSpec("points")],
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
-        sample=_from_scene(P1="P1", P2="P2", points1="x1", points2="x2"),
+        make_inputs=_from_scene(P1="P1", P2="P2", points1="x1", points2="x2"),
         peer=opencv(
             lambda cv2, p1, p2, x1, x2: cv2.triangulatePoints(p1, p2, x1.T, x2.T),
             "samples",
@@ -419,7 +419,7 @@ add(
         symbols={"N": (6, 1 << 20)},
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(5e-2, 1e-2)},
-        sample=_from_scene(world_points="X", img_points="x2", intrinsics="K2", weights="weights"),
+        make_inputs=_from_scene(world_points="X", img_points="x2", intrinsics="K2", weights="weights"),
         reference="OpenCV solvePnP",
     )
 )
@@ -435,7 +435,7 @@ add(
         symbols={"N": (8, 1 << 20)},
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
-        sample=_from_scene(points1="x1", points2="x2", weights="weights"),
+        make_inputs=_from_scene(points1="x1", points2="x2", weights="weights"),
         reference="OpenCV findFundamentalMat; NumPy SVD in float64",
         picture="epipolar lines on photographs",
     )
@@ -448,7 +448,7 @@ add(
         [TensorSpec("fundamental"), TensorSpec("exists")],
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
-        sample=_from_scene(count=7, batch="N", points1="x1", points2="x2"),
+        make_inputs=_from_scene(count=7, batch="N", points1="x1", points2="x2"),
         reference="OpenCV findFundamentalMat",
         vectorize=False,  # torch 2.13's AOTInductor computes wrong numbers in the SIMD loop of this gradient
         picture="epipolar lines",
@@ -462,7 +462,7 @@ add(
         symbols={"N": (5, 1 << 20)},
         gradients=(),
         tolerances=LOOSE,
-        sample=_from_scene(points1="r1", points2="r2", weights="weights"),
+        make_inputs=_from_scene(points1="r1", points2="r2", weights="weights"),
         reference="OpenCV findEssentialMat",
         picture="epipolar lines",
     ),

@@ -3,7 +3,7 @@
 import torch
 from torch import Generator, Tensor
 
-from ..spec import Sampler, Spec, TensorSpec, Tolerance
+from ..spec import InputMaker, Spec, TensorSpec, Tolerance
 from . import add, rejected_words
 from .geometry_epipolar import LOOSE, WEIGHTS, matrix_input, points_input
 from .rigid import uniform
@@ -24,7 +24,7 @@ def mapped(H: Tensor, points: Tensor):
 # --- transfer errors ----------------------------------------------------------------------------------------
 
 
-def _sampler_of_pairs(first: str, second: str, noise: float, **more: str) -> Sampler:
+def _inputs_of_pairs(first: str, second: str, noise: float, **more: str) -> InputMaker:
     """Points and where a homography takes them, with noise; `more` are further arguments: "H" or
     "weights"."""
 
@@ -41,7 +41,7 @@ def _sampler_of_pairs(first: str, second: str, noise: float, **more: str) -> Sam
     return sample
 
 
-def _sampler_of_segments(noise: float, **more: str) -> Sampler:
+def _inputs_of_segments(noise: float, **more: str) -> InputMaker:
     """Segments, and others on the lines where a homography takes them, with noise."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -78,7 +78,7 @@ for _name in ("oneway_transfer_error", "symmetric_transfer_error", "sampson_homo
             [TensorSpec("error")],
             tolerances=_DISTANCES,
             gradient_tolerances={"float32": Tolerance(20.0, 1e-2)},  # by H: sums of squares of pixels
-            sample=_sampler_of_pairs("pts1", "pts2", 3.0, H="H"),
+            make_inputs=_inputs_of_pairs("pts1", "pts2", 3.0, H="H"),
             reference="OpenCV perspectiveTransform; definition",
             picture="fitted maps",
         )
@@ -91,7 +91,7 @@ add(
         [TensorSpec("error")],
         tolerances=_DISTANCES,
         gradient_tolerances={"float32": Tolerance(2.0, 1e-2)},
-        sample=_sampler_of_segments(3.0, H="H"),
+        make_inputs=_inputs_of_segments(3.0, H="H"),
         reference="definition",
         picture="fitted maps",
     )
@@ -122,7 +122,7 @@ add(
         [TensorSpec("homography")],
         symbols=_FOUR,
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
-        sample=_sample_points,
+        make_inputs=_sample_points,
         reference="OpenCV findHomography; NumPy SVD in float64",
         picture="fitted maps",
         errors=rejected_words("solver"),
@@ -138,7 +138,7 @@ add(
         symbols=_FOUR,
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        sample=_sampler_of_pairs("points1", "points2", 0.05, weights="weights"),
+        make_inputs=_inputs_of_pairs("points1", "points2", 0.05, weights="weights"),
         reference="NumPy SVD in float64",
         picture="fitted maps",
     )
@@ -152,7 +152,7 @@ add(
         symbols=_FOUR,
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        sample=_sampler_of_segments(0.01),
+        make_inputs=_inputs_of_segments(0.01),
         reference="NumPy SVD in float64",
         picture="fitted maps",
     )
@@ -167,7 +167,7 @@ add(
         symbols=_FOUR,
         tolerances=LOOSE,
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        sample=_sampler_of_segments(0.01, weights="weights"),
+        make_inputs=_inputs_of_segments(0.01, weights="weights"),
         reference="NumPy SVD in float64",
         picture="fitted maps",
     )
@@ -188,7 +188,7 @@ add(
         [TensorSpec("points1", ("N", 4, 2)), TensorSpec("points2", ("N", 4, 2))],
         [TensorSpec("valid")],
         gradients=(),
-        sample=_sample_fours,
+        make_inputs=_sample_fours,
         reference="definition",
         picture="quadrilaterals",
     )

@@ -8,7 +8,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Call, Peer, opencv
-from ..spec import Sampler, Spec, TensorSpec, Tolerance
+from ..spec import InputMaker, Spec, TensorSpec, Tolerance
 from . import ZERO_WEIGHTS, add
 from .geometry_homography import homographies
 from .rigid import rotations, scipys
@@ -48,7 +48,7 @@ add(
 )
 
 
-def _sample_transformed(dimensions: int) -> Sampler:
+def _sample_transformed(dimensions: int) -> InputMaker:
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         points = (
             torch.rand((sizes["B"], sizes["N"], dimensions), generator=generator, dtype=torch.float64) * 2 - 1
@@ -76,7 +76,7 @@ for _name, _d, _what in (("plane", 2, "homographies"), ("space", 3, "rigid trans
                 TensorSpec("trans_01", ("B", _d + 1, _d + 1), description=_what),
                 TensorSpec("points_1", ("B", "N", _d), range=(-1, 1), description="points"),
             ],
-            sample=_sample_transformed(_d),
+            make_inputs=_sample_transformed(_d),
             peer=opencv(lambda cv2, m, x: cv2.perspectiveTransform(x[None], m)[0], "samples"),
             reference="OpenCV perspectiveTransform; NumPy",
         ),
@@ -103,7 +103,7 @@ _POSES: dict[str, tuple[tuple[str, ...], Call]] = {
 }
 
 
-def _sample_poses(names: Sequence[str]) -> Sampler:
+def _sample_poses(names: Sequence[str]) -> InputMaker:
     return lambda generator, sizes, dtype: {name: _rigid(generator, sizes["N"]).to(dtype) for name in names}
 
 
@@ -112,7 +112,7 @@ for _name, (_names, _call) in _POSES.items():
         Spec(
             f"geometry.linalg.{_name}",
             [TensorSpec(n, ("N", 4, 4), description="rigid transformations [R t; 0 1]") for n in _names],
-            sample=_sample_poses(_names),
+            make_inputs=_sample_poses(_names),
             peer=scipys(_call, after=lambda motion: motion.as_matrix(), timed=False),
             reference="SciPy RigidTransform",
         )
@@ -157,7 +157,7 @@ for _name, _degree in {"quadratic": 2, "cubic": 3, "quartic": 4}.items():
             [TensorSpec("coeffs", ("N", _degree + 1), description="coefficients, the highest power first")],
             [TensorSpec("roots", description="real roots in descending order, then zeros")],
             dtypes=("float32", "float64"),
-            sample=_sample_roots(_degree),
+            make_inputs=_sample_roots(_degree),
             peer=Peer("numpy", lambda np, p: np.roots(p), "samples", after=_real_first, timed=False),
             special_values="of an infinite coefficient there are no roots, or any",
             reference="NumPy roots",
@@ -243,7 +243,7 @@ add(
         [TensorSpec("affine")],
         symbols={"N": (3, 1 << 20)},
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
-        sample=_sample_affine,
+        make_inputs=_sample_affine,
         peer=Peer(
             "sklearn.linear_model",
             lambda linear_model, p, q, weights: linear_model.LinearRegression().fit(p, q, weights),

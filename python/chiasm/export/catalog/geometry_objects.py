@@ -10,12 +10,12 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer
-from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance
+from ..spec import InputMaker, Maker, Spec, TensorSpec, Tolerance
 from . import add
 from .rigid import lengths, motions, normal, quaternions, rotations, rotations2d, scipys, uniform
 
 
-def _sampler(makers: Mapping[str, Maker]) -> Sampler:
+def _inputs_by(makers: Mapping[str, Maker]) -> InputMaker:
     return lambda generator, sizes, dtype: {
         key: make(generator, sizes).to(dtype) for key, make in makers.items()
     }
@@ -56,7 +56,9 @@ for _name, _arguments, _peer in (
         Spec(
             f"geometry.quaternion.{_name}",
             [TensorSpec(argument, _Q, description="quaternions (w, x, y, z)") for argument in _arguments],
-            sample=_sampler({argument: lambda g, s: 1.5 * quaternions(g, s["N"]) for argument in _arguments}),
+            make_inputs=_inputs_by(
+                {argument: lambda g, s: 1.5 * quaternions(g, s["N"]) for argument in _arguments}
+            ),
             peer=_peer,
             reference="SciPy Rotation",
         )
@@ -68,7 +70,7 @@ add(
             TensorSpec("quaternion", _Q, description="unit quaternions (w, x, y, z)"),
             TensorSpec("points", ("N", 3), description="points"),
         ],
-        sample=_sampler(
+        make_inputs=_inputs_by(
             {"quaternion": lambda g, s: quaternions(g, s["N"]), "points": lambda g, s: normal(g, s["N"], 3)}
         ),
         peer=scipys(lambda transform, q, x: transform.Rotation.from_quat(q, scalar_first=True).apply(x)),
@@ -96,7 +98,7 @@ add(
             TensorSpec("q2", _Q, description="quaternions (w, x, y, z)"),
             TensorSpec("t", ("N",), range=(0.0, 1.0), description="0 is q1, 1 is q2"),
         ],
-        sample=_near,
+        make_inputs=_near,
         peer=Peer(
             "scipy.spatial.transform",
             lambda transform, a, b, t: transform.Slerp(
@@ -124,7 +126,7 @@ add(
             TensorSpec("Q", ("B", "N", 4), description="unit quaternions (w, x, y, z)"),
             TensorSpec("w", ("B", "N"), range=(0.5, 1.5), description="weights"),
         ],
-        sample=_clusters,
+        make_inputs=_clusters,
         peer=Peer(
             "scipy.spatial.transform",
             lambda transform, q, w: transform.Rotation.from_quat(q, scalar_first=True).mean(w),
@@ -215,7 +217,7 @@ for _group, (_shape, _tangents, _size, _elements) in _GROUPS.items():
                 [TensorSpec(_argument, _dims, description=_about)],
                 [TensorSpec(_output)],
                 gradients=() if _group == "so2" and _output in ("jacobian", "adjoint") else None,  # constant
-                sample=_sampler({_argument: lambda g, s, make=_make: make(g, s["N"])}),
+                make_inputs=_inputs_by({_argument: lambda g, s, make=_make: make(g, s["N"])}),
                 peer=_PEERS.get(f"{_group}_{_name}"),
                 reference="SciPy expm, logm",
             )
@@ -264,7 +266,7 @@ _CORNERS = {"": (4, 2), "3d": (8, 3)}
 _MASKS = {"": {"width": 64, "height": 48}, "3d": {"size": (24, 32, 40)}}
 for _suffix, (_corners, _axes) in _CORNERS.items():
     _input = TensorSpec("boxes", ("B", _corners, _axes), description="corners, clockwise from the top left")
-    _sample = _sampler({"boxes": lambda g, s, axes=_axes: _boxes(g, s["B"], axes)})
+    _sample = _inputs_by({"boxes": lambda g, s, axes=_axes: _boxes(g, s["B"], axes)})
     _shape_outputs = [TensorSpec(name) for name in ("depths", "heights", "widths")[3 - _axes :]]
     add(
         Spec(
@@ -273,7 +275,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             [TensorSpec("mask")],
             config=_MASKS[_suffix],
             gradients=(),
-            sample=_sample,
+            make_inputs=_sample,
             special_values="ONNX Runtime passes NaN over in minima and maxima",
             reference="definition in NumPy",
             picture=_PICTURES[_suffix],
@@ -284,7 +286,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             f"geometry.bbox.infer_bbox_shape{_suffix}",
             [_input],
             _shape_outputs,
-            sample=_sample,
+            make_inputs=_sample,
             reference="definition in NumPy",
             picture=_PICTURES[_suffix],
         )
@@ -295,7 +297,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             [_input],
             [TensorSpec("valid")],
             gradients=(),
-            sample=_sample,
+            make_inputs=_sample,
             reference="definition in NumPy",
             picture=_PICTURES[_suffix],
         )
@@ -326,7 +328,7 @@ for _mode in ("xyxy", "xywh"):
             [TensorSpec("boxes_out")],
             config={"mode": _mode},
             tolerances={"float32": Tolerance(1e-3, 1e-4)},
-            sample=_transforms,
+            make_inputs=_transforms,
             reference="OpenCV perspectiveTransform",
             picture="boxes",
         ),
@@ -360,7 +362,7 @@ add(
         config={"iou_threshold": 0.3},
         symbols={"N": (1, 16384)},  # all pairs are compared
         gradients=(),
-        sample=_scored,
+        make_inputs=_scored,
         peer=Peer("torchvision.ops", _suppressed, "tensors"),
         reference="torchvision.ops.nms; a loop in NumPy",
         picture="boxes",
@@ -370,7 +372,7 @@ add(
 # --- fits ---------------------------------------------------------------------------------------------------
 
 
-def _scattered(extent: Sequence[float]) -> Sampler:
+def _scattered(extent: Sequence[float]) -> InputMaker:
     """Points about the mean, spread along the axes by `extent` and then sheared a little: no eigenvalue is
     near another."""
     shear = torch.eye(len(extent), dtype=torch.float64) + 0.3 * torch.ones(
@@ -404,7 +406,7 @@ for _name, _extent, _outputs in (
             [TensorSpec(output) for output in _outputs],
             symbols={"N": (len(_extent), 1 << 20)},
             tolerances={"float32": Tolerance(1e-4, 1e-4)},
-            sample=_scattered(_extent),
+            make_inputs=_scattered(_extent),
             reference="NumPy SVD in float64",
             picture="fitted lines and planes",
         ),

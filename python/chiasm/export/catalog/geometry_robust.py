@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import opencv
-from ..spec import Sampler, Spec, TensorSpec, Tolerance, like
+from ..spec import InputMaker, Spec, TensorSpec, Tolerance, like
 from . import add
 from .geometry_epipolar import scene
 from .geometry_homography import homographies, mapped
@@ -57,7 +57,7 @@ def _sample_plane(generator: Generator, sizes: dict[str, int], dtype: torch.dtyp
     return {name: value.to(dtype) for name, value in made.items()}
 
 
-def _sampler_of_scenes(size: int, batch: str = "B", **more: str) -> Sampler:
+def _inputs_of_scenes(size: int, batch: str = "B", **more: str) -> InputMaker:
     """Two views with pixels of about 500 and a noise of 0.1; `more` are further arguments: parts of the
     scene."""
 
@@ -86,7 +86,7 @@ add(
         gradients=("points1", "points2"),
         tolerances=_LOOSE,
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        sample=_sample_plane,
+        make_inputs=_sample_plane,
         reference="OpenCV findHomography with RANSAC",
     )
 )
@@ -117,7 +117,7 @@ add(
         gradients=("points1", "points2"),
         tolerances=_LOOSE,
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        sample=_sample_masked_plane,
+        make_inputs=_sample_masked_plane,
         reference="the same of the others alone",
     ),
     fn="geometry.ransac.ransac_homography",
@@ -132,7 +132,7 @@ add(
         gradients=("points1", "points2"),
         tolerances=_LOOSE,
         gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
-        sample=_sampler_of_scenes(7, "P"),
+        make_inputs=_inputs_of_scenes(7, "P"),
         reference="OpenCV findFundamentalMat with RANSAC",
         picture="epipolar lines on photographs",
     )
@@ -151,7 +151,7 @@ add(
         symbols={"N": (6, 1 << 20), **_SAMPLES},
         gradients=(),
         tolerances=_LOOSE,
-        sample=_sampler_of_scenes(5, K1="K1", K2="K2"),
+        make_inputs=_inputs_of_scenes(5, K1="K1", K2="K2"),
         reference="OpenCV findEssentialMat with RANSAC, recoverPose",
     )
 )
@@ -189,7 +189,7 @@ add(
         symbols={"N": (5, 1 << 20)},
         gradients=("world_points", "img_points", "intrinsics", "weights"),
         gradient_tolerances=_LOOSE,
-        sample=_sample_pose,
+        make_inputs=_sample_pose,
         reference="OpenCV solvePnP, solvePnPRefineLM",
     )
 )
@@ -229,7 +229,7 @@ add(
         [TensorSpec(name) for name in ("R1", "R2", "P1", "P2", "Q")],
         tolerances=_LOOSE,
         gradient_tolerances=_LOOSE,
-        sample=_sample_rig,
+        make_inputs=_sample_rig,
         peer=opencv(
             lambda cv2, k1, k2, r, t, size: cv2.stereoRectify(k1, None, k2, None, size, r, t, alpha=-1)[:5],
             "samples",
@@ -271,7 +271,7 @@ add(
         [TensorSpec("points")],
         # gradients by Q are sums over all pixels, of points hundreds away
         gradient_tolerances={"float32": Tolerance(1e-1, 1e-3)},
-        sample=_sample_disparity,
+        make_inputs=_sample_disparity,
         peer=opencv(lambda cv2, disparity, q: cv2.reprojectImageTo3D(disparity[0], q), "samples"),
         reference="OpenCV reprojectImageTo3D",
     )

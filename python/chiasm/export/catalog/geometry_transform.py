@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer, opencv, warped
-from ..spec import Frames, Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
+from ..spec import Frames, InputMaker, Maker, Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, add, rejected_sizes, rejected_words, warp_peers
 from .geometry_homography import homographies
 from .rigid import uniform
@@ -73,8 +73,8 @@ _MAKERS: dict[str, Maker] = {
 }
 
 
-def _with(inputs: Sequence[TensorSpec], **makers: str) -> Sampler:
-    """A sampler for `inputs`, by _MAKERS or by `makers`; other inputs are uniform in their range."""
+def _with(inputs: Sequence[TensorSpec], **makers: str) -> InputMaker:
+    """A maker of `inputs`, by _MAKERS or by `makers`; other inputs are uniform in their range."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         made: dict[str, Tensor] = {}
@@ -107,7 +107,7 @@ def add_transform(
             f"geometry.transform.{name}",
             inputs,
             outputs,
-            sample=_with(inputs, **(makers or {})),
+            make_inputs=_with(inputs, **(makers or {})),
             reference=reference,
             picture=picture,
             **rest,
@@ -230,7 +230,7 @@ for _mode in ("bilinear", "nearest"):
                 # over all pixels
                 tolerances={"float32": Tolerance(1e-3, 1e-3)},
                 gradient_tolerances={"float32": Tolerance(5e-3, 2e-3)},
-                sample=_sample_warp,
+                make_inputs=_sample_warp,
                 # nothing fills with 0
                 peer=warped("warpPerspective", _mode, "zeros" if _padding == "fill" else _padding),
                 reference="OpenCV warpPerspective",

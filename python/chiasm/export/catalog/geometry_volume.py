@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import opencv
-from ..spec import Maker, Sampler, Spec, TensorSpec, Tolerance, image, like
+from ..spec import InputMaker, Maker, Spec, TensorSpec, Tolerance, image, like
 from . import add, rejected_sizes, rejected_words, warp_peers
 from .rigid import uniform
 
@@ -60,7 +60,7 @@ _MAKERS: dict[str, Maker] = {
 }
 
 
-def _with(inputs: Sequence[TensorSpec], makers: Mapping[str, str]) -> Sampler:
+def _with(inputs: Sequence[TensorSpec], makers: Mapping[str, str]) -> InputMaker:
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         made: dict[str, Tensor] = {}
         for t in inputs:
@@ -92,7 +92,7 @@ def _add(
             f"geometry.transform.{name}",
             inputs,
             outputs,
-            sample=_with(inputs, makers or {}),
+            make_inputs=_with(inputs, makers or {}),
             reference=reference,
             picture=picture,
             **rest,
@@ -315,7 +315,7 @@ add(
             TensorSpec("points_dst", ("B", 6, 2), description="where they go"),
         ],
         [TensorSpec("kernel_weights"), TensorSpec("affine_weights")],
-        sample=_sample_splines,
+        make_inputs=_sample_splines,
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
         reference="NumPy solve; the spline goes through its points",

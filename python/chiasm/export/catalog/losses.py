@@ -8,7 +8,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer
-from ..spec import Sampler, Spec, TensorSpec, image
+from ..spec import InputMaker, Spec, TensorSpec, image
 from . import STENCIL, add, rejected_words
 from .metrics import PSNR, mean, similarity
 from .rigid import uniform
@@ -187,7 +187,7 @@ for _name in ("kl", "js"):
             ],
             _LOSS,
             symbols={"N": (1, 1024)},
-            sample=_heatmaps,
+            make_inputs=_heatmaps,
             peer=_DIVERGENCES[_name],
             reference="SciPy rel_entr" if _name == "kl" else "SciPy jensenshannon",
             picture="comparison",
@@ -195,7 +195,7 @@ for _name in ("kl", "js"):
     )
 
 
-def _signals(kind: Sequence[str], masked: bool) -> Sampler:
+def _signals(kind: Sequence[str], masked: bool) -> InputMaker:
     """Pairs of values that depend on each other, and masks with most of the values."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -235,7 +235,7 @@ for _kind, _shape, _limits, _picture in (
                     _LOSS,
                     config={"num_bins": 16},
                     symbols=_limits,
-                    sample=_signals(_shape, _masked),
+                    make_inputs=_signals(_shape, _masked),
                     reference=(
                         "scikit-learn mutual_info_score where values are bins' centres; the definition in"
                         " NumPy float64"
@@ -254,7 +254,7 @@ _LABELS = TensorSpec(
 _LOGITS = image("pred", description="logits", range=(-3.0, 3.0))
 
 
-def _segmentation(ignored: float = 0.2, **more: Any) -> Sampler:
+def _segmentation(ignored: float = 0.2, **more: Any) -> InputMaker:
     """Logits, labels with some -100, and further inputs, given as (shape, low, high)."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -282,7 +282,7 @@ def _add_segmentation(
             config=config,
             symbols=_CLASSES,
             gradients=("pred",),
-            sample=_segmentation(ignored, **({"weight": True} if weight else {})),
+            make_inputs=_segmentation(ignored, **({"weight": True} if weight else {})),
             reference=reference,
             picture="comparison",
         ),
@@ -334,7 +334,7 @@ add(
         [_LOGITS, _MARKS],
         _LOSS,
         gradients=("pred",),
-        sample=_binary,
+        make_inputs=_binary,
         peer=Peer("torchvision.ops", _focal, "tensors"),
         reference=(
             "the paper's formula in NumPy float64; torch binary_cross_entropy_with_logits for gamma = 0"
@@ -349,7 +349,7 @@ add(
         _LOSS,
         config={"gamma": 1.5, "reduction": "mean"},
         gradients=("pred",),
-        sample=_binary,
+        make_inputs=_binary,
         reference=_DEFINITION,
         picture="comparison",
     ),
@@ -371,7 +371,7 @@ add(
 )
 
 
-def _probabilities(channels: str | int, axes: Sequence[str]) -> Sampler:
+def _probabilities(channels: str | int, axes: Sequence[str]) -> InputMaker:
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         classes, extent = sizes["C"] if channels == "C" else 1, [sizes[d] for d in axes]
         pred = uniform(generator, 0.0, 1.0, sizes["B"], classes, *extent).to(dtype)
@@ -404,7 +404,7 @@ for _kind, _axes, _config in (("", ("H", "W"), {}), ("3d", ("D", "H", "W"), {"k"
                 config=_config,
                 symbols={**_CLASSES, **STENCIL, "D": (8, 4096)},
                 gradients=("pred",),
-                sample=_probabilities(_channels, _axes),
+                make_inputs=_probabilities(_channels, _axes),
                 reference="the paper's formula in NumPy float64 with SciPy's convolve",
                 picture="comparison",
             ),

@@ -42,7 +42,7 @@ add(
         [TensorSpec("percentages", description="one for each k")],
         config={"topk": [1, 3]},
         gradients=(),
-        sample=_sample_accuracy,
+        make_inputs=_sample_accuracy,
         reference="scikit-learn top_k_accuracy_score, torchmetrics accuracy",
         picture="ranking",
     )
@@ -152,7 +152,7 @@ add(
         ],
         [TensorSpec("iou", description="of each of one with each of the other")],
         symbols={"N": (1, 1 << 15), "M": (1, 1 << 15)},
-        sample=_sample_boxes,
+        make_inputs=_sample_boxes,
         peer=torchvision("box_iou"),
         reference="areas of polygons by OpenCV",
         picture="overlaps",
@@ -203,7 +203,7 @@ for _variant, _inputs in (("labels", _DETECTED), ("masks", _DETECTED + _MASKS)):
             config={"n_classes": 5},
             symbols={"N": (1, 4096), "M": (1, 4096)},
             gradients=(),
-            sample=_sample_detections,
+            make_inputs=_sample_detections,
             reference="the rules of Pascal VOC as a loop in NumPy; scikit-learn precision_recall_curve",
             picture="detections",
         ),
@@ -301,7 +301,7 @@ add(
             TensorSpec("R2", ("B", 3, 3), description="true ones"),
         ],
         [TensorSpec("angle", description="in degrees")],
-        sample=_sample_rotations,
+        make_inputs=_sample_rotations,
         peer=scipys(
             lambda transform, r1, r2: (
                 transform.Rotation.from_matrix(r1).inv() * transform.Rotation.from_matrix(r2)
@@ -335,7 +335,7 @@ add(
             TensorSpec("rotation", description="in degrees"),
             TensorSpec("translation", description="in degrees, up to sign"),
         ],
-        sample=_sample_poses,
+        make_inputs=_sample_poses,
         reference="SciPy Rotation.magnitude, NumPy arccos",
         picture="pose errors",
     )

@@ -48,7 +48,7 @@ for _name, _config, _settings in (
             [_BOXES],
             config=_config,
             symbols=_MANY,
-            sample=_boxes("boxes"),
+            make_inputs=_boxes("boxes"),
             peer=torchvision(_name, *_settings),
             reference=f"torchvision.ops.{_name}",
             picture="tensors",
@@ -64,7 +64,7 @@ for _name in ("box_iou", "generalized_box_iou", "distance_box_iou", "complete_bo
             ],
             symbols={"N": (1, 1 << 16), "M": (1, 1 << 16)},
             gradients=() if f"ops.{_name}" in NO_GRADIENT else None,
-            sample=_boxes("boxes1", "boxes2"),
+            make_inputs=_boxes("boxes1", "boxes2"),
             peer=torchvision(_name),
             reference=f"torchvision.ops.{_name}",
             picture="tensors",
@@ -81,7 +81,7 @@ for _name in ("generalized_box_iou_loss", "distance_box_iou_loss", "complete_box
             config={"reduction": "none"},
             gradients=() if f"ops.{_name}" in NO_GRADIENT else None,
             symbols=_MANY,
-            sample=_boxes("boxes1", "boxes2"),
+            make_inputs=_boxes("boxes1", "boxes2"),
             peer=torchvision(_name, "none"),
             reference=f"torchvision.ops.{_name}",
             picture="tensors",
@@ -146,7 +146,7 @@ add(
         config={"iou_threshold": 0.45, "max_output": 300, "score_threshold": 0.25},
         symbols={"B": (1, 64), "N": (1, 1 << 14)},  # except in native code, all pairs are compared
         gradients=(),
-        sample=scored,
+        make_inputs=scored,
         peer=Peer("torchvision.ops", _suppressed, "tensors", after=_stacked),
         reference="torchvision.ops.batched_nms",
         picture="tensors",
@@ -180,7 +180,7 @@ for _name, _shape, _least in (("yolov8", ("B", "C", "N"), 6), ("yolov5", ("B", "
             _DETECTIONS,
             symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (_least, 1024)},
             gradients=(),
-            sample=_yolo(places_last=_name == "yolov8"),
+            make_inputs=_yolo(places_last=_name == "yolov8"),
             reference="torchvision.ops.batched_nms of NumPy's scores",
             picture="tensors",
         )
@@ -245,7 +245,7 @@ add(
         config={"size": (300, 300)},
         symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (3, 1024)},
         gradients=(),
-        sample=_anchored,
+        make_inputs=_anchored,
         # With another number of classes, other candidates would be dropped.
         peer=Peer(
             "torchvision.models.detection.ssd",

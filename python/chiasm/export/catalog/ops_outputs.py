@@ -38,7 +38,7 @@ add(
         # a Newton step by differences of logarithms
         tolerances={"float32": Tolerance(1e-3, 1e-5)},
         gradients=(),
-        sample=_heatmaps,
+        make_inputs=_heatmaps,
         reference="the papers' equations in NumPy loops; the centres of Gaussians",
         picture="tensors",
     )
@@ -95,7 +95,7 @@ for _name, _config, _reference in (
             config=_config,
             symbols={"T": (2, 1 << 14), "C": (2, 1 << 16)},
             gradients=(),
-            sample=_steps,
+            make_inputs=_steps,
             reference=_reference,
             picture="tensors",
         )
@@ -163,7 +163,7 @@ add(
         ],
         symbols={"B": (1, 64), "M": (1, 1024), "N": (1, 1024)},
         gradients=(),
-        sample=_tiled,
+        make_inputs=_tiled,
         reference="torchvision.ops.batched_nms",
         picture="tensors",
     )
@@ -202,7 +202,7 @@ add(
         # a corner may be at 0, as a difference of positions in the image
         tolerances={"float32": Tolerance(1e-4, 1e-5)},
         gradients=(),
-        sample=_lines,
+        make_inputs=_lines,
         reference="OpenCV findContours and minAreaRect",
         picture="tensors",
     )

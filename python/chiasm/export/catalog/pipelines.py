@@ -194,7 +194,7 @@ add(
         config={"size": (64, 48)},
         symbols={"N": (1, 1 << 16)},
         gradients=(),
-        sample=_sample_boxes,
+        make_inputs=_sample_boxes,
         reference="OpenCV resize of slices",
         errors=(
             *rejected_sizes("size"),
@@ -240,7 +240,7 @@ add(
         gradients=(),
         # points, in pixels; see the detector and the estimator
         tolerances={"float32": Tolerance(2e-2, 1e-3)},
-        sample=_sample_views,
+        make_inputs=_sample_views,
         reference="OpenCV SIFT, BFMatcher, findHomography",
         special_values="beside a row of infinities responses are infinite or NaN by the order of their sums",
         picture="registered views",

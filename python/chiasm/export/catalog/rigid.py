@@ -1,4 +1,4 @@
-"""Rotations and motions: what samplers share, in float64, and SciPy's classes of them as peers."""
+"""Rotations and motions: what makers of inputs share, in float64, and SciPy's classes of them as peers."""
 
 from __future__ import annotations
 

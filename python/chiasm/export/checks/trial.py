@@ -21,14 +21,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from .. import samples
+from .. import example_inputs
 from ..bundle import Golden, Writer
 from ..errors import ExportError, explain
 from ..job import ExportJob, Method, run_eager
 
 #: The sizes in addition to the golden vectors': taller than wide, in a batch; and square, with one channel.
 SIZES = (
-    samples.TESTS[1],
+    example_inputs.TESTS[1],
     {"B": 2, "C": 1, "H": 25, "W": 25, "N": 1, "OD": 12, "OH": 12, "OW": 12},
 )
 #: An op that takes longer in eager Python is compared at one size.
@@ -73,13 +73,13 @@ def _cases(method: Method) -> Iterator[Case]:
     """The golden vectors; then the sizes in doubt; then the others, whose errors would not give a reason."""
     spec, slow = method.job.spec, False
     tried: list[dict[str, int]] = []
-    golden, *others = [(samples.fit(spec, sizes), "") for sizes in (samples.GOLDEN, *SIZES)]
+    golden, *others = [(example_inputs.fit(spec, sizes), "") for sizes in (example_inputs.GOLDEN, *SIZES)]
     for sizes, text in [golden, *((doubt.sizes, doubt.text) for doubt in method.doubts), *others]:
         if sizes in tried or (slow and not text):
             continue
         tried.append(sizes)
         begun = time.monotonic()
-        inputs = method.tensors(samples.GOLDEN | sizes)
+        inputs = method.tensors(example_inputs.GOLDEN | sizes)
         try:
             results = run_eager(method.module, inputs)
         except Exception as error:

@@ -67,8 +67,8 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
     """Named inputs of the given sizes."""
     generator = torch.Generator().manual_seed(seed)
     dtype = dtype_of("T", variant) if variant else torch.float32
-    if spec.sample is not None:
-        made = spec.sample(generator, sizes, dtype)
+    if spec.make_inputs is not None:
+        made = spec.make_inputs(generator, sizes, dtype)
         # Native code is compiled for the strides of the example inputs, and at run time gets dense tensors.
         return {t.name: made[t.name].contiguous() for t in spec.inputs}
     result: dict[str, torch.Tensor] = {}
