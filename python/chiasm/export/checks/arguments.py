@@ -319,8 +319,8 @@ def check_inputs(
         ):
             got = f"{value.dtype} {tuple(value.shape)}" if isinstance(value, Tensor) else repr(value)
             raise ExportError(
-                f"{spec.name}: make_inputs: input {t.name!r} at sizes {dict(sizes)}: expected {dtype} {shape},"
-                f" got {got}"
+                f"{spec.name}: make_inputs: input {t.name!r} at sizes {dict(sizes)}: expected {dtype}"
+                f" {shape}, got {got}"
             )
 
 
