@@ -419,7 +419,7 @@ TYPED_TEST(GuardedKernels, ShapesStayInside) {
       for (int64_t i = 0; i < numbers->numel(); ++i)
         EXPECT_LE(reinterpret_cast<const uint64_t*>(numbers->data())[i], uint64_t(s.height * s.width));
       const Tensor mask = this->template wholes<uint8_t>({2, s.height, s.width}, 0, 1);
-      for (const int64_t points : {3, 40}) this->run(aoti_torch_cpu_outlines, mask, int64_t{5}, points);
+      for (const int64_t points : {3, 40}) this->run(aoti_torch_cpu_find_contours, mask, int64_t{5}, points);
     }
   });
 }
