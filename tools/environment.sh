@@ -12,5 +12,6 @@ want=$(sha256sum "$locked" | cut -d' ' -f1)
 echo "making $folder${ABOUT:+ ($ABOUT)}"
 rm -rf "$folder"
 "$PYTHON" -m venv "$folder"
-.venv/bin/uv pip install --quiet --python "$folder/bin/python" --require-hashes -r "$locked"
+.venv/bin/uv pip install --quiet --compile-bytecode --python "$folder/bin/python" --require-hashes \
+  -r "$locked"
 echo "$want" > "$folder/.requirements"

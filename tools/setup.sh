@@ -41,7 +41,8 @@ want=$(cat requirements.txt tools/uv.txt | sha256sum | cut -d' ' -f1)
 if [ "$(cat .venv/.requirements 2>/dev/null)" != "$want" ]; then
   say "installing Python packages (PyTorch is 3 GB: a minute)"
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r tools/uv.txt
-  .venv/bin/uv pip install --quiet --python .venv/bin/python --require-hashes -r requirements.txt
+  .venv/bin/uv pip install --quiet --compile-bytecode --python .venv/bin/python --require-hashes \
+    -r requirements.txt
   echo "$want" > .venv/.requirements
 fi
 # `import chiasm` from the source tree, in every use of .venv

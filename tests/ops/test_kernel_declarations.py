@@ -374,6 +374,12 @@ def test_intrinsics_stand_in_files_of_their_instruction_set() -> None:
     assert not found, f"intrinsics in files without the name of an instruction set: {', '.join(found)}"
 
 
+def test_no_kernel_stores_by_a_mask() -> None:
+    """For AVX-512, Highway's BlendedStore of a vector of one value also writes what stands behind it."""
+    sources = [*(ROOT / "runtime/artifact/kernels").iterdir()]
+    assert sources and not [s.name for s in sources if "BlendedStore" in s.read_text()]
+
+
 def test_no_kernel_has_the_name_of_an_operator_of_pytorchs() -> None:
     """The calls of both are C functions in one namespace."""
     folder = Path(torch.__file__).parent / "include/torch/csrc/inductor/aoti_torch"

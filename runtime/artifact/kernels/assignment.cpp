@@ -114,7 +114,7 @@ class Assignment {
       const auto shorter = hn::And(hn::Lt(through, old), open);
       const auto length = hn::IfThenElse(shorter, through, old);
       hn::StoreU(length, d, lengths + k);
-      hn::BlendedStore(hn::Set(d, number), shorter, d, before + k);
+      hn::StoreU(hn::IfThenElse(shorter, hn::Set(d, number), hn::LoadU(d, before + k)), d, before + k);
       return hn::IfThenElse(open, length, hn::Set(d, kInfinity));
     };
     const Lanes<double> d;
