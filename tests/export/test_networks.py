@@ -144,7 +144,7 @@ class Halved(nn.Module):
         x = self.detector(image)
         clamped = self.last(x)
         seen = clamped * 2
-        both = F.relu_(clamped) + seen + clamped
+        both = F.relu_(clamped) + seen + self.last(clamped)
         return torch.cat([self.mobile(image), F.relu6(both, inplace=True).amax((2, 3))], 1)
 
 

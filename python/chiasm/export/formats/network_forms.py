@@ -54,17 +54,21 @@ def call(graph: Graph, target: Callable[..., Any], *arguments: Any, **named: Any
 
 
 def _compute_in_float32(graph: Graph, node: Node) -> None:
-    """Widen the arguments of a call and round its result. Between two such calls nothing is rounded."""
-    changes_its_input = node.target in _IN_PLACE
-    if changes_its_input and len(node.all_input_nodes[0].users) > 1:
-        return
+    """Widen the arguments of a call and round its result. Between two such calls nothing is rounded, unless
+    others read the value: they may also change it, in place."""
+
+    def is_unrounded(argument: Node) -> bool:
+        return "unrounded" in argument.meta and len(argument.users) == 1
 
     def widened(argument: Node) -> Node:
         if argument.meta["val"].dtype not in _HALF:
             return argument
-        if "unrounded" in argument.meta:
+        if is_unrounded(argument):
             return argument.meta["unrounded"]
         return call(graph, aten.to.dtype, argument, torch.float32)
+
+    if node.target in _IN_PLACE and not is_unrounded(node.all_input_nodes[0]):
+        return
 
     with graph.inserting_before(node):
         arguments, named = map_arg((node.args, node.kwargs), widened)
