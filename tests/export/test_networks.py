@@ -160,10 +160,12 @@ class Volumes(nn.Module):
         self.second = nn.Conv3d(8, 12, 3, padding="same", dilation=(2, 1, 1), groups=4)
         self.third = nn.Conv3d(12, 12, (2, 1, 3), padding=(1, 0, 1), groups=12)
         self.last = nn.Conv3d(12, 3, 1, padding="valid")
+        self.weight = nn.Parameter(torch.rand(12, 12, 3, 3, 3) / 100)
 
     def forward(self, volume: Tensor) -> Tensor:
         x = F.relu(self.norm(self.first(volume)))
-        return self.last(F.silu(self.third(self.second(x))))
+        x = F.conv3d(self.second(x), self.weight, None, (1,), (1,))  # one number for all axes
+        return self.last(F.silu(self.third(x)))
 
 
 def settled(network: nn.Module) -> nn.Module:

@@ -325,7 +325,7 @@ std::vector<int64_t> from_the_least(std::vector<int64_t> points) {
   return points;
 }
 
-TEST(Outlines, AreOpenCvs) {
+TEST(Contours, AreOpenCvs) {
   std::mt19937 random(0);
   for (const Planes& p : {Planes{1, 1, 1}, Planes{2, 1, 9}, Planes{2, 9, 1}, Planes{2, 3, 5},
                           Planes{1, 2, 64}, Planes{3, 19, 37}})
@@ -356,7 +356,7 @@ TEST(Outlines, AreOpenCvs) {
     }
 }
 
-TEST(Outlines, TheLargestComeFirstAndLosePointsEvenly) {
+TEST(Contours, TheLargestComeFirstAndLosePointsEvenly) {
   // Two squares, the larger with a hole.
   const int64_t width = 16;
   std::vector<uint8_t> mask(12 * 16, 0);

@@ -174,7 +174,7 @@ def frames(dtype: torch.dtype) -> Example:
 
 
 def sampled(dtype: torch.dtype, *of: Any) -> list[Example]:
-    """A sampler's arguments with every interpolation and padding."""
+    """A resampling's arguments with every interpolation and padding."""
     x = numbers(dtype, 2, 3, 9, 11)
     fill = torch.tensor([0.5, 0.25, 0.0], dtype=dtype)
     modes = [
@@ -343,9 +343,15 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "materialise.materialised": lambda t: [(x, dim) for x in images(t) for dim in (0, 2)],
     "materialise.stored_index": lambda t: [(torch.arange(9),)],
     "bilateral.bilateral_mean": lambda t: [
-        (x, x[:1], *taps, torch.full([1, 1, 1, 1], -2.0, dtype=t), squares, b)
+        (
+            x,
+            x[:1],
+            *(torch.tensor([taps], dtype=t) for taps in (TAPS, FIVE)),
+            torch.full([1, 1, 1, 1], -2.0, dtype=t),
+            squares,
+            b,
+        )
         for x in images(t)
-        for taps in ([torch.tensor([TAPS], dtype=t), torch.tensor([FIVE], dtype=t)],)
         for squares in (True, False)
         for b in BORDERS
     ],

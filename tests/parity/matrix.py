@@ -43,7 +43,7 @@ ROOT = Path(__file__).resolve().parents[2]
 BUNDLES = ROOT / "build" / "bundles"
 RESULT = ROOT / "build" / "parity.json"
 
-#: Sums of so many terms, taken one by one, are outside of the tolerance.
+#: So large that float32 sums over the pixels, added one after the other, miss the tolerance.
 FRAME = {"B": 1, "C": 3, "H": 600, "W": 803, "N": 8}
 
 Runner = Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]

@@ -109,15 +109,14 @@ class Spec:
     three. special_values: why backends may differ from eager Python on inputs with NaN or infinity; empty if
     they agree (tests/parity/special_values.py). takes_gradients: True for a function that calls
     torch.autograd.grad (an optimisation step); it is traced like a gradient, and has no vjp. make_inputs:
-    inputs from (generator, sizes, dtype), if independent uniform values do not suit. summary: one line for
-    users, by default the first of the docstring. errors: what the op rejects, for tests. version: the op's,
-    which the manifest states. reference: what the
-    values are tested against, in words. peer: the same op in another library: tests compare values with it,
-    the benchmark times it. also: other settings that are tested like `config`, whose entries they replace,
-    but are not deployed. picture: how the gallery shows the op, if its tensors' layouts do not tell: a name
-    in PICTURES of gallery/panels/choice.py. frames: describes the op's form for frames, if it has one
-    (`as_frames`). interleaved: True for that form: the tensors of layout "NHWC" are images (B, C, H, W) to
-    the op.
+    makes inputs from (generator, sizes, dtype), if independent uniform values do not suit. summary: one line
+    for users, by default the first of the docstring. errors: what the op rejects, for tests. version: the
+    op's, which the manifest states. reference: what the values are tested against, in words. peer: the same
+    op in another library: tests compare values with it, the benchmark times it. also: other settings that
+    are tested like `config`, whose entries they replace, but are not deployed. picture: how the gallery
+    shows the op, if its tensors' layouts do not tell: a name in PICTURES of gallery/panels/choice.py.
+    frames: describes the op's form for frames, if it has one (`as_frames`). interleaved: True for that form:
+    the tensors of layout "NHWC" are images (B, C, H, W) to the op.
     """
 
     name: str

@@ -1,4 +1,4 @@
-// Functions of vectors: Highway's own, except those in functions_avx2.h, which are twice as fast.
+// Functions of vectors: Highway's own, except those in functions_avx2.h, which are 1.5 to 2 times as fast.
 #pragma once
 
 #include "lanes.h"

@@ -46,8 +46,9 @@ class LoadedProgram {
         input_count_(static_cast<size_t>(request.input_count)),
         output_count_(static_cast<size_t>(request.output_count)) {
     const std::string format = request.format;
-    // TorchScript that does not load is damaged; a package may also need something that this machine lacks
-    translated(format == "torchscript" ? CHIASM_CORRUPT : CHIASM_INTERNAL, [&] {
+    // A package, and what goes to a GPU, may also fail for what the machine lacks.
+    const bool only_reads = format == "torchscript" && !device_.is_cuda();
+    translated(only_reads ? CHIASM_CORRUPT : CHIASM_INTERNAL, [&] {
       if (device_.is_cuda()) cuda_ = &Cuda::open(request.device_index);
       const bool autograd = chiasm::plugin::flag(request.artifact_options, "autograd", false);
       if (format == "torchscript") {

@@ -13,7 +13,7 @@ from . import STENCIL, add
 _PHILOX = "Philox's published numbers"
 
 
-def _sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _made(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {
         "input": torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype),
@@ -27,7 +27,7 @@ def _spec(name: str, reference: str, **rest: Any):
         f"augmentation.{name}",
         [image(), seed],
         [TensorSpec("output", layout="NCHW")],
-        make_inputs=_sample,
+        make_inputs=_made,
         reference=f"{reference}; {_PHILOX}",
         **rest,
     )

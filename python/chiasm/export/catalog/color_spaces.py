@@ -175,7 +175,7 @@ add(
 )
 
 
-def _sample_cie(space: str):
+def _make_cie(space: str):
     """Colours in sRGB, away from the gamut's faces, where clipping has a kink."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -192,7 +192,7 @@ add(
         "color.lab_to_rgb",
         [image("image", channels=3, color="LAB", range=(-128.0, 127.0))],
         output(),
-        make_inputs=_sample_cie("lab"),
+        make_inputs=_make_cie("lab"),
         peer=cvt_color("COLOR_Lab2RGB", atol=1e-3),
         reference="scikit-image lab2rgb; OpenCV cvtColor(COLOR_Lab2RGB)",
         frames=Frames(peer=cvt_color("COLOR_Lab2RGB", atol=4, share=0.1)),
@@ -205,7 +205,7 @@ add(
         [image("image", channels=3, color="LUV", range=(-140.0, 220.0))],
         output(),
         special_values=_LOGARITHM,
-        make_inputs=_sample_cie("luv"),
+        make_inputs=_make_cie("luv"),
         peer=cvt_color("COLOR_Luv2RGB", atol=1e-3),
         reference="scikit-image luv2rgb; OpenCV cvtColor(COLOR_Luv2RGB)",
         frames=Frames(peer=cvt_color("COLOR_Luv2RGB", atol=4, share=0.1)),

@@ -14,7 +14,7 @@ from . import STENCIL, add, rejected
 # --- histogram ----------------------------------------------------------------------------------------------
 
 
-def _sample_interp(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_interp(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     n = sizes["N"]
     # knots at even distances, moved by less than half of them, and values of x within and beyond
     knots = (torch.arange(n) + 0.6 * torch.rand(n, generator=generator, dtype=torch.float64)) / n
@@ -40,7 +40,7 @@ add(
         ],
         [TensorSpec("output")],
         symbols={"N": (2, 1 << 20)},
-        make_inputs=_sample_interp,
+        make_inputs=_make_interp,
         # slopes amplify the rounding of x, and the gradient of a knot is a sum over all values next to it
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
@@ -253,7 +253,7 @@ add(
 # --- clusters and textures ----------------------------------------------------------------------------------
 
 
-def _sample_points(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_points(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points around as many middles as there are centres; the initial centres are nearby."""
     count, clusters, axes = sizes["N"], sizes["K"], sizes["C"]
     middles = torch.rand((clusters, axes), generator=generator, dtype=torch.float64) * 10
@@ -277,7 +277,7 @@ add(
         config={"num_iterations": 8},
         symbols={"N": (2, 1 << 20), "K": (2, 4096)},
         gradients=("x",),
-        make_inputs=_sample_points,
+        make_inputs=_make_points,
         peer=Peer(
             "sklearn.cluster",
             lambda cluster, x, centers: cluster.KMeans(

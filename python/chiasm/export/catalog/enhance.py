@@ -419,7 +419,7 @@ add(
 # --- JPEG ---------------------------------------------------------------------------------------------------
 
 
-def _sample_jpeg(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_jpeg(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Images of low contrast: fewer coefficients are near the middle between two steps, where rounding
     decides."""
     import torch
@@ -444,7 +444,7 @@ add(
             "H": (17, 32768),
             "W": (17, 32768),
         },  # more than one block, because a single row of blocks is broadcast differently
-        make_inputs=_sample_jpeg,
+        make_inputs=_make_jpeg,
         # steps of up to 100 levels times the cube of a rounding error
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},

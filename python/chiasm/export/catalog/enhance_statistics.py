@@ -286,7 +286,7 @@ add(
 )
 
 
-def _sample_features(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_features(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Correlated features, of the scale of pixels; more samples than features, so that their covariance has
     full rank."""
     import torch
@@ -313,7 +313,7 @@ add(
         config={"unbiased": True, "eps": 1e-4, "return_inverse": True},
         symbols={"N": (8, 1 << 20)},
         tolerances=_WHITENING,
-        make_inputs=_sample_features,
+        make_inputs=_make_features,
         reference="NumPy eigh",
         picture="matrices",
     )
@@ -327,7 +327,7 @@ add(
         config={"unbiased": True, "eps": 1e-4},
         symbols={"N": (8, 1 << 20)},
         tolerances=_WHITENING,
-        make_inputs=_sample_features,
+        make_inputs=_make_features,
         reference="NumPy eigh",
         picture="whitening",
     )

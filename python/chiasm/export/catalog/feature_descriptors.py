@@ -17,7 +17,7 @@ _DESCRIPTORS = TensorSpec("descriptors", description="unit vectors")
 _ROOT = {"float32": Tolerance(5e-2, 5e-3)}
 
 
-def _sample_patches(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_patches(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Patches that change more in one direction than in others, like those around key points."""
     grid = torch.arange(16, dtype=torch.float64)
     draw = torch.rand((sizes["N"], 3, 1, 1), generator=generator, dtype=torch.float64)
@@ -28,7 +28,7 @@ def _sample_patches(generator: Generator, sizes: dict[str, int], dtype: torch.dt
     return {"patches": (0.5 + 0.4 * wave + 0.1 * noise)[:, None].to(dtype)}
 
 
-def _sample_regions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_regions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     img = torch.rand((sizes["B"], 1, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64)
     laf = frames(generator, sizes)
     return {"img": img.to(dtype), "lafs": laf.to(dtype), "laf": laf.to(dtype)}
@@ -53,7 +53,7 @@ _add(
     [_PATCHES],
     _DESCRIPTORS,
     "a loop in NumPy; OpenCV SIFT",
-    make_inputs=_sample_patches,
+    make_inputs=_make_patches,
     gradient_tolerances=_ROOT,
     picture="SIFT descriptors",
 )
@@ -63,7 +63,7 @@ _add(
     _DESCRIPTORS,
     "a loop in NumPy; OpenCV SIFT",
     config={"rootsift": False},
-    make_inputs=_sample_patches,
+    make_inputs=_make_patches,
     picture="SIFT descriptors",
 )
 _add(
@@ -95,7 +95,7 @@ _add(
     [_PATCHES],
     TensorSpec("angles", description="radians"),
     "a loop in NumPy; turned patches",
-    make_inputs=_sample_patches,
+    make_inputs=_make_patches,
     picture="orientations",
 )
 _add(
@@ -103,16 +103,16 @@ _add(
     [_PATCHES],
     TensorSpec("ellipses", description="a, b, c"),
     "NumPy; stretched blobs",
-    make_inputs=_sample_patches,
+    make_inputs=_make_patches,
     picture="ellipses of patches",
 )
 
 
-def _sample_learned(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_learned(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     projection = torch.randn((63, 32), generator=generator, dtype=torch.float64)
     mean = 0.1 * torch.rand(63, generator=generator, dtype=torch.float64)
     return {
-        **_sample_patches(generator, sizes, dtype),
+        **_make_patches(generator, sizes, dtype),
         "whitening": projection.to(dtype),
         "mean": mean.to(dtype),
     }
@@ -123,7 +123,7 @@ _KERNELS: dict[str, Any] = {
     "reference": "the kernel summed over pairs of pixels in NumPy",
     "gradient_tolerances": {"float32": Tolerance(5e-3, 1e-3)},
 }
-_add("mkd_describe.concat", [_PATCHES], _DESCRIPTORS, make_inputs=_sample_patches, **_KERNELS)
+_add("mkd_describe.concat", [_PATCHES], _DESCRIPTORS, make_inputs=_make_patches, **_KERNELS)
 _add(
     "mkd_describe.whitened",
     [
@@ -133,7 +133,7 @@ _add(
     ],
     _DESCRIPTORS,
     config={"kernel_type": "cart", "power": 0.5},
-    make_inputs=_sample_learned,
+    make_inputs=_make_learned,
     **_KERNELS,
 )
 
@@ -144,7 +144,7 @@ _REGIONS = [
 _OUT = TensorSpec("output", description="local affine frames")
 _LARGE: dict[str, Any] = {
     "symbols": {"H": (16, 32768), "W": (16, 32768)},
-    "make_inputs": _sample_regions,
+    "make_inputs": _make_regions,
     "config": {"PS": 16},
     "picture": "local affine frames",
 }
@@ -165,7 +165,7 @@ _add(
     "its parts",
     fn="feature.described.sift_laf_descriptors",
     symbols={"H": (16, 32768), "W": (16, 32768)},
-    make_inputs=_sample_regions,
+    make_inputs=_make_regions,
     config={"patch_size": 16, "rootsift": False},
     tolerances={"float32": Tolerance(1e-3, 1e-3)},
     gradient_tolerances=_ROOT,

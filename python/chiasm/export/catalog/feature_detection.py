@@ -31,7 +31,7 @@ def blobs(
     return made
 
 
-def _sample_blobs(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_blobs(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     return {"img": blobs(generator, sizes["B"], [(sizes["H"], sizes["W"], 0)], dtype)[0]}
 
 
@@ -64,7 +64,7 @@ for _response, _threshold, _reference in (
             gradients=() if _response in ("harris", "gftt") else None,
             # if a quadratic is nearly flat, small changes of the image move its extremum far
             tolerances={"float32": Tolerance(5e-3, 1e-3)},
-            make_inputs=_sample_blobs,
+            make_inputs=_make_blobs,
             reference=_reference,
             picture="detected keypoints",
             errors=rejected("init_sigma", "more than 0.5", math.nan),

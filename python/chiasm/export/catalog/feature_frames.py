@@ -33,7 +33,7 @@ def _laf(name: str = "laf", description: str = "local affine frames"):
     return TensorSpec(name, _FRAMES, description=description)
 
 
-def _sample(first: str, **others: Maker) -> InputMaker:
+def _made(first: str, **others: Maker) -> InputMaker:
     """Frames under the name ``first``; the other inputs are made by functions of (generator, sizes)."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -82,21 +82,21 @@ _add(
     [_laf("LAF")],
     [TensorSpec("center", description="x and y")],
     "NumPy",
-    make_inputs=_sample("LAF"),
+    make_inputs=_made("LAF"),
 )
 _add(
     "get_laf_scale",
     [_laf("LAF")],
     [TensorSpec("scale", description="pixels")],
     "NumPy determinants",
-    make_inputs=_sample("LAF"),
+    make_inputs=_made("LAF"),
 )
 _add(
     "get_laf_orientation",
     [_laf("LAF")],
     [TensorSpec("orientation", description="degrees")],
     "NumPy arctan2",
-    make_inputs=_sample("LAF"),
+    make_inputs=_made("LAF"),
     tolerances={"float32": Tolerance(1e-3, 1e-5)},
     gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
 )
@@ -105,7 +105,7 @@ _add(
     [_laf("LAF"), _ANGLES],
     [_OUT],
     "its inverse, and ellipses that stay",
-    make_inputs=_sample("LAF", angles_degrees=_TURNED),
+    make_inputs=_made("LAF", angles_degrees=_TURNED),
     tolerances=_PIXELS,
 )
 _add(
@@ -113,7 +113,7 @@ _add(
     [_laf("LAF"), _ANGLES],
     [_OUT],
     "OpenCV KeyPoint angles; NumPy",
-    make_inputs=_sample("LAF", angles_degrees=_TURNED),
+    make_inputs=_made("LAF", angles_degrees=_TURNED),
     tolerances=_PIXELS,
 )
 _add(
@@ -121,9 +121,9 @@ _add(
     [_laf(), TensorSpec("scale_coef", ("B", "N", 1, 1), range=(0.5, 3.0))],
     [_OUT],
     "NumPy",
-    make_inputs=_sample("laf", scale_coef=_uniform(0.5, 3.0, "B", "N", 1, 1)),
+    make_inputs=_made("laf", scale_coef=_uniform(0.5, 3.0, "B", "N", 1, 1)),
 )
-_add("make_upright", [_laf()], [_OUT], "NumPy QR", make_inputs=_sample("laf"))
+_add("make_upright", [_laf()], [_OUT], "NumPy QR", make_inputs=_made("laf"))
 _add(
     "laf_from_center_scale_ori",
     [
@@ -139,7 +139,7 @@ _add(
     [_laf("LAF"), image("images")],
     [_OUT],
     "NumPy",
-    make_inputs=_sample("LAF", images=_IMAGES),
+    make_inputs=_made("LAF", images=_IMAGES),
     gradients=("LAF",),
 )
 _add(
@@ -147,7 +147,7 @@ _add(
     [_laf("LAF"), image("images")],
     [_OUT],
     "NumPy",
-    make_inputs=_sample("LAF", images=_IMAGES),
+    make_inputs=_made("LAF", images=_IMAGES),
     gradients=("LAF",),
     tolerances={"float32": Tolerance(1e-3, 1e-5)},
 )
@@ -156,14 +156,14 @@ _add(
     [_laf()],
     [TensorSpec("points", description="the ends of both axes, and the centre")],
     "NumPy",
-    make_inputs=_sample("laf"),
+    make_inputs=_made("laf"),
 )
 _add(
     "laf_from_three_points",
     [_laf("threepts", "the ends of both axes, and the centre")],
     [_OUT],
     "its inverse",
-    make_inputs=_sample("threepts"),
+    make_inputs=_made("threepts"),
 )
 _add(
     "laf_to_boundary_points",
@@ -171,7 +171,7 @@ _add(
     [TensorSpec("points", description="x and y")],
     "NumPy",
     config={"n_pts": 50},
-    make_inputs=_sample("LAF"),
+    make_inputs=_made("LAF"),
     tolerances=_PIXELS,
 )
 _add(
@@ -179,7 +179,7 @@ _add(
     [_laf()],
     [TensorSpec("filled", description="which slots hold a frame")],
     "NumPy",
-    make_inputs=_sample("laf"),
+    make_inputs=_made("laf"),
     gradients=(),
 )
 _add(
@@ -187,7 +187,7 @@ _add(
     [_laf()],
     [TensorSpec("valid", description="which frames have an area")],
     "NumPy determinants",
-    make_inputs=_sample("laf"),
+    make_inputs=_made("laf"),
     gradients=(),
 )
 _add(
@@ -196,12 +196,12 @@ _add(
     [TensorSpec("inside", description="which frames lie in their images")],
     "NumPy",
     config={"border": 2},
-    make_inputs=_sample("laf", images=_IMAGES),
+    make_inputs=_made("laf", images=_IMAGES),
     gradients=(),
 )
 
 
-def _sample_ellipses(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_ellipses(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     frame = frames(generator, sizes)
     a = frame[..., :2]
     form = linalg.inv(a @ a.transpose(-1, -2))
@@ -219,7 +219,7 @@ _add(
     [TensorSpec("ells", ("B", "N", 5), description="x, y, a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1")],
     [_OUT],
     "NumPy Cholesky",
-    make_inputs=_sample_ellipses,
+    make_inputs=_make_ellipses,
     gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
 )
 
@@ -237,7 +237,7 @@ _add(
     [TensorSpec("trans_01", ("B", 3, 3), description="homographies between pixels"), _laf("lafs_1")],
     [_OUT],
     "the Jacobian by autograd",
-    make_inputs=_sample("lafs_1", trans_01=_homographies),
+    make_inputs=_made("lafs_1", trans_01=_homographies),
     tolerances=_PIXELS,
     gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
 )
@@ -255,7 +255,7 @@ _PATCHES: dict[str, Any] = {
 }
 
 
-def _sample_regions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_regions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Some frames of many pixels, which are read from coarse levels."""
     return {"img": _IMAGES(generator, sizes).to(dtype), "laf": frames(generator, sizes, 40.0).to(dtype)}
 
@@ -264,14 +264,14 @@ _add(
     "extract_patches_simple",
     [image("img"), _laf()],
     reference="SciPy map_coordinates",
-    make_inputs=_sample_regions,
+    make_inputs=_make_regions,
     **_PATCHES,
 )
 _add(
     "extract_patches_from_pyramid",
     [image("img"), _laf()],
     reference="SciPy map_coordinates on levels made by NumPy",
-    make_inputs=_sample_regions,
+    make_inputs=_make_regions,
     special_values=ZERO_WEIGHTS,
     **_PATCHES,
 )

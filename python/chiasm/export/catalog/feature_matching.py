@@ -25,7 +25,7 @@ _FRAMES = [
 ]
 
 
-def _sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _made(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """The second set has some of the first, with noise."""
     batch, count, others, channels = (sizes[k] for k in ("B", "N", "M", "D"))
     first = torch.rand((batch, count, channels), generator=generator, dtype=torch.float64)
@@ -45,11 +45,11 @@ def _sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> 
     }
 
 
-def _sample_moved(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_moved(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """A common similarity maps all frames except every fifth; descriptors are nearly the same."""
     batch, count, others = (sizes[k] for k in ("B", "N", "M"))
     shared = min(count, others)
-    made = _sample(generator, sizes, dtype)
+    made = _made(generator, sizes, dtype)
     first, noise = (
         torch.rand((batch, count, sizes["D"]), generator=generator, dtype=torch.float64),
         torch.rand((batch, others, sizes["D"]), generator=generator, dtype=torch.float64),
@@ -79,7 +79,7 @@ def _add(
     inputs: Sequence[TensorSpec],
     measure: str,
     reference: str,
-    make_inputs: InputMaker = _sample,
+    make_inputs: InputMaker = _made,
     **rest: Any,
 ):
     add(
@@ -206,7 +206,7 @@ _add(
     [_FIRST, _SECOND, *_FRAMES],
     "Euclidean distances",
     _TRUTH,
-    _sample_moved,
+    _make_moved,
     config=_ADALAM,
     special_values=_NO_RANK,
 )
@@ -215,7 +215,7 @@ _add(
     [_FIRST, _SECOND, *_FRAMES, *_IMAGES, *_MASKS],
     "Euclidean distances",
     _TRUTH,
-    _sample_moved,
+    _make_moved,
     config=_ADALAM,
     special_values=_NO_RANK,
 )

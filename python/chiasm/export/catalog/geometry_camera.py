@@ -128,7 +128,7 @@ def _proper_inverse_intrinsics(generator: Generator, count: int):
     return matrix
 
 
-def _sample_pixel2cam(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_pixel2cam(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     row, column = torch.meshgrid(
         torch.arange(h, dtype=_DOUBLE), torch.arange(w, dtype=_DOUBLE), indexing="ij"
@@ -142,7 +142,7 @@ def _sample_pixel2cam(generator: Generator, sizes: dict[str, int], dtype: torch.
     )
 
 
-def _sample_cam2pixel(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_cam2pixel(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
     points = _points_in_front(generator, b * h * w).reshape(b, h, w, 3)
     projection = torch.eye(4, dtype=_DOUBLE).repeat(b, 1, 1)
@@ -158,7 +158,7 @@ add(
         [TensorSpec("pixels")],
         tolerances=_PIXELS,
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
-        make_inputs=_sample_cam2pixel,
+        make_inputs=_make_cam2pixel,
         peer=opencv(
             lambda cv2, x, k, t: cv2.projectPoints(x.reshape(-1, 3), _NO_TURN, t, k, None)[0].reshape(
                 *x.shape[:2], 2
@@ -179,7 +179,7 @@ add(
         ],
         [TensorSpec("points")],
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-4)},
-        make_inputs=_sample_pixel2cam,
+        make_inputs=_make_pixel2cam,
         reference="definition",
     )
 )
@@ -330,7 +330,7 @@ add(
 )
 
 
-def _sample_undistort_image(
+def _make_undistort_image(
     generator: Generator, sizes: dict[str, int], dtype: torch.dtype
 ) -> dict[str, Tensor]:
     b, h, w = sizes["B"], sizes["H"], sizes["W"]
@@ -364,7 +364,7 @@ add(
         # sums over all pixels
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
         gradient_tolerances={"float32": Tolerance(5e-2, 2e-3)},
-        make_inputs=_sample_undistort_image,
+        make_inputs=_make_undistort_image,
         peer=opencv(_undistorted, atol=1e-3, share=1e-3, sizes={"C": 3}),
         reference="OpenCV undistort",
         picture="depth images",

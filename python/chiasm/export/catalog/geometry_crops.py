@@ -69,7 +69,7 @@ add_transform(
 )
 
 
-def _sample_whole_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_whole_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Images, and boxes of whole pixels in them."""
     batch, extent = sizes["B"], torch.tensor([sizes["W"], sizes["H"]])
     low = (uniform(generator, 0.0, 0.4, batch, 2) * extent).long()
@@ -105,7 +105,7 @@ for _name, _config in {
             ],
             OUTPUT,
             config={"size": (9, 11), **_config},
-            make_inputs=_sample_whole_boxes,
+            make_inputs=_make_whole_boxes,
             peer=Peer("torchvision.transforms.functional", _resized, "samples")
             if _name == "resize"
             else None,

@@ -189,7 +189,7 @@ for _name, _from in (("essential_from_fundamental", "F"), ("fundamental_from_ess
     )
 
 
-def _sample_two_motions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_two_motions(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     (R1, t1), (R2, t2) = _motion(generator, sizes["B"]), _motion(generator, sizes["B"])
     return {name: value.to(dtype) for name, value in {"R1": R1, "t1": t1, "R2": R2, "t2": t2}.items()}
 
@@ -205,7 +205,7 @@ add(
         "geometry.epipolar.essential_from_Rt",
         _TWO_MOTIONS,
         [TensorSpec("essential")],
-        make_inputs=_sample_two_motions,
+        make_inputs=_make_two_motions,
         reference="definition",
     )
 )
@@ -214,7 +214,7 @@ add(
         "geometry.epipolar.relative_camera_motion",
         _TWO_MOTIONS,
         [TensorSpec("R"), TensorSpec("t")],
-        make_inputs=_sample_two_motions,
+        make_inputs=_make_two_motions,
         peer=scipys(
             lambda transform, r1, t1, r2, t2: parts(pose(transform, r2, t2) * pose(transform, r1, t1).inv()),
             timed=False,
@@ -275,7 +275,7 @@ add(
 )
 
 
-def _sample_near_essential(
+def _make_near_essential(
     generator: Generator, sizes: dict[str, int], dtype: torch.dtype
 ) -> dict[str, Tensor]:
     E = scene(generator, sizes["B"], 1)["E"]
@@ -288,7 +288,7 @@ add(
         [matrix_input("E_mat")],
         [TensorSpec("essential")],
         gradient_tolerances=LOOSE,
-        make_inputs=_sample_near_essential,
+        make_inputs=_make_near_essential,
         reference="NumPy SVD in float64",
     )
 )

@@ -102,7 +102,7 @@ add(
 _FOUR = {"N": (4, 1 << 20)}
 
 
-def _sample_points(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_points(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points and where a homography takes them, with a little noise."""
     points = torch.rand((sizes["B"], sizes["N"], 2), generator=generator, dtype=torch.float64) * 200
     h = homographies(generator, sizes["B"])
@@ -122,7 +122,7 @@ add(
         [TensorSpec("homography")],
         symbols=_FOUR,
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
-        make_inputs=_sample_points,
+        make_inputs=_make_points,
         reference="OpenCV findHomography; NumPy SVD in float64",
         picture="fitted maps",
         errors=rejected_words("solver"),
@@ -174,7 +174,7 @@ add(
 )
 
 
-def _sample_fours(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_fours(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Corners moved about; every other sample has two of them exchanged."""
     corners = torch.tensor([[0.0, 0.0], [200.0, 0.0], [200.0, 200.0], [0.0, 200.0]], dtype=torch.float64)
     p, q = (corners + uniform(generator, -60, 60, sizes["N"], 4, 2) for _ in range(2))
@@ -188,7 +188,7 @@ add(
         [TensorSpec("points1", ("N", 4, 2)), TensorSpec("points2", ("N", 4, 2))],
         [TensorSpec("valid")],
         gradients=(),
-        make_inputs=_sample_fours,
+        make_inputs=_make_fours,
         reference="definition",
         picture="quadrilaterals",
     )

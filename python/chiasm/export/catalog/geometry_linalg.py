@@ -48,7 +48,7 @@ add(
 )
 
 
-def _sample_transformed(dimensions: int) -> InputMaker:
+def _make_transformed(dimensions: int) -> InputMaker:
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
         points = (
             torch.rand((sizes["B"], sizes["N"], dimensions), generator=generator, dtype=torch.float64) * 2 - 1
@@ -76,7 +76,7 @@ for _name, _d, _what in (("plane", 2, "homographies"), ("space", 3, "rigid trans
                 TensorSpec("trans_01", ("B", _d + 1, _d + 1), description=_what),
                 TensorSpec("points_1", ("B", "N", _d), range=(-1, 1), description="points"),
             ],
-            make_inputs=_sample_transformed(_d),
+            make_inputs=_make_transformed(_d),
             peer=opencv(lambda cv2, m, x: cv2.perspectiveTransform(x[None], m)[0], "samples"),
             reference="OpenCV perspectiveTransform; NumPy",
         ),
@@ -103,7 +103,7 @@ _POSES: dict[str, tuple[tuple[str, ...], Call]] = {
 }
 
 
-def _sample_poses(names: Sequence[str]) -> InputMaker:
+def _make_poses(names: Sequence[str]) -> InputMaker:
     return lambda generator, sizes, dtype: {name: _rigid(generator, sizes["N"]).to(dtype) for name in names}
 
 
@@ -112,7 +112,7 @@ for _name, (_names, _call) in _POSES.items():
         Spec(
             f"geometry.linalg.{_name}",
             [TensorSpec(n, ("N", 4, 4), description="rigid transformations [R t; 0 1]") for n in _names],
-            make_inputs=_sample_poses(_names),
+            make_inputs=_make_poses(_names),
             peer=scipys(_call, after=lambda motion: motion.as_matrix(), timed=False),
             reference="SciPy RigidTransform",
         )
@@ -121,7 +121,7 @@ for _name, (_names, _call) in _POSES.items():
 # --- polynomials --------------------------------------------------------------------------------------------
 
 
-def _sample_roots(degree: int):
+def _make_roots(degree: int):
     """Polynomials with the roots well apart, so that rounding changes neither their number nor their order;
     every third of them has two complex ones."""
 
@@ -157,7 +157,7 @@ for _name, _degree in {"quadratic": 2, "cubic": 3, "quartic": 4}.items():
             [TensorSpec("coeffs", ("N", _degree + 1), description="coefficients, the highest power first")],
             [TensorSpec("roots", description="real roots in descending order, then zeros")],
             dtypes=("float32", "float64"),
-            make_inputs=_sample_roots(_degree),
+            make_inputs=_make_roots(_degree),
             peer=Peer("numpy", lambda np, p: np.roots(p), "samples", after=_real_first, timed=False),
             special_values="of an infinite coefficient there are no roots, or any",
             reference="NumPy roots",
@@ -218,7 +218,7 @@ add(
 )
 
 
-def _sample_affine(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_affine(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["N"], 2)
     corners = torch.tensor([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]], dtype=torch.float64).repeat(
         sizes["N"] // 3 + 1, 1
@@ -243,7 +243,7 @@ add(
         [TensorSpec("affine")],
         symbols={"N": (3, 1 << 20)},
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
-        make_inputs=_sample_affine,
+        make_inputs=_make_affine,
         peer=Peer(
             "sklearn.linear_model",
             lambda linear_model, p, q, weights: linear_model.LinearRegression().fit(p, q, weights),

@@ -266,7 +266,7 @@ _CORNERS = {"": (4, 2), "3d": (8, 3)}
 _MASKS = {"": {"width": 64, "height": 48}, "3d": {"size": (24, 32, 40)}}
 for _suffix, (_corners, _axes) in _CORNERS.items():
     _input = TensorSpec("boxes", ("B", _corners, _axes), description="corners, clockwise from the top left")
-    _sample = _inputs_by({"boxes": lambda g, s, axes=_axes: _boxes(g, s["B"], axes)})
+    _made = _inputs_by({"boxes": lambda g, s, axes=_axes: _boxes(g, s["B"], axes)})
     _shape_outputs = [TensorSpec(name) for name in ("depths", "heights", "widths")[3 - _axes :]]
     add(
         Spec(
@@ -275,7 +275,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             [TensorSpec("mask")],
             config=_MASKS[_suffix],
             gradients=(),
-            make_inputs=_sample,
+            make_inputs=_made,
             special_values="ONNX Runtime passes NaN over in minima and maxima",
             reference="definition in NumPy",
             picture=_PICTURES[_suffix],
@@ -286,7 +286,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             f"geometry.bbox.infer_bbox_shape{_suffix}",
             [_input],
             _shape_outputs,
-            make_inputs=_sample,
+            make_inputs=_made,
             reference="definition in NumPy",
             picture=_PICTURES[_suffix],
         )
@@ -297,7 +297,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             [_input],
             [TensorSpec("valid")],
             gradients=(),
-            make_inputs=_sample,
+            make_inputs=_made,
             reference="definition in NumPy",
             picture=_PICTURES[_suffix],
         )

@@ -44,7 +44,7 @@ def _with_wrong_ones(generator: Generator, points: Tensor, size: float):
     return torch.where(wrong[:, None], uniform(generator, 0.0, size, *points.shape), points)
 
 
-def _sample_plane(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_plane(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     p = uniform(generator, 0, 200, sizes["B"], sizes["N"], 2)
     q = mapped(homographies(generator, sizes["B"]), p) + 0.05 * torch.randn(
         p.shape, generator=generator, dtype=_DOUBLE
@@ -86,16 +86,14 @@ add(
         gradients=("points1", "points2"),
         tolerances=_LOOSE,
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        make_inputs=_sample_plane,
+        make_inputs=_make_plane,
         reference="OpenCV findHomography with RANSAC",
     )
 )
 
 
-def _sample_masked_plane(
-    generator: Generator, sizes: dict[str, int], dtype: torch.dtype
-) -> dict[str, Tensor]:
-    made = _sample_plane(generator, sizes, dtype)
+def _make_masked_plane(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+    made = _make_plane(generator, sizes, dtype)
     return made | {
         "mask": (
             (torch.arange(sizes["N"]) < 8) | (torch.rand((sizes["B"], sizes["N"]), generator=generator) < 0.6)
@@ -117,7 +115,7 @@ add(
         gradients=("points1", "points2"),
         tolerances=_LOOSE,
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-        make_inputs=_sample_masked_plane,
+        make_inputs=_make_masked_plane,
         reference="the same of the others alone",
     ),
     fn="geometry.ransac.ransac_homography",
@@ -159,7 +157,7 @@ add(
 # --- poses --------------------------------------------------------------------------------------------------
 
 
-def _sample_pose(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_pose(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points, and a pose near the true one."""
     parts = scene(generator, sizes["B"], sizes["N"])
     pose = torch.cat([parts["R"], parts["t"]], -1) + uniform(generator, -0.03, 0.03, sizes["B"], 3, 4)
@@ -189,7 +187,7 @@ add(
         symbols={"N": (5, 1 << 20)},
         gradients=("world_points", "img_points", "intrinsics", "weights"),
         gradient_tolerances=_LOOSE,
-        make_inputs=_sample_pose,
+        make_inputs=_make_pose,
         reference="OpenCV solvePnP, solvePnPRefineLM",
     )
 )
@@ -197,7 +195,7 @@ add(
 # --- stereo -------------------------------------------------------------------------------------------------
 
 
-def _sample_rig(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_rig(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Two cameras side by side, with small rotations."""
     parts = scene(generator, sizes["B"], 1, 50.0)
     v = uniform(generator, -0.05, 0.05, sizes["B"], 3)
@@ -229,7 +227,7 @@ add(
         [TensorSpec(name) for name in ("R1", "R2", "P1", "P2", "Q")],
         tolerances=_LOOSE,
         gradient_tolerances=_LOOSE,
-        make_inputs=_sample_rig,
+        make_inputs=_make_rig,
         peer=opencv(
             lambda cv2, k1, k2, r, t, size: cv2.stereoRectify(k1, None, k2, None, size, r, t, alpha=-1)[:5],
             "samples",
@@ -244,7 +242,7 @@ add(
 )
 
 
-def _sample_disparity(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_disparity(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Disparities of 5 to 60 pixels, of rigs with focal lengths of about 500."""
     batch = sizes["B"]
     Q = torch.eye(4, dtype=_DOUBLE).repeat(batch, 1, 1)
@@ -271,7 +269,7 @@ add(
         [TensorSpec("points")],
         # gradients by Q are sums over all pixels, of points hundreds away
         gradient_tolerances={"float32": Tolerance(1e-1, 1e-3)},
-        make_inputs=_sample_disparity,
+        make_inputs=_make_disparity,
         peer=opencv(lambda cv2, disparity, q: cv2.reprojectImageTo3D(disparity[0], q), "samples"),
         reference="OpenCV reprojectImageTo3D",
     )

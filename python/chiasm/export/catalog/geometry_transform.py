@@ -203,7 +203,7 @@ add_transform(
 # --- warps --------------------------------------------------------------------------------------------------
 
 
-def _sample_warp(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_warp(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {
         "src": torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype),
@@ -230,7 +230,7 @@ for _mode in ("bilinear", "nearest"):
                 # over all pixels
                 tolerances={"float32": Tolerance(1e-3, 1e-3)},
                 gradient_tolerances={"float32": Tolerance(5e-3, 2e-3)},
-                make_inputs=_sample_warp,
+                make_inputs=_make_warp,
                 # nothing fills with 0
                 peer=warped("warpPerspective", _mode, "zeros" if _padding == "fill" else _padding),
                 reference="OpenCV warpPerspective",

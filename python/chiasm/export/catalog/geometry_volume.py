@@ -298,7 +298,7 @@ _WEIGHTS = [
 ]
 
 
-def _sample_splines(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_splines(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points near the corners and the centre of the square from -1 to 1, and their new positions."""
     anchors = torch.tensor(
         [[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8], [0.0, 0.0], [0.1, -0.7]], dtype=torch.float64
@@ -315,7 +315,7 @@ add(
             TensorSpec("points_dst", ("B", 6, 2), description="where they go"),
         ],
         [TensorSpec("kernel_weights"), TensorSpec("affine_weights")],
-        make_inputs=_sample_splines,
+        make_inputs=_make_splines,
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
         reference="NumPy solve; the spline goes through its points",

@@ -78,7 +78,7 @@ def _places(generator: Generator, shape: Sequence[int], sizes: dict[str, int]):
     return torch.floor(torch.rand((*shape, 2), generator=generator, dtype=torch.float64) * span) - 3
 
 
-def _sample(names: Sequence[str], coordinates: int = 2) -> InputMaker:
+def _made(names: Sequence[str], coordinates: int = 2) -> InputMaker:
     """Images, colours, and points under the given names."""
 
     def sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
@@ -143,7 +143,7 @@ add(
         [TensorSpec("output", layout="NCHW")],
         gradients=("image", "color"),
         gradient_tolerances=_SUM,
-        make_inputs=_sample(["points"]),
+        make_inputs=_made(["points"]),
         peer=_drawn(_point),
         reference="NumPy indexing",
     )
@@ -160,7 +160,7 @@ add(
         [TensorSpec("output", layout="NCHW")],
         gradients=("image", "color"),
         gradient_tolerances=_SUM,
-        make_inputs=_sample(["p1", "p2"]),
+        make_inputs=_made(["p1", "p2"]),
         peer=_drawn(_line),
         reference="OpenCV line(LINE_8)",
     )
@@ -179,16 +179,16 @@ add(
         config={"fill": False, "line_width": 1},
         gradients=("image", "color"),
         gradient_tolerances=_SUM,
-        make_inputs=_sample(["rectangle"], 4),
+        make_inputs=_made(["rectangle"], 4),
         peer=_drawn(_rectangle),
         reference="OpenCV rectangle",
     )
 )
 
 
-def _sample_polygon(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_polygon(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Points in order around an ellipse: convex, and no pixel's centre on an edge."""
-    made = _sample([])(generator, sizes, dtype)
+    made = _made([])(generator, sizes, dtype)
     turn = (
         torch.sort(torch.rand((sizes["B"], sizes["N"]), generator=generator, dtype=torch.float64), 1).values
         * 6.28
@@ -209,7 +209,7 @@ add(
         symbols={"N": (3, 4096)},
         gradients=("images", "colors"),
         gradient_tolerances=_SUM,
-        make_inputs=_sample_polygon,
+        make_inputs=_make_polygon,
         special_values="ONNX Runtime passes NaN over in minima, which infinite vertices give",
         reference="OpenCV pointPolygonTest",
     )

@@ -25,7 +25,7 @@ def _whole(generator: Generator, low: int, high: int, *shape: int) -> Tensor:
 # --- classes ------------------------------------------------------------------------------------------------
 
 
-def _sample_accuracy(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_accuracy(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     batch, classes = sizes["B"], sizes["C"]
     # one in eight scores is a tie, and some labels are outside the classes
     scores = torch.floor(uniform(generator, 0, 8, batch, classes)) / 8
@@ -42,7 +42,7 @@ add(
         [TensorSpec("percentages", description="one for each k")],
         config={"topk": [1, 3]},
         gradients=(),
-        make_inputs=_sample_accuracy,
+        make_inputs=_make_accuracy,
         reference="scikit-learn top_k_accuracy_score, torchmetrics accuracy",
         picture="ranking",
     )
@@ -136,7 +136,7 @@ def _boxes(generator: Generator, *shape: int):
     return torch.cat([corner, corner + uniform(generator, 1, 8, *shape, 2)], -1)
 
 
-def _sample_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     return {
         "boxes_1": _boxes(generator, sizes["N"]).to(dtype),
         "boxes_2": _boxes(generator, sizes["M"]).to(dtype),
@@ -152,7 +152,7 @@ add(
         ],
         [TensorSpec("iou", description="of each of one with each of the other")],
         symbols={"N": (1, 1 << 15), "M": (1, 1 << 15)},
-        make_inputs=_sample_boxes,
+        make_inputs=_make_boxes,
         peer=torchvision("box_iou"),
         reference="areas of polygons by OpenCV",
         picture="overlaps",
@@ -160,7 +160,7 @@ add(
 )
 
 
-def _sample_detections(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_detections(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Three of four true boxes are detected, slightly displaced; the other boxes are not, and the other
     detections are elsewhere."""
     batch, found, there = sizes["B"], sizes["N"], sizes["M"]
@@ -203,7 +203,7 @@ for _variant, _inputs in (("labels", _DETECTED), ("masks", _DETECTED + _MASKS)):
             config={"n_classes": 5},
             symbols={"N": (1, 4096), "M": (1, 4096)},
             gradients=(),
-            make_inputs=_sample_detections,
+            make_inputs=_make_detections,
             reference="the rules of Pascal VOC as a loop in NumPy; scikit-learn precision_recall_curve",
             picture="detections",
         ),
@@ -280,11 +280,11 @@ def _rotations(generator: Generator, count: int) -> Tensor:
     return (q * linalg.det(q)[:, None, None]).contiguous()  # LAPACK writes columns
 
 
-def _sample_rotations(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_rotations(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     return {name: _rotations(generator, sizes["B"]).to(dtype) for name in ("R1", "R2")}
 
 
-def _sample_poses(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_poses(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     def pose():
         return torch.cat(
             [_rotations(generator, sizes["B"]), uniform(generator, -1, 1, sizes["B"], 3, 1)], 2
@@ -301,7 +301,7 @@ add(
             TensorSpec("R2", ("B", 3, 3), description="true ones"),
         ],
         [TensorSpec("angle", description="in degrees")],
-        make_inputs=_sample_rotations,
+        make_inputs=_make_rotations,
         peer=scipys(
             lambda transform, r1, r2: (
                 transform.Rotation.from_matrix(r1).inv() * transform.Rotation.from_matrix(r2)
@@ -335,7 +335,7 @@ add(
             TensorSpec("rotation", description="in degrees"),
             TensorSpec("translation", description="in degrees, up to sign"),
         ],
-        make_inputs=_sample_poses,
+        make_inputs=_make_poses,
         reference="SciPy Rotation.magnitude, NumPy arccos",
         picture="pose errors",
     )

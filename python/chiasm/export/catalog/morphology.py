@@ -20,7 +20,7 @@ def _square(function: str) -> Peer:
     return opencv(lambda cv2, x: getattr(cv2, function)(x, np.ones((5, 5), np.uint8)))
 
 
-def _sample(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _made(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """An image and a 3x3 structuring element (a cross: zero means outside)."""
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     cross = torch.tensor([[0.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]], dtype=dtype)
@@ -39,7 +39,7 @@ add(
         [TensorSpec("output", layout="NCHW")],
         symbols=STENCIL,
         gradients=("tensor",),
-        make_inputs=_sample,
+        make_inputs=_made,
         without_nan=True,
         peer=_morphology("MORPH_DILATE"),
         also=(
@@ -78,7 +78,7 @@ for _name, _operation, _reference in (
             [TensorSpec("output", layout="NCHW")],
             symbols=STENCIL,
             gradients=("tensor",),
-            make_inputs=_sample,
+            make_inputs=_made,
             without_nan=True,
             peer=_morphology(_operation),
             reference=_reference,

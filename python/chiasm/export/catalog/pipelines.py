@@ -177,7 +177,7 @@ add(
 )
 
 
-def _sample_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_boxes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Boxes, some of which extend beyond the frame."""
     height, width = sizes["H"], sizes["W"]
     corners = torch.rand((sizes["N"], 2, 2), generator=generator) * 1.2 - 0.1
@@ -194,7 +194,7 @@ add(
         config={"size": (64, 48)},
         symbols={"N": (1, 1 << 16)},
         gradients=(),
-        make_inputs=_sample_boxes,
+        make_inputs=_make_boxes,
         reference="OpenCV resize of slices",
         errors=(
             *rejected_sizes("size"),
@@ -204,7 +204,7 @@ add(
 )
 
 
-def _sample_views(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+def _make_views(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     first, second = blobs(
         generator, sizes["B"], [(sizes["H"], sizes["W"], 0), (sizes["OH"], sizes["OW"], 5)], dtype
     )
@@ -240,7 +240,7 @@ add(
         gradients=(),
         # points, in pixels; see the detector and the estimator
         tolerances={"float32": Tolerance(2e-2, 1e-3)},
-        make_inputs=_sample_views,
+        make_inputs=_make_views,
         reference="OpenCV SIFT, BFMatcher, findHomography",
         special_values="beside a row of infinities responses are infinite or NaN by the order of their sums",
         picture="registered views",

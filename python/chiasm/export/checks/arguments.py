@@ -308,7 +308,7 @@ def _copy_of(kind: type) -> Any:
 def check_inputs(
     spec: Spec, inputs: Mapping[str, Tensor], sizes: Mapping[str, int], variant: str | None
 ) -> None:
-    """Reject results of the spec's `sample` that do not match the spec."""
+    """Reject results of the spec's `make_inputs` that do not match the spec."""
     for t in spec.inputs:
         value, shape = inputs.get(t.name), tuple(sizes[d] if isinstance(d, str) else d for d in t.shape)
         dtype = variant if t.dtype == "T" else t.dtype

@@ -1,6 +1,6 @@
 """Truncated quotients of integers in eager Python, where the smallest integer divided by -1 ends the process.
 
-An op is tried with the values that its spec's `sample` makes, which must not end the export.
+An op is tried with the values that its spec's `make_inputs` makes, which must not end the export.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rewrites layers that have no kernel, as layers that have one.
+"""Rewrites layers that have no kernel as layers that have one.
 
 * Layers in half precision compute in float32, as PyTorch's own kernels do inside, and round their results.
 * Attention becomes matrix products and a softmax.
@@ -109,15 +109,15 @@ def _convolution_of_images(graph: Graph, node: Node) -> Node | None:
     if volume.meta["val"].dim() != 5:
         return None
     window = weight.meta["val"].shape[2]
-    stride, dilation = a["stride"], a["dilation"]
+    stride, dilation = (_of_each_axis(a[name]) for name in ("stride", "dilation"))
     reach = dilation[0] * (window - 1)
     if isinstance(a["padding"], str):
         before = reach // 2 if a["padding"] == "same" else 0
         after = reach - before if a["padding"] == "same" else 0
         convolve, padding = aten.conv2d.padding, a["padding"]
     else:
-        before = after = a["padding"][0]
-        convolve, padding = aten.conv2d.default, a["padding"][1:]
+        before, *padding = _of_each_axis(a["padding"])
+        after, convolve = before, aten.conv2d.default
     if before or after:  # not by constant_pad_nd, which fixes symbolic sizes
         first = call(graph, aten.slice.Tensor, volume, 2, 0, 1)
         zeros = call(graph, aten.zeros_like.default, first)
@@ -135,6 +135,11 @@ def _convolution_of_images(graph: Graph, node: Node) -> Node | None:
         count = call(graph, aten.sym_size.int, slices, 1)
     made = call(graph, aten.unflatten.int, made, 0, [-1, count])
     return call(graph, aten.permute.default, made, [0, 2, 1, 3, 4])
+
+
+def _of_each_axis(setting: list[int]) -> list[int]:
+    """A setting of (depth, rows, columns), of which PyTorch also takes one for all."""
+    return list(setting) * (3 // len(setting))
 
 
 _FORMS: dict[Any, Callable[[Graph, Node], Node | None]] = {

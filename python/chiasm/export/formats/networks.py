@@ -31,7 +31,8 @@ _Step: TypeAlias = tuple[Any, ...]
 
 
 def use_kernels(program: ExportedProgram) -> None:
-    """Replace, in place, the layers that have a kernel. Others, and layers with computed weights, stay."""
+    """Rewrite layers by forms that have a kernel, then replace, in place, those with constant weights by
+    kernels. Others stay."""
     use_forms(program)
     network = _Network(program)
     for node in list(program.graph.nodes):

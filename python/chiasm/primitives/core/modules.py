@@ -126,7 +126,9 @@ def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) 
     made = made_from(source, f"<chiasm module {function.__module__}.{name}>", name, scope)
     about = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
     made.__doc__ = f"`{function.__name__}` as a module.\n\n{about}"
-    made.extra_repr = lambda self: shown(self, **{keyword[n]: getattr(self, n) for n in keyword})
+    renamed = {name: attribute for attribute, name in keyword.items() if name != attribute}
+    if renamed:
+        made.extra_repr = lambda self: shown(self, **{n: getattr(self, a) for n, a in renamed.items()})
     made.form = form
     made.__module__ = function.__module__.rpartition(".")[0]
     return made

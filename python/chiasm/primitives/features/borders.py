@@ -71,7 +71,7 @@ def find_contours(mask: Tensor, polygons: int, points: int) -> Tensor:
 
 
 @find_contours.lowering("native", when=kernels.available)
-def _outlines_kernel(mask: Tensor, polygons: int, points: int) -> Tensor:
+def _find_contours_kernel(mask: Tensor, polygons: int, points: int) -> Tensor:
     return kernels.find_contours(mask.to(torch.uint8), polygons, points + 2)
 
 

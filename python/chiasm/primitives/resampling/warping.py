@@ -128,7 +128,7 @@ def resample_floating(
 @resample_floating.lowering(
     "native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, padding_mode)
 )
-def _sample_floating_kernel(
+def _resample_floating_kernel(
     src: Tensor,
     x: Tensor,
     y: Tensor,
@@ -182,7 +182,7 @@ def _has_bytes_kernel(src: Tensor, padding_mode: str) -> bool:
 @resample_bytes.lowering(
     "native", when=lambda src, x, y, mode, padding_mode, *_: _has_bytes_kernel(src, padding_mode)
 )
-def _sample_bytes_kernel(
+def _resample_bytes_kernel(
     src: Tensor,
     x: Tensor,
     y: Tensor,
@@ -241,14 +241,14 @@ def resample_projective(
     return resample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-def _samples(
+def _resampled(
     src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object
 ) -> bool:
     return _has_kernel(src, padding_mode)
 
 
-@resample_projective.lowering("native", when=_samples)
-def _sample_projective_kernel(
+@resample_projective.lowering("native", when=_resampled)
+def _resample_projective_kernel(
     src: Tensor,
     matrix: Tensor,
     height: int,
@@ -315,8 +315,8 @@ def resample_affine(
     return resample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-@resample_affine.lowering("native", when=lambda src, *rest: _samples(src, *rest) or _of_bytes(src, *rest))
-def _sample_affine_kernel(
+@resample_affine.lowering("native", when=lambda src, *rest: _resampled(src, *rest) or _of_bytes(src, *rest))
+def _resample_affine_kernel(
     src: Tensor,
     matrix: Tensor,
     height: int,
