@@ -39,6 +39,27 @@ def test_integers_keep_their_order(value: int, method: runtime.Method) -> None:
             assert torch.equal(torch.as_tensor(mine), eager)
 
 
+def narrow(x: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    above = x > 3
+    return above.all(1), above.any(0), x.to(torch.int64).amax(1)
+
+
+def test_numbers_of_32_bits_are_compared_by_the_usual_operators(tmp_path: Path) -> None:
+    spec = Spec(
+        "test.narrow",
+        [TensorSpec("x", ("H", "W"), "int32", range=(-9, 99))],
+        [TensorSpec(f"y{i}") for i in range(3)],
+        gradients=(),
+    )
+    bundle = export(narrow, spec, tmp_path, formats=["onnx"])
+    assert "TopK" not in [node.op_type for node in onnx.load(bundle / "forward.onnx").graph.node]
+    x = torch.full((3, 5), 7, dtype=torch.int32)
+    x[0, 1], x[1, 2], x[2, 4] = -(2**31), 2**31 - 1, -1
+    for values in (x, x.flip(0), x.clamp(max=-5)):
+        for mine, eager in zip(runtime.open(bundle).method("forward")(values), narrow(values), strict=True):
+            assert torch.equal(torch.as_tensor(mine), eager)
+
+
 def sums(x: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     return x.sum(), x.sum(1), x.sum([0], keepdim=True)
 

@@ -127,20 +127,6 @@ KNOWN = {
         "geometry.conversions.axis_angle_to_rotation_matrix",
         "forward.float64.fused.onnx",
     ): _OLD_FLOAT64,
-    **{
-        ("OpenVINO", f"geometry.{op}", f"{method}.float32.onnx"): (
-            "OpenVINO's CPU plug-in has no TopK of these int32, which gives the largest in ONNX Runtime"
-        )
-        for method, op in [
-            ("forward", "homography.find_homography_lines_dlt"),
-            ("forward", "line.fit_line.points2d"),
-            ("forward", "line.fit_line.points3d"),
-            ("forward", "plane.fit_plane.points3d"),
-            ("vjp", "plane.fit_plane.points3d"),
-            ("forward", "quaternion.average_quaternions"),
-            ("forward", "ransac.ransac_homography.masked"),
-        ]
-    },
     ("OpenVINO", "color.rgb_to_grayscale", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "filters.sobel", "forward.float64.onnx"): _FLOAT32_INSIDE,
     (

@@ -42,10 +42,11 @@ void packed_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t c, 
   for (int64_t task = 0; task < blocks * chunks; ++task) {
     const int64_t first = task / chunks * tiles * rows, end = std::min(first + tiles * rows, pixels);
     const T** const pieces = all_pieces.data() + pointers * omp_get_thread_num();
+    int64_t column = first % width, line = first / width;  // divided once, as divisions are slow
+    int64_t y = line % height * stride_y - top;
+    const T* image = x + line / height * h * w * c;
     for (int64_t i = 0; i < tiles * rows; ++i) {
-      const int64_t pixel = std::min(first + i, end - 1), line = pixel / width;
-      const int64_t y = line % height * stride_y - top, x0 = pixel % width * stride_x - left;
-      const T* const image = x + line / height * h * w * c;
+      const int64_t x0 = column * stride_x - left;
       const T** to = pieces + i / rows * taps * rows + i % rows;
       for (int64_t ky = 0; ky < kh; ++ky)
         for (int64_t kx = 0; kx < kw; ++kx, to += rows) {
@@ -53,6 +54,11 @@ void packed_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t c, 
           const bool is_inside = from_y >= 0 && from_y < h && from_x >= 0 && from_x < w;
           *to = is_inside ? image + (from_y * w + from_x) * c : zeros.data();
         }
+      if (first + i + 1 >= end) continue;  // the rest of the last tile reads the last pixel again
+      if (++column < width) continue;
+      column = 0;
+      if (++line % height == 0) image += h * w * c;
+      y = line % height * stride_y - top;
     }
     const int64_t panels = p / groups, size = taps * g * kPanel;  // panels of a group, size of a panel
     const auto multiply_pixels = [&](auto together, int64_t panel) {
@@ -87,37 +93,53 @@ void depthwise_convolution(const T* x, int64_t b, int64_t h, int64_t w, int64_t 
                            int64_t width, T low, T high, T* out) {
   // Range of the taps of a window at `from` that lie within 0..size.
   const auto taps_inside = [](int64_t from, int64_t dilation, int64_t taps, int64_t size) {
+    if (from >= 0 && from + (taps - 1) * dilation < size) return std::pair(int64_t{0}, taps);
     const int64_t first = from < 0 ? (-from + dilation - 1) / dilation : 0;
     const int64_t end = from < size ? std::min(taps, (size - 1 - from) / dilation + 1) : 0;
     return std::pair(std::min(first, taps), end);
   };
+  constexpr int64_t kColumns = 4;  // results that share the loads of weights
 #pragma omp parallel for
   for (int64_t line = 0; line < b * height; ++line) {
     const int64_t y = line % height * stride_y - top;
-    const auto [first_y, end_y] = taps_inside(y, dilation_y, kh, h);
-    for (int64_t column = 0; column < width; ++column) {
-      const int64_t x0 = column * stride_x - left;
-      const auto [first_x, end_x] = taps_inside(x0, dilation_x, kw, w);
-      const T* const image = x + line / height * h * w * c;
+    const auto rows = taps_inside(y, dilation_y, kh, h);
+    const int64_t above = line / height * h + y;
+    // `count` results from a column on, of the taps first..end of each row of the window
+    const auto compute = [&](auto count, int64_t column, int64_t first, int64_t end) {
+      const int64_t from = column * stride_x - left;
       T* const to = out + (line * width + column) * c;
-      // C++17 lambdas cannot capture structured bindings
-      const int64_t tap_y = first_y, below = end_y, tap_x = first_x, right = end_x;
-      for_lanes<T, 4>(c, [=](auto d, auto vectors, int64_t k) {
+      for_lanes<T, count == 1 ? 4 : 2>(c, [=](auto d, auto vectors, int64_t k) {
         using V = hn::Vec<decltype(d)>;
         constexpr auto lanes = static_cast<int64_t>(hn::MaxLanes(d));
-        V sums[vectors];
-        for (int64_t v = 0; v < vectors; ++v) sums[v] = hn::LoadU(d, bias + k + v * lanes);
-        for (int64_t ky = tap_y; ky < below; ++ky)
-          for (int64_t kx = tap_x; kx < right; ++kx) {
-            const T* const values = image + ((y + ky * dilation_y) * w + x0 + kx * dilation_x) * c + k;
+        V sums[count][vectors];
+        for (auto& sum : sums)
+          for (int64_t v = 0; v < vectors; ++v) sum[v] = hn::LoadU(d, bias + k + v * lanes);
+        for (int64_t ky = rows.first; ky < rows.second; ++ky)
+          for (int64_t kx = first; kx < end; ++kx) {
+            const T* const values = x + ((above + ky * dilation_y) * w + from + kx * dilation_x) * c + k;
             const T* const factors = weight + (ky * kw + kx) * c + k;
-            for (int64_t v = 0; v < vectors; ++v)
-              sums[v] =
-                  hn::MulAdd(hn::LoadU(d, values + v * lanes), hn::LoadU(d, factors + v * lanes), sums[v]);
+            for (int64_t v = 0; v < vectors; ++v) {
+              const V factor = hn::LoadU(d, factors + v * lanes);
+              for (int64_t i = 0; i < count; ++i)
+                sums[i][v] =
+                    hn::MulAdd(hn::LoadU(d, values + i * stride_x * c + v * lanes), factor, sums[i][v]);
+            }
           }
-        for (int64_t v = 0; v < vectors; ++v)
-          hn::StoreU(limited(d, sums[v], low, high), d, to + k + v * lanes);
+        for (int64_t i = 0; i < count; ++i)
+          for (int64_t v = 0; v < vectors; ++v)
+            hn::StoreU(limited(d, sums[i][v], low, high), d, to + i * c + k + v * lanes);
       });
+    };
+    for (int64_t column = 0; column < width;) {
+      const int64_t from = column * stride_x - left, next = std::min(column + kColumns, width);
+      if (column + kColumns == next && from >= 0 &&
+          (next - 1) * stride_x - left + (kw - 1) * dilation_x < w) {
+        compute(std::integral_constant<int64_t, kColumns>(), column, 0, kw);
+        column = next;
+      } else {
+        const auto [first, end] = taps_inside(from, dilation_x, kw, w);
+        compute(std::integral_constant<int64_t, 1>(), column++, first, end);
+      }
     }
   }
 }

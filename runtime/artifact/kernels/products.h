@@ -28,10 +28,12 @@ struct Block {
 
 /** start[n] plus the products of Block::kRows rows with the columns of kPanels adjacent panels, `apart`
  *  values from one to the next. A row consists of `pieces` pieces of `depth` values: piece i of row r begins
- *  at rows[i * Block::kRows + r] + offset. Calls store(row, column, vector) for each vector of sums. */
+ *  at rows[i * Block::kRows + r] + offset. Calls store(row, column, vector) for each vector of sums.
+ *
+ *  Not inline: among the variables of a caller, GCC 12 keeps some of the sums in memory. */
 template <int64_t kPanels, class T, class Store>
-HWY_INLINE void multiply(const T* const* rows, int64_t pieces, int64_t depth, int64_t offset, const T* panel,
-                         int64_t apart, const T* start, const Store& store) {
+HWY_NOINLINE void multiply(const T* const* rows, int64_t pieces, int64_t depth, int64_t offset,
+                           const T* panel, int64_t apart, const T* start, const Store& store) {
   constexpr int64_t lanes = kLanes<T>, height = Block<T>::kRows,
                     width = std::min(Block<T>::kVectors, kPanels * kPanel / lanes);
   const Lanes<T> d;

@@ -2,6 +2,8 @@
 
 ONNX Runtime compares their lower halves as signed numbers if the upper halves are equal: in Min, Max, Clip,
 Sign, ReduceMax and ReduceMin of more than one element, 2**31 is less than 7. Its Less and TopK are right.
+Values that fit into 32 bits are compared right, so these operators stay: they are faster, and OpenVINO has no
+TopK of integers.
 """
 
 from __future__ import annotations
@@ -12,6 +14,9 @@ import onnx_ir
 
 from .onnx_steps import Steps
 
+#: Types whose values fit into int32.
+_NARROW = {onnx_ir.DataType[name] for name in ("BOOL", "INT8", "UINT8", "INT16", "UINT16", "INT32")}
+
 
 def keep_order(model: onnx_ir.Model) -> None:
     """Replace these operators on int64 by operators that are right."""
@@ -21,6 +26,8 @@ def keep_order(model: onnx_ir.Model) -> None:
             continue
         if all(_is_single(value) for value in (*node.inputs, *node.outputs)):  # arithmetic of sizes
             continue
+        if all(_is_narrow(value) for value in node.inputs):
+            continue
         step = Steps(f"{node.outputs[0].name}_ordered")
         result = rule(step, node)
         if step.nodes:
@@ -29,6 +36,19 @@ def keep_order(model: onnx_ir.Model) -> None:
 
 def _is_single(value: onnx_ir.Value | None) -> bool:
     return value is None or (value.shape is not None and all(size == 1 for size in value.shape))
+
+
+def _is_narrow(value: onnx_ir.Value | None) -> bool:
+    """Whether the value is left out, or all its elements are known to fit into int32."""
+    if value is None:
+        return True
+    if value.const_value is not None:
+        numbers = value.const_value.numpy()
+        return bool(((numbers >= -(2**31)) & (numbers < 2**31)).all())
+    made = value.producer()
+    if made is None or made.op_type != "Cast" or made.inputs[0] is None:
+        return False
+    return made.inputs[0].dtype in _NARROW
 
 
 def _greater(step: Steps, a: onnx_ir.Value, b: onnx_ir.Value) -> onnx_ir.Value:
