@@ -196,6 +196,20 @@ TEST_F(Bytes, TablesGiveTheirEntries) {
   for (size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], two[256 * (i / 100) + x.data[i]]);
 }
 
+TEST_F(Bytes, LutPixelsAreTheEntries) {
+  std::vector<uint8_t> table;
+  for (const size_t which : {0, 3, 8}) {
+    const auto entries = tables(engine_)[which];
+    table.insert(table.end(), entries.begin(), entries.end());
+  }
+  for (const int count : {1, 2, 33, 16384, 3 * 16384 + 1}) {
+    const cv::Mat x = frame(1, count, 1);
+    std::vector<uint8_t> out(3 * x.total());
+    lut_pixels(table.data(), x.data, count, out.data());
+    for (size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], table[256 * (i % 3) + x.data[i / 3]]) << count;
+  }
+}
+
 // Against the definition in double, with tables like those of falloffs.
 TEST_F(Bytes, BilateralBytesMatchTheDefinition) {
   constexpr int ky = 3, kx = 5, channels = 2;
@@ -374,6 +388,11 @@ KERNEL_CALL_BENCHMARK(lut_bytes_square, [] {
   std::mt19937 engine;
   return [frame = Frame(), table = tables(engine)[8]]() mutable {
     lut_bytes(table.data(), 1, frame.x.data(), 1, 1080 * 1920 * 3, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(lut_pixels, [] {
+  return [frame = Frame(), table = std::vector<uint8_t>(768, 7)]() mutable {
+    lut_pixels(table.data(), frame.x.data(), 1080 * 1920, frame.out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(correlate_bytes_5x5, [] {

@@ -646,6 +646,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (x, integers(256, x.size(0), 256).to(torch.uint8))
         for x in (*bytes_and_words()[:2], integers(256, 3, 40).to(torch.uint8))
     ],
+    "tables.table_colours": lambda t: [
+        (integers(256, 2, 9, 8, 1).to(torch.uint8).permute(0, 3, 1, 2), integers(256, 3, 256).to(torch.uint8))
+    ],
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
     "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_not_empty
 from ..primitives.images.color_planes import check_channels
-from ..primitives.images.tables import table_entries
+from ..primitives.images.tables import table_colours
 from ..primitives.numbers.rounding import to_index
 from .colormap_tables import colormap_levels
 
@@ -40,12 +40,14 @@ def apply_colormap(input_tensor: Tensor, colormap: str) -> Tensor:
     """
     check_channels(input_tensor, 1, "input_tensor")
     check_not_empty(input_tensor, 2, "input_tensor")
+    if input_tensor.dtype == torch.uint8:
+        tables = torch.stack(_levels(colormap, torch.uint8, input_tensor.device))
+        if input_tensor.dim() == 4:  # not reshaped, so that a frame stays one
+            return table_colours(input_tensor, tables)
+        size = list(input_tensor.shape)
+        images = input_tensor.reshape([-1] + size[-3:])
+        return table_colours(images, tables).reshape(size[:-3] + [3] + size[-2:])
     plane = input_tensor.select(-3, 0)
-    if plane.dtype == torch.uint8:
-        images = plane.reshape(-1, 1, plane.size(-2), plane.size(-1))
-        tables = [table.repeat(images.size(0), 1) for table in _levels(colormap, torch.uint8, plane.device)]
-        colours = torch.cat([table_entries(images, table) for table in tables], 1)
-        return colours.reshape(list(plane.shape[:-2]) + [3, plane.size(-2), plane.size(-1)])
     if not plane.is_floating_point():
         raise TypeError(f"input_tensor: expected a floating-point or uint8 tensor, got dtype {plane.dtype}")
     position = plane.clamp(0.0, 1.0) * 255.0

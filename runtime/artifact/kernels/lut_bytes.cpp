@@ -1,5 +1,6 @@
 // Bytes looked up in tables of 256 bytes.
 #include <array>
+#include <cstring>
 
 #include "declared/lut_bytes.h"
 #include "rows.h"
@@ -120,6 +121,21 @@ void lut_bytes(const uint8_t* tables, int64_t rows, const uint8_t* x, int64_t n,
       by_forms(table.forms, x + start, count, out + start);
     else
       by_parts(tables + 256 * row, x + start, count, out + start);
+  }
+}
+
+// A pixel is written as four bytes, of which the next pixel overwrites the last; at the end of a thread's part
+// as three.
+void lut_pixels(const uint8_t* tables, const uint8_t* x, int64_t n, uint8_t* out) {
+  constexpr int64_t kPart = 16384;
+  std::array<std::array<uint8_t, 4>, 256> pixels{};
+  for (size_t level = 0; level < 256; ++level)
+    for (size_t channel = 0; channel < 3; ++channel) pixels[level][channel] = tables[256 * channel + level];
+#pragma omp parallel for
+  for (int64_t first = 0; first < n; first += kPart) {
+    const int64_t last = std::min(first + kPart, n) - 1;
+    for (int64_t i = first; i < last; ++i) std::memcpy(out + 3 * i, pixels[x[i]].data(), 4);
+    std::memcpy(out + 3 * last, pixels[x[last]].data(), 3);
   }
 }
 

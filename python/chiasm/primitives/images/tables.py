@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..core.layout import as_rows, from_rows
+from ..core.layout import as_rows, from_rows, interleaved
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
 from ..numbers.rounding import known_or
@@ -43,3 +43,15 @@ def _table_entries_kernel(image: Tensor, tables: Tensor) -> Tensor:
         rows, _ = as_rows(image)
         return from_rows(kernels.lut_bytes(tables, rows.flatten(1)).unflatten(1, rows.shape[1:]), image)
     return kernels.lut_bytes(tables, image.flatten(1)).reshape(image.shape)
+
+
+@primitive
+def table_colours(image: Tensor, tables: Tensor) -> Tensor:
+    """Bytes (B, 1, H, W) as colours (B, 3, H, W): the entries of each channel's table, (3, 256)."""
+    return torch.cat([table_entries(image, row.expand(image.size(0), 256)) for row in tables.unbind(0)], 1)
+
+
+@table_colours.lowering("native", when=lambda image, tables: kernels.available(image) and interleaved(image))
+def _table_colours_kernel(image: Tensor, tables: Tensor) -> Tensor:
+    pixels = kernels.lut_pixels(tables, image.flatten())
+    return pixels.reshape(image.size(0), image.size(2), image.size(3), 3).permute(0, 3, 1, 2)

@@ -563,6 +563,11 @@ _declare(
     ["1 <= R", "N % R == 0"],
 )
 _declare(
+    "lut_pixels(uint8[3, 256] tables, uint8[N] x) -> uint8[N, 3]",
+    "lut_bytes.cpp",
+    "Bytes as pixels of three channels: the entries of each channel's table.",
+)
+_declare(
     "clahe_histograms(uint8[N, H, W] levels, int tile_height, int tile_width, int tiles_y, int tiles_x) ->"
     " int32[N, tiles_y * tiles_x, 256]",
     "histograms.cpp",
