@@ -16,6 +16,9 @@ namespace chiasm::kernels {
 /** Columns of a panel: value k of column n is panel[k * kPanel + n]. */
 constexpr int64_t kPanel = 16;
 
+/** How many rows of a panel ahead the loop prefetches: weights are read once, from memory. */
+constexpr int64_t kAhead = 32;
+
 /** The tile of sums that fits in registers together with the factors. */
 template <class T>
 struct Block {
@@ -49,6 +52,7 @@ HWY_NOINLINE void multiply(const T* const* rows, int64_t pieces, int64_t depth, 
         hn::Vec<Lanes<T>> columns[width];
         for (int64_t v = 0; v < width; ++v)
           columns[v] = hn::LoadU(d, factors + v * lanes / kPanel * apart + v * lanes % kPanel);
+        for (int64_t i = 0; i < kPanels; ++i) hwy::Prefetch(factors + i * apart + kAhead * kPanel);
 #pragma GCC unroll 20
         for (int64_t r = 0; r < height; ++r) {
           const auto value = hn::Set(d, sources[r][k]);
