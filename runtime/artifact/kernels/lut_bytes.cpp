@@ -124,8 +124,8 @@ void lut_bytes(const uint8_t* tables, int64_t rows, const uint8_t* x, int64_t n,
   }
 }
 
-// A pixel is written as four bytes, of which the next pixel overwrites the last; at the end of a thread's part
-// as three.
+// A pixel is written as four bytes, of which the next pixel overwrites the last; the last pixel of a thread's
+// part as three.
 void lut_pixels(const uint8_t* tables, const uint8_t* x, int64_t n, uint8_t* out) {
   constexpr int64_t kPart = 16384;
   std::array<std::array<uint8_t, 4>, 256> pixels{};
