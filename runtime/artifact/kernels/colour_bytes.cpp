@@ -261,34 +261,61 @@ void luma_chroma_planes(const uint8_t* x, int64_t plane, const LumaChroma& mix, 
   });
 }
 
+// The whole number nearest to one from 0 to 255, half to even: from 2^23 on, float32 has no fractions.
+template <class D>
+HWY_INLINE hn::Vec<Integers<D>> nearest_level(D d, hn::Vec<D> value) {
+  const Integers<D> integers;
+  return hn::And(hn::BitCast(integers, hn::Add(value, hn::Set(d, 8388608.0f))), hn::Set(integers, 255));
+}
+
 // Hue in degrees / 2, with saturation and value, or lightness and saturation, 0 to 255: rounded half to even,
-// lightness half up. Quotients are of integers below 2^16: a quotient that is not a half is further from a
-// half than float32's rounding error.
+// lightness half up. All but the two quotients is computed in bytes. Quotients are of integers below 2^16: a
+// quotient that is not a half is further from a half than float32's rounding error.
 template <bool kLightness>
 void hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
-  const auto hue_of = [](auto d, const auto* colour, auto* levels) {
-    const auto whole = [=](float value) { return hn::Set(d, value); };
-    const Integers<decltype(d)> integers;
-    const auto r = colour[0], g = colour[1], b = colour[2];
-    const auto value = hn::Max(hn::Max(r, g), b), least = hn::Min(hn::Min(r, g), b);
-    const auto chroma = hn::Sub(value, least);
-    const auto is_red = hn::Eq(value, r), is_green = hn::Eq(value, g);
-    const auto turn = hn::IfThenElse(is_red, hn::Sub(g, b),
-                                     hn::Add(hn::IfThenElse(is_green, hn::Sub(b, r), hn::Sub(r, g)),
-                                             hn::Mul(chroma, hn::IfThenElse(is_green, whole(2), whole(4)))));
-    const auto hue = hn::Div(hn::Mul(whole(30), turn), hn::Max(chroma, whole(1)));
-    const auto degrees = hn::NearestInt(hue);
-    const auto turned = hn::Add(degrees, hn::Set(integers, 180));
-    levels[0] = hn::IfThenElse(hn::Lt(degrees, hn::Zero(integers)), turned, degrees);
-    const auto sum = hn::Add(value, least);
-    const auto most = kLightness ? hn::Min(sum, hn::Sub(whole(510), sum)) : value;
-    const auto saturation = hn::NearestInt(hn::Div(hn::Mul(whole(255), chroma), hn::Max(most, whole(1))));
-    const auto level =
-        hn::ConvertTo(integers, kLightness ? hn::Mul(hn::Add(sum, whole(1)), whole(0.5)) : value);
-    levels[1] = kLightness ? level : saturation;
-    levels[2] = kLightness ? saturation : level;
-  };
-  map_levels<3, 3>({x, x + plane, x + 2 * plane}, n, {out, out + out_plane, out + 2 * out_plane}, hue_of);
+  constexpr int64_t kRun = 1024;
+  // The hue is `sector` plus or minus (where `before` is 255) 30 times the quotient of `apart` and `chroma`.
+  uint8_t apart[kRun], chroma[kRun], sector[kRun], before[kRun], most[kRun];
+  uint8_t *const hue = out, *const level = out + (kLightness ? 1 : 2) * out_plane,
+                 *const saturation = out + (kLightness ? 2 : 1) * out_plane;
+  for (int64_t first = 0; first < n; first += kRun) {
+    const int64_t count = std::min(kRun, n - first);
+    for_lanes<uint8_t>(count, [&](auto d, auto, int64_t k) {
+      const uint8_t* const p = x + first + k;
+      const auto r = hn::LoadU(d, p), g = hn::LoadU(d, p + plane), b = hn::LoadU(d, p + 2 * plane);
+      const auto value = hn::Max(hn::Max(r, g), b), least = hn::Min(hn::Min(r, g), b);
+      const auto is_red = hn::Eq(value, r), is_green = hn::Eq(value, g);
+      const auto one = hn::IfThenElse(is_red, g, hn::IfThenElse(is_green, b, r));
+      const auto other = hn::IfThenElse(is_red, b, hn::IfThenElse(is_green, r, g));
+      const auto is_before = hn::Lt(one, other);
+      const auto whole = [=](uint8_t number) { return hn::Set(d, number); };
+      const auto red = hn::IfThenElseZero(is_before, whole(180));
+      const auto at = hn::IfThenElse(is_red, red, hn::IfThenElse(is_green, whole(60), whole(120)));
+      hn::StoreU(hn::Sub(hn::Max(one, other), hn::Min(one, other)), d, apart + k);
+      hn::StoreU(hn::Sub(value, least), d, chroma + k);
+      hn::StoreU(at, d, sector + k);
+      hn::StoreU(hn::VecFromMask(d, is_before), d, before + k);
+      const auto light =
+          hn::Min(hn::SaturatedAdd(value, least), hn::SaturatedAdd(hn::Not(value), hn::Not(least)));
+      hn::StoreU(kLightness ? light : value, d, most + k);
+      hn::StoreU(kLightness ? hn::AverageRound(value, least) : value, d, level + first + k);
+    });
+    map_levels<3, 2>({apart, chroma, most}, count, {hue + first, saturation + first},
+                     [](auto d, const auto* numbers, auto* levels) {
+                       const auto whole = [=](float number) { return hn::Set(d, number); };
+                       const auto ratio = [=](float factor, auto a, auto b) {
+                         return nearest_level(d, hn::Div(hn::Mul(whole(factor), a), hn::Max(b, whole(1))));
+                       };
+                       levels[0] = ratio(30, numbers[0], numbers[1]);
+                       levels[1] = ratio(255, numbers[1], numbers[2]);
+                     });
+    for_lanes<uint8_t>(count, [&](auto d, auto, int64_t k) {
+      const auto turn = hn::LoadU(d, hue + first + k), at = hn::LoadU(d, sector + k);
+      const auto is_before = hn::MaskFromVec(hn::LoadU(d, before + k));
+      const auto turned = hn::IfThenElse(is_before, hn::Sub(at, turn), hn::Add(at, turn));
+      hn::StoreU(hn::IfThenZeroElse(hn::Eq(turned, hn::Set(d, uint8_t{180})), turned), d, hue + first + k);
+    });
+  }
 }
 
 // The inverse: red, green, blue, rounded half up. A channel is an integer below 2^21, divided by 30 * 255 or
