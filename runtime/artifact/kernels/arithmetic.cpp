@@ -27,7 +27,7 @@ void add_weighted(const uint8_t* x, int64_t n, int64_t values, const uint8_t* y,
           hn::Add(hn::Add(hn::Mul(numbers[0], hn::Set(d, w[0])), hn::Mul(numbers[1], hn::Set(d, w[1]))),
                   hn::Set(d, w[2]));
       // NaN becomes 0
-      levels[0] = hn::NearestInt(smaller(larger(sum, hn::Zero(d)), hn::Set(d, 255.0f)));
+      levels[0] = nearest_level(d, smaller(larger(sum, hn::Zero(d)), hn::Set(d, 255.0f)));
     });
   });
 }

@@ -261,13 +261,6 @@ void luma_chroma_planes(const uint8_t* x, int64_t plane, const LumaChroma& mix, 
   });
 }
 
-// The whole number nearest to one from 0 to 255, half to even: from 2^23 on, float32 has no fractions.
-template <class D>
-HWY_INLINE hn::Vec<Integers<D>> nearest_level(D d, hn::Vec<D> value) {
-  const Integers<D> integers;
-  return hn::And(hn::BitCast(integers, hn::Add(value, hn::Set(d, 8388608.0f))), hn::Set(integers, 255));
-}
-
 // Hue in degrees / 2, with saturation and value, or lightness and saturation, 0 to 255: rounded half to even,
 // lightness half up. All but the two quotients is computed in bytes. Quotients are of integers below 2^16: a
 // quotient that is not a half is further from a half than float32's rounding error.

@@ -28,6 +28,13 @@ HWY_INLINE hn::Vec<D> number(D numbers, const uint8_t* x) {
   return hn::ConvertTo(numbers, hn::PromoteTo(Integers<D>(), hn::LoadU(bytes, x)));
 }
 
+// The whole number nearest to one from 0 to 255, half to even: from 2^23 on, float32 has no fractions.
+template <class D>
+HWY_INLINE hn::Vec<Integers<D>> nearest_level(D d, hn::Vec<D> value) {
+  const Integers<D> integers;
+  return hn::And(hn::BitCast(integers, hn::Add(value, hn::Set(d, 8388608.0f))), hn::Set(integers, 255));
+}
+
 // Calls body(d, numbers, levels) for vectors of numbers, one from each of the `from`, and stores the levels,
 // 0 to 255. A vector has every fourth byte of four vectors' worth: bytes are taken out of words of 32 bits
 // and put back by shifts, which avoids shuffles, because these have a lower throughput.
