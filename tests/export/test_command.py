@@ -11,7 +11,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -128,6 +128,34 @@ def test_a_bundle_that_cannot_be_written_leaves_what_was_there(light: Folder, tm
         writer.write(tmp_path / "file" / "below")
     assert sorted(p.name for p in writer.write(tmp_path).iterdir()) == sorted(writer.files)
     assert not list(tmp_path.glob(".writing*"))
+
+
+def test_an_interrupt_or_another_export_between_two_steps_loses_no_bundle(
+    light: Folder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bundle = light("filters.sobel")
+    files = {p.name: p.read_bytes() for p in bundle.iterdir()}
+    writer = Writer(json.loads(files["manifest.json"]), files)
+    there, rename = writer.write(tmp_path), os.rename
+
+    def interrupted(source: Path, target: Path) -> None:
+        rename(source, target)
+        if source == there:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def overtaken(source: Path, target: Path) -> None:
+        rename(source, target)
+        if source == there:
+            monkeypatch.setattr(os, "rename", rename)
+            writer.write(tmp_path)
+
+    for step, expected in ((interrupted, pytest.raises(KeyboardInterrupt)), (overtaken, nullcontext())):
+        monkeypatch.setattr(os, "rename", step)
+        with expected:
+            writer.write(tmp_path)
+        monkeypatch.setattr(os, "rename", rename)
+        assert [p.name for p in tmp_path.iterdir()] == [there.name]
+        assert sorted(p.name for p in there.iterdir()) == sorted(files)
 
 
 def test_what_an_ended_process_was_writing_is_removed_and_what_it_had_moved_away_put_back(

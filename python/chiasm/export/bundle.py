@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
@@ -16,6 +18,7 @@ import torch
 from safetensors.torch import load, save
 
 from .dates import given_time
+from .ending import delayed
 from .errors import ExportError
 from .manifest import SUFFIX, BundleError, read_file, schema, sha256
 
@@ -94,12 +97,9 @@ class Writer:
                 raise ExportError(
                     f"{target}: in the way: not a folder; move it away, or export to another folder"
                 )
-            if target.exists():
-                os.rename(target, made / "old")
-            os.rename(new, target)
+            with delayed():  # an interrupt between the two steps would lose the old bundle
+                _replace(target, new, made / "old")
         except OSError as error:
-            if made is not None and (made / "old").exists():
-                os.rename(made / "old", target)
             raise ExportError(
                 f"{target}: cannot be written: {error.strerror} ({error.filename or folder}); nothing was"
                 " changed"
@@ -108,6 +108,22 @@ class Writer:
             if made is not None:
                 shutil.rmtree(made, ignore_errors=True)
         return target
+
+
+def _replace(target: Path, new: Path, old: Path) -> None:
+    """Put the folder `new` at `target`; what was there moves to `old`, and comes back if that fails."""
+    for attempt in range(10):  # another export may move its own bundle there between two steps
+        moved = old.with_name(f"{old.name}{attempt or ''}")
+        with suppress(FileNotFoundError):
+            os.rename(target, moved)
+        try:
+            os.rename(new, target)
+            return
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST) or attempt == 9:
+                if moved.exists() and not target.exists():
+                    os.rename(moved, target)
+                raise
 
 
 def _writing(process: int) -> str:
