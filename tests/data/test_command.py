@@ -218,6 +218,10 @@ def a_tar(*members: tarfile.TarInfo | str, records: dict[str, str] | None = None
         "deep",
         "size",
         "far",
+        "negative",
+        "digits",
+        "a hole of 8 GB",
+        "sparse map",
     ],
 )
 def test_no_member_of_a_damaged_tar_is_missing_without_a_word(damage: str, tmp_path: Path) -> None:
@@ -243,8 +247,19 @@ def test_no_member_of_a_damaged_tar_is_missing_without_a_word(damage: str, tmp_p
         extended = tarfile.TarInfo("p")
         extended.type = tarfile.XHDTYPE
         data = extended.tobuf() * 3000 + data
+    elif damage == "negative":
+        data[second + 124 : second + 136] = b"\xff" * 12  # its size, -1
+        data[second + 148 : second + 156] = b"%07o\0" % tarfile.calc_chksums(data[second : second + 512])[0]
+    elif damage in ("digits", "a hole of 8 GB"):  # quadratic time, and memory
+        extended = tarfile.TarInfo("p")
+        extended.type, extended.size = tarfile.XHDTYPE, 1 << 18 if damage == "digits" else 8 << 30
+        data = extended.tobuf() + (b"1" * extended.size + data if damage == "digits" else b"")
+    elif damage == "sparse map":
+        data = a_tar("a.jpg", records={"GNU.sparse.major": "1", "GNU.sparse.minor": "0"})
     source.write_bytes(data)
-    with pytest.raises(DataError, match=r"a\.tar: "):
+    if damage == "a hole of 8 GB":
+        os.truncate(source, 8 << 30)
+    with pytest.raises(DataError, match=r"a\.tar: .*(archive|seeking)"):
         written(source, tmp_path / "out")
     assert list((tmp_path / "out").iterdir()) == []
 
@@ -303,6 +318,26 @@ def test_an_output_folder_with_a_pipe_or_a_link_for_a_file(name: str, tmp_path: 
     file.symlink_to(precious)
     assert name in refused()
     assert precious.stat().st_size == 100_000
+
+
+def test_links_in_the_place_of_unfinished_files_are_replaced(tmp_path: Path) -> None:
+    (tmp_path / "a.tar").write_bytes(a_tar("a.jpg"))
+    precious, folder = tmp_path / "precious", tmp_path / "out"
+    precious.write_text("mine")
+    folder.mkdir()
+    [shard], _ = plan(tmp_path / "a.tar", 500)
+    for name in (f".{JOB}.tmp", f".{shard.file}.{os.uname().nodename}-{os.getpid()}.tmp"):
+        (folder / name).symlink_to(precious)
+    write(shard, Map(SOBEL, errors="column"), folder, lambda rows, bad: None)
+    (folder / shard.file).rename(tmp_path / shard.file)
+    with output_folder(folder, {"rows": 1}):
+        assert precious.read_text() == "mine" and not (folder / JOB).is_symlink()
+
+
+def test_a_cache_whose_name_is_not_text_is_one_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CHIASM_CACHE", os.fsdecode(bytes(tmp_path / "cache") + b"\xff"))
+    with pytest.raises(DataError, match="in UTF-8, got"):
+        Map(SOBEL, num_threads=2).open()
 
 
 def test_a_large_constant_takes_no_more_memory() -> None:

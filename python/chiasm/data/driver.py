@@ -65,8 +65,9 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
                     f" {others[0]!r}"
                 ) from None
             scratch = folder / f".{JOB}.tmp"
-            with naming(folder):
-                scratch.write_text(json.dumps(job, indent=1))
+            scratch.unlink(missing_ok=True)
+            with naming(folder), open(scratch, "x") as written:
+                written.write(json.dumps(job, indent=1))
             scratch.rename(file)
             began = job
         except (ValueError, RecursionError) as error:

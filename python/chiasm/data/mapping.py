@@ -310,7 +310,7 @@ def _open(wanted: Map) -> Opened:
         method = bundle.method(
             wanted.method, backend=wanted.backend, dtype=wanted.dtype, num_threads=wanted.num_threads
         )
-    except chiasm.runtime.ChiasmError as error:
+    except (chiasm.runtime.ChiasmError, ValueError) as error:  # ValueError: a folder that is not UTF-8
         raise DataError(f"{wanted.parcel.name}: {error}") from error
     samples = bundle.info["methods"][wanted.method].get("samples")
     most = bundle.info["symbols"][samples]["max"] if samples else 1

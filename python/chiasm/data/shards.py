@@ -155,7 +155,8 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
     writer = None
     try:
         began = _state(shard)
-        with open(scratch, "wb") as file:
+        scratch.unlink(missing_ok=True)
+        with open(scratch, "xb") as file:  # not into what a link of this name leads to
             for batch in _mapped(shard, mapping):
                 if writer is None:
                     schema = batch.schema.with_metadata(
@@ -263,11 +264,47 @@ class _Member(tarfile.TarInfo):
                 f"{error} at byte {tarfile.offset}: the archive is damaged, cut short or has no end"
             ) from error
 
+    def _proc_member(self, tarfile: Any) -> Any:
+        """tarfile calls this for each header. It keeps the content of a long name or of PAX records in
+        memory, and the search for records in a run of digits takes quadratic time (in CPython 3.11.9 and
+        earlier)."""
+        if self.size < 0:
+            raise ReadError(f"a member of {self.size} bytes at byte {self.offset}: the archive is damaged")
+        if self.type in _DESCRIPTIONS and self.size > _MOST_OF_DESCRIPTION:
+            raise ReadError(
+                f"a name or records of {self.size} bytes at byte {self.offset}, expected at most"
+                f" {_MOST_OF_DESCRIPTION}: the archive is damaged"
+            )
+        return super()._proc_member(tarfile)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+#: Members that describe the one after them, or all: a long name or target, PAX records.
+_DESCRIPTIONS = (
+    tarfile.GNUTYPE_LONGNAME,
+    tarfile.GNUTYPE_LONGLINK,
+    tarfile.XHDTYPE,
+    tarfile.XGLTYPE,
+    tarfile.SOLARIS_XHDTYPE,
+)
+#: The most bytes of one. Two paths have at most 8 KiB.
+_MOST_OF_DESCRIPTION = 1 << 14
+
 
 def _members(path: Path) -> Iterator[tuple[str, Callable[[], bytes]]]:
+    try:
+        yield from _read_members(path)
+    except (DataError, tarfile.TarError, OSError, MemoryError):
+        raise
+    except Exception as error:  # nearly any, in tarfile's own words: of a number, of nested headers
+        raise DataError(f"the archive is damaged: {one_line(error, 200)}") from error
+
+
+def _read_members(path: Path) -> Iterator[tuple[str, Callable[[], bytes]]]:
     length = path.stat().st_size
     with tarfile.open(path, "r|", tarinfo=_Member) as archive:
         for member in archive:
+            if member.size < 0:  # by a record
+                raise DataError(f"{member.name!r} has {member.size} bytes: the archive is damaged")
             if archive.offset > length:  # tarfile would read up to there, behind the end of the file
                 raise DataError(f"{member.name!r} ends behind the archive: it is damaged or cut short")
             if not member.isdir() and member.name.lower().endswith(IMAGES):
