@@ -111,6 +111,31 @@ TEST_P(Fork, AChildClosesWhatItsParentLoaded) {
   EXPECT_EQ(bytes_of(sobel->run(image_.tensors)), expected) << "in the parent, after the fork";
 }
 
+/** The same with fewer threads than the process has, which are the method's own on any machine. */
+TEST_P(Fork, AChildClosesAMethodWithAFewThreadsOfItsOwn) {
+  if (way() == "plugin") GTEST_SKIP() << "a session of the program's own is ONNX Runtime's to close";
+  const bool flat = way() == "onnx_flat";
+  LoadOptions options = LoadOptions().with_backend(flat ? "onnx" : way()).with_num_threads(2);
+  if (flat) options = options.with_option("fused", "0");
+  const Ending process = in_child(seconds(60), [&] {
+    try {
+      set_num_threads(4);
+    } catch (const Error&) {  // a method was loaded before
+      return std::string();
+    }
+    std::optional<Method> sobel = Bundle::open(sobel_).method("forward", options);
+    const std::string expected = bytes_of(sobel->run(image_.tensors));
+    const Ending child = in_child(seconds(20), [&] {
+      std::string wrong = ok_if(bytes_of(sobel->run(image_.tensors)) == expected, "a run");
+      sobel.reset();
+      return wrong;
+    });
+    return child.well() ? child.words : child.text();
+  });
+  EXPECT_TRUE(process.well()) << process.text();
+  EXPECT_EQ(process.words, "");
+}
+
 /** The policy's lock is not a gate's: who opens a bundle has it while keys are read. */
 TEST(ForkOfTrust, WhileAnotherThreadReadsThePolicy) {
   const TemporaryFolder folder;

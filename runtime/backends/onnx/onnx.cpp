@@ -109,6 +109,7 @@ class Session {
       const Ort::Env& env = environment(request.process_threads);  // the CUDA provider logs to it
       Ort::SessionOptions options;
       const bool shares_threads = request.num_threads == request.process_threads;
+      has_own_threads_ = !shares_threads;
       if (shares_threads)
         options.DisablePerSessionThreads();
       else
@@ -132,6 +133,11 @@ class Session {
     if (outputs_.size() != static_cast<size_t>(request.output_count))
       throw Error(CHIASM_CORRUPT, "the graph has " + std::to_string(outputs_.size()) +
                                       " outputs, the manifest says " + std::to_string(request.output_count));
+  }
+
+  /** Whether it has threads that are the parent's: destroying their pool would wait for them without end. */
+  bool has_threads_of_parent() const noexcept {
+    return has_own_threads_ && generation_ != ForkGate::generation();
   }
 
   void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options) {
@@ -256,6 +262,8 @@ class Session {
                   out.size());
   }
 
+  const uint32_t generation_ = ForkGate::generation();
+  bool has_own_threads_ = false;
   Ort::MemoryInfo memory_;
   std::optional<CudaDevice> device_;
   std::optional<CudaStream> stream_;  // outlives the session, which works on it
@@ -292,7 +300,8 @@ int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outpu
 
 void unload(void* model) {
   const ForkGate::Passage passage;
-  delete static_cast<Session*>(model);
+  auto* const session = static_cast<Session*>(model);
+  if (!session->has_threads_of_parent()) delete session;
 }
 
 // Ranks the fused form above the flat one, if it can run here and is wanted.
