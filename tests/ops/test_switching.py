@@ -13,7 +13,7 @@ import torch.nn.functional as F
 import torchvision.ops
 from torch import Tensor
 
-from chiasm import color, contrib, enhance, feature, filters, image, losses, metrics, morphology
+from chiasm import color, contrib, enhance, feature, filters, geometry, image, losses, metrics, morphology
 from chiasm.geometry import homography, subpix, transform
 from chiasm.geometry.camera import PinholeCamera, StereoCamera
 from chiasm.geometry.conversions import axis_angle_to_quaternion, deg2rad, quaternion_log_to_exp, rad2deg
@@ -323,3 +323,11 @@ def test_one_angle_for_all_rotations() -> None:
     for b in range(2):
         expected = cv2.getRotationMatrix2D(tuple(center[b].tolist()), 30.0, 1.0)
         np.testing.assert_allclose(turned[b], expected, atol=1e-6)
+
+
+def test_names_of_geometry_without_their_module() -> None:
+    assert geometry.resize is transform.resize and geometry.Resize is transform.Resize
+    assert geometry.PinholeCamera is PinholeCamera and geometry.fit_line is fit_line
+    assert transform.ImageRegistrator is geometry.ImageRegistrator is geometry.registration.ImageRegistrator
+    with pytest.raises(AttributeError, match="no attribute 'no_such_name'"):
+        getattr(geometry, "no_such_name")  # noqa: B009 (a type checker knows that it is missing)

@@ -1,4 +1,7 @@
-"""Geometry of images and points."""
+"""Geometry of images and points. The names of its modules are also names of the package: `resize` of
+`transform` is `geometry.resize`."""
+
+from typing import Any
 
 from . import (
     bbox,
@@ -45,6 +48,18 @@ __all__ = [
     "subpix",
     "transform",
 ]
+
+
+#: The modules whose names the package has too.
+_FLAT = [globals()[name] for name in __all__]
+
+
+def __getattr__(name: str) -> Any:
+    """A public name of one of the modules, as Kornia's users write it."""
+    for module in _FLAT:
+        if name in dir(module):
+            return getattr(module, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -16,7 +16,8 @@ from torch import Tensor, nn
 from ..primitives.core.checks import check_choice, check_image
 from ..primitives.core.modules import Module, shown
 from ..primitives.linalg.matrices import inverse3x3
-from .transform import HomographyWarper, build_pyramid
+from .transform.homography_warp import HomographyWarper
+from .transform.pyramid import build_pyramid
 
 __all__ = ["Homography", "ImageRegistrator", "Similarity"]
 

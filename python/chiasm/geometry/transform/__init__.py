@@ -1,6 +1,9 @@
 """Geometric image transforms."""
 
 from ...primitives.core.modules import ModuleForm, lazy_modules
+from ..registration import Homography as Homography
+from ..registration import ImageRegistrator as ImageRegistrator
+from ..registration import Similarity as Similarity
 from .affine import Affine, affine, rotate, scale, shear, translate, warp_affine
 from .crop import (
     CenterCrop2D,
