@@ -24,6 +24,7 @@ from . import (
     stereo,
     subpix,
     transform,
+    vector,
 )
 
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "stereo",
     "subpix",
     "transform",
+    "vector",
 ]
 
 

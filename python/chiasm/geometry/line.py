@@ -1,17 +1,97 @@
 """Lines through points."""
 
-from typing import Optional, Tuple
+from typing import Iterator, Optional, Tuple, Union
 
+import torch
+import torch.nn.functional as F
 from torch import Tensor
 
+from ..primitives.core.checks import check_broadcastable, check_floating
+from ..primitives.core.modules import Module, hold
 from ..primitives.linalg.matrices import largest_eigenvector
 from ..primitives.linalg.scatter_matrix import mean_and_scatter
+from .plane import Hyperplane
+from .vector import Scalar, bare
 
-__all__ = ["fit_line"]
+__all__ = ["ParametrizedLine", "fit_line"]
 
 
 def __dir__() -> list[str]:
     return __all__
+
+
+class ParametrizedLine(Module):
+    """Lines: the points ``origin + t direction``, for eager Python.
+
+    Args:
+        origin: (*, D), a point of each line; a Parameter is learned.
+        direction: (*, D), of any length; of length 1 for the distances and projections.
+
+    Raises:
+        TypeError, ValueError: if an argument is not floating point, or the shapes do not agree.
+
+    Example:
+        >>> line = ParametrizedLine.through(torch.tensor([0.0, 1.0]), torch.tensor([3.0, 5.0]))
+        >>> line.point_at(5.0), line.distance(torch.tensor([4.0, -2.0]))
+        (tensor([3., 5.]), tensor(5.))
+    """
+
+    origin: Tensor
+    direction: Tensor
+
+    def __init__(self, origin: Tensor, direction: Tensor) -> None:
+        super().__init__()
+        check_floating(origin, "origin")
+        check_floating(direction, "direction")
+        check_broadcastable(direction, origin, "direction", "origin", 0, 0)
+        hold(self, "origin", origin)
+        hold(self, "direction", direction)
+
+    def __iter__(self) -> Iterator[Tensor]:
+        return iter((self.origin, self.direction))
+
+    def __getitem__(self, index: int) -> Tensor:
+        return (self.origin, self.direction)[index]
+
+    def dim(self) -> int:
+        """The number D of coordinates."""
+        return self.direction.size(-1)
+
+    @classmethod
+    def through(cls, p0: Tensor, p1: Tensor) -> "ParametrizedLine":
+        """Lines from points (*, D) to points (*, D), with directions of length 1."""
+        if bool((p0 == p1).all(-1).any()):
+            raise ValueError("p1: expected a point other than p0")
+        return cls(p0, F.normalize(p1 - p0, dim=-1))
+
+    def point_at(self, t: Union[float, Tensor, Scalar]) -> Tensor:
+        """(*, D), the points ``origin + t direction``; t is a number, or (*) or (*, 1)."""
+        step = torch.as_tensor(bare(t), dtype=self.direction.dtype, device=self.direction.device)
+        if step.dim() > 0 and step.shape != (*self.direction.shape[:-1], 1):
+            step = step[..., None]
+        return self.origin + step * self.direction
+
+    def projection(self, point: Tensor) -> Tensor:
+        """(*, D), the point of each line that is nearest to ``point`` (*, D)."""
+        along = ((point - self.origin) * self.direction).sum(-1, keepdim=True)
+        return self.origin + along * self.direction
+
+    def squared_distance(self, point: Tensor) -> Tensor:
+        """(*), the squared distance of ``point`` (*, D) from each line."""
+        return (point - self.projection(point)).square().sum(-1)
+
+    def distance(self, point: Tensor) -> Tensor:
+        """(*), the distance of ``point`` (*, D) from each line."""
+        return torch.linalg.vector_norm(point - self.projection(point), dim=-1)
+
+    def intersect(self, plane: Hyperplane, eps: float = 1e-6) -> Tuple[Tensor, Tensor]:
+        """The parameter t (*) and the point (*, D) where each line meets a plane. Where a line is parallel to
+        its plane (the inner product of direction and normal is below eps), t is infinite."""
+        normal = bare(plane.normal)
+        slope = (normal * self.direction).sum(-1)
+        height = bare(plane.offset) + (normal * self.origin).sum(-1)
+        t = torch.where(slope.abs() < eps, torch.full_like(slope, torch.inf), -height / slope)
+        return t, self.point_at(t)
 
 
 def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:

@@ -1,17 +1,94 @@
 """Planes through points."""
 
-from typing import Optional, Tuple
+from typing import Optional, Tuple, Union
 
+import torch
+import torch.nn.functional as F
 from torch import Tensor
 
+from ..primitives.core.modules import Module, hold
 from ..primitives.linalg.matrices import smallest_eigenvector
 from ..primitives.linalg.scatter_matrix import mean_and_scatter
+from .vector import Scalar, Vector3, bare
 
-__all__ = ["fit_plane"]
+__all__ = ["Hyperplane", "fit_plane"]
 
 
 def __dir__() -> list[str]:
     return __all__
+
+
+class Hyperplane(Module):
+    """Planes: the points p with ``normal . p + offset = 0``, for eager Python.
+
+    Args:
+        n: (*, 3), the normals, of length 1 for the distances and projections; a Vector3 or a tensor.
+        d: (*), the offsets; a Scalar or a tensor.
+
+    Example:
+        >>> plane = Hyperplane.through(torch.eye(3)[0], torch.eye(3)[1], torch.zeros(3))
+        >>> plane.abs_distance(torch.tensor([5.0, 6.0, 7.0]))
+        Scalar(7.0)
+    """
+
+    _normal: Tensor
+    _offset: Tensor
+
+    def __init__(self, n: Union[Vector3, Tensor], d: Union[Scalar, Tensor]) -> None:
+        super().__init__()
+        hold(self, "_normal", Vector3(bare(n)).data)
+        hold(self, "_offset", Scalar(bare(d)).data)
+
+    @property
+    def normal(self) -> Vector3:
+        """(*, 3)."""
+        return Vector3(self._normal)
+
+    @property
+    def offset(self) -> Scalar:
+        """(*)."""
+        return Scalar(self._offset)
+
+    def extra_repr(self) -> str:
+        return f"normal={self.normal}, offset={self.offset}"
+
+    @classmethod
+    def from_vector(cls, n: Union[Vector3, Tensor], e: Union[Vector3, Tensor]) -> "Hyperplane":
+        """The planes with normals n through the points e, both (*, 3)."""
+        return cls(n, -(bare(n) * bare(e)).sum(-1))
+
+    @classmethod
+    def through(
+        cls,
+        p0: Union[Vector3, Tensor],
+        p1: Union[Vector3, Tensor],
+        p2: Union[Vector3, Tensor],
+    ) -> "Hyperplane":
+        """The planes through three points (*, 3), which seen from the side of the normal turn to the left.
+        Where the points are on a line, the plane is one of those through that line."""
+        origin = bare(p0)
+        first, second = bare(p1) - origin, bare(p2) - origin
+        normal = torch.linalg.cross(first, second)
+        length = torch.linalg.vector_norm(normal, dim=-1, keepdim=True)
+        scale = torch.linalg.vector_norm(first, dim=-1) * torch.linalg.vector_norm(second, dim=-1)
+        least = torch.finfo(normal.dtype).eps * scale[..., None]
+        stack = torch.stack([first, second, torch.zeros_like(first)], -2)
+        beside = torch.linalg.svd(stack).Vh[..., -1, :]
+        return cls.from_vector(
+            torch.where(length > least, normal / length.clamp(min=1e-30), F.normalize(beside, dim=-1)), origin
+        )
+
+    def signed_distance(self, p: Union[Vector3, Tensor]) -> Scalar:
+        """(*), the distances of points (*, 3), positive on the normal's side."""
+        return Scalar((bare(p) * self._normal).sum(-1) + self._offset)
+
+    def abs_distance(self, p: Union[Vector3, Tensor]) -> Scalar:
+        """(*), the distances of points (*, 3)."""
+        return Scalar(self.signed_distance(p).data.abs())
+
+    def projection(self, p: Union[Vector3, Tensor]) -> Vector3:
+        """(*, 3), the points of the planes that are nearest to points (*, 3)."""
+        return Vector3(bare(p) - self.signed_distance(p).data[..., None] * self._normal)
 
 
 def fit_plane(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
