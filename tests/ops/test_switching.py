@@ -14,7 +14,7 @@ import torchvision.ops
 from torch import Tensor
 
 from chiasm import color, contrib, enhance, feature, filters, geometry, image, losses, metrics, morphology
-from chiasm.geometry import homography, subpix, transform
+from chiasm.geometry import depth, epipolar, homography, subpix, transform
 from chiasm.geometry.camera import PinholeCamera, StereoCamera
 from chiasm.geometry.conversions import axis_angle_to_quaternion, deg2rad, quaternion_log_to_exp, rad2deg
 from chiasm.geometry.linalg import transform_points
@@ -331,3 +331,66 @@ def test_names_of_geometry_without_their_module() -> None:
     assert transform.ImageRegistrator is geometry.ImageRegistrator is geometry.registration.ImageRegistrator
     with pytest.raises(AttributeError, match="no attribute 'no_such_name'"):
         getattr(geometry, "no_such_name")  # noqa: B009 (a type checker knows that it is missing)
+
+
+def test_scenes_are_seen_by_their_cameras() -> None:
+    torch.manual_seed(0)
+    scene = epipolar.generate_scene(4, 50)
+    X, P = scene["points3d"].numpy(), scene["P"].numpy()
+    for v in range(4):
+        rotation, shift = scene["R"][v].numpy(), scene["t"][v].numpy()
+        assert (X[0] @ rotation.T + shift[:, 0])[:, 2].min() > 0.99
+        np.testing.assert_allclose(P[v], scene["K"][0].numpy() @ np.hstack([rotation, shift]), atol=1e-4)
+        turn = cv2.Rodrigues(rotation)[0]
+        seen = cv2.projectPoints(X[0], turn, shift, scene["K"][0].numpy(), None)[0]
+        np.testing.assert_allclose(scene["points2d"][v], seen[:, 0], rtol=1e-3, atol=1e-2)
+    K = epipolar.random_intrinsics(torch.tensor(2.0, dtype=torch.float64), torch.tensor(3.0))
+    assert K.shape == (1, 3, 3) and K.dtype == torch.float64 and 2 <= K[0, 0, 0] < 3
+    with pytest.raises(ValueError, match="num_views, num_points: expected positive numbers, got 0 and 5"):
+        epipolar.generate_scene(0, 5)
+
+
+@pytest.mark.parametrize("double", [False, True])
+def test_a_scale_space(double: bool) -> None:
+    plane = torch.zeros(1, 1, 81, 97, dtype=torch.float64)
+    plane[0, 0, 40, 48] = 1.0
+    pyramid = transform.ScalePyramid(2, 1.6, 30, double)
+    levels, sigmas, sizes = pyramid(plane)
+    first = [81, 97] if not double else [162, 194]
+    assert [list(x.shape[3:]) for x in levels] == [[n >> k for n in first] for k in range(len(levels))]
+    assert len(levels) == 2 + double
+    wide = cv2.resize(plane[0, 0].numpy(), None, fx=2, fy=2) if double else plane[0, 0].numpy()
+    has = 1.0 if double else 0.5
+    for k in range(5 - 2 * double):  # the blurs add up to one; a doubled image's positions differ
+        assert sigmas[0][0, k].item() == pytest.approx(1.6 * 2 ** (k / 2))
+        total = math.sqrt(sigmas[0][0, k].item() ** 2 - has**2)
+        blurred = cv2.GaussianBlur(wide, (0, 0), total)
+        assert levels[0][0, 0, k].max().item() == pytest.approx(blurred.max(), rel=0.1 if double else 2e-3)
+    assert [s[0, 0].item() for s in sizes] == [(0.5 if double else 1.0) * 2**k for k in range(len(sizes))]
+    tiny = transform.ScalePyramid()(torch.rand(1, 1, 7, 6))[0]
+    assert len(tiny) == 1 and tiny[0].isfinite().all()
+    for made, expected in zip(torch.jit.script(pyramid)(plane)[0], levels):
+        torch.testing.assert_close(made, expected)
+
+
+def test_planes_of_a_cost_volume() -> None:
+    left = PinholeCamera.from_parameters(20.0, 20.0, 8.0, 6.0, 12, 16)
+    right = PinholeCamera.from_parameters(20.0, 20.0, 8.0, 6.0, 12, 16, tx=-0.25)
+    warper = depth.DepthWarper(right, 12, 16)
+    with pytest.raises(ValueError, match="pinhole_src: expected a camera"):
+        warper.compute_subpixel_step()
+    step = warper.compute_projection_matrix(left).compute_subpixel_step()
+    # disparity = focal length * base * inverse depth: half a pixel each
+    assert step.item() == pytest.approx(0.5 / (20.0 * 0.25), rel=1e-4)
+    left.tx = 2.0
+    assert left.tx.item() == left.extrinsics[0, 0, 3].item() == 2.0
+
+
+def test_images_of_different_sizes_are_registered() -> None:
+    image, smaller = torch.rand(1, 1, 32, 40), torch.rand(1, 1, 16, 20)
+    found = transform.ImageRegistrator(pyramid_levels=2, num_iterations=3, allow_shape_mismatch=True)
+    expected = transform.ImageRegistrator(pyramid_levels=2, num_iterations=3)
+    resized = F.interpolate(image, (16, 20), mode="bilinear", align_corners=False)
+    torch.testing.assert_close(found.register(image, smaller), expected.register(resized, smaller))
+    with pytest.raises(ValueError, match="dst_img: expected src_img's shape"):
+        expected.register(image, smaller)

@@ -26,6 +26,8 @@ from . import (
     transform,
     vector,
 )
+from .epipolar import generate_scene as generate_scene
+from .epipolar import random_intrinsics as random_intrinsics
 
 __all__ = [
     "bbox",

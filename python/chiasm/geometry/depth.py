@@ -333,6 +333,28 @@ class DepthWarper(Module):
         self.pinhole_src = pinhole_src
         return self
 
+    def compute_subpixel_step(self) -> Tensor:
+        """(B,), the step in inverse depth that moves the pixel in the middle of the source by half a pixel in
+        the destination, at a depth of 1: the step of planes of a cost volume.
+
+        R. Szeliski, D. Scharstein, Symmetric sub-pixel stereo matching, ECCV 2002.
+
+        Raises:
+            ValueError: if no source camera was given.
+        """
+        if self.pinhole_src is None:
+            raise ValueError("pinhole_src: expected a camera, given to compute_projection_matrix, got None")
+        dst, src = self.pinhole_dst, self.pinhole_src
+        change, half = 0.01, torch.tensor([self.width / 2.0, self.height / 2.0, 1.0]).to(src.intrinsics)
+        ray = torch.linalg.solve(src.camera_matrix, half.expand(src.batch_size, -1))
+        moved = dst.extrinsics.matmul(torch.linalg.inv(src.extrinsics))
+        seen = []
+        for inverse_depth in (1.0 - change, 1.0 + change):
+            point = moved[:, :3, :3].matmul(ray[..., None]) + inverse_depth * moved[:, :3, 3:]
+            image = dst.camera_matrix.matmul(point)[..., 0]
+            seen.append(image[:, :2] / image[:, 2:])
+        return change / torch.linalg.vector_norm(seen[1] - seen[0], dim=-1)
+
     def forward(self, depth_src: Tensor, patch_dst: Tensor) -> Tensor:
         if self.pinhole_src is None:
             raise ValueError("pinhole_src: expected a camera, given to compute_projection_matrix, got None")

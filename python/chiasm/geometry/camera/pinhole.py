@@ -2,7 +2,7 @@
 # pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
 """Conversions between 3D points and pixels of a pinhole camera."""
 
-from typing import Optional
+from typing import Optional, Union
 
 import torch
 from torch import Tensor
@@ -238,15 +238,27 @@ class PinholeCamera(Module):
         """(B,), the x coordinate of the world's origin in the cameras' frames."""
         return self.extrinsics[:, 0, 3]
 
+    @tx.setter
+    def tx(self, value: Union[float, Tensor]) -> None:
+        self.extrinsics[:, 0, 3] = value
+
     @property
     def ty(self) -> Tensor:
         """(B,), the y coordinate of the world's origin in the cameras' frames."""
         return self.extrinsics[:, 1, 3]
 
+    @ty.setter
+    def ty(self, value: Union[float, Tensor]) -> None:
+        self.extrinsics[:, 1, 3] = value
+
     @property
     def tz(self) -> Tensor:
         """(B,), the z coordinate of the world's origin in the cameras' frames."""
         return self.extrinsics[:, 2, 3]
+
+    @tz.setter
+    def tz(self, value: Union[float, Tensor]) -> None:
+        self.extrinsics[:, 2, 3] = value
 
     @property
     def camera_matrix(self) -> Tensor:

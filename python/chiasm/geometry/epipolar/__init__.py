@@ -40,6 +40,8 @@ from .projection import (
     projections_from_fundamental,
     scale_intrinsics,
 )
+from .scene import generate_scene as generate_scene
+from .scene import random_intrinsics as random_intrinsics
 from .triangulation import triangulate_points
 
 __all__ = [

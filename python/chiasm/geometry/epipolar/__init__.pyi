@@ -34,6 +34,8 @@ from .projection import intrinsics_like as intrinsics_like
 from .projection import projection_from_KRt as projection_from_KRt
 from .projection import projections_from_fundamental as projections_from_fundamental
 from .projection import scale_intrinsics as scale_intrinsics
+from .scene import generate_scene as generate_scene
+from .scene import random_intrinsics as random_intrinsics
 from .triangulation import triangulate_points as triangulate_points
 
 class KRtFromProjection(nn.Module):

@@ -8,9 +8,10 @@ and 0.37 (m = 5). With noise, several samples without outliers are needed so tha
 
 from ...primitives.core.modules import lazy_modules
 from .essential import ransac_essential
+from .estimator import RANSAC
 from .fundamental import ransac_fundamental
 from .homography import ransac_homography
 
-__all__ = ["ransac_essential", "ransac_fundamental", "ransac_homography"]
+__all__ = ["RANSAC", "ransac_essential", "ransac_fundamental", "ransac_homography"]
 
 __getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -5,6 +5,7 @@ from typing import Optional, Tuple
 from torch import Tensor, nn
 
 from .essential import ransac_essential as ransac_essential
+from .estimator import RANSAC as RANSAC
 from .fundamental import ransac_fundamental as ransac_fundamental
 from .homography import ransac_homography as ransac_homography
 
@@ -43,6 +44,7 @@ class RansacHomography(nn.Module):
     def __call__(self, points1: Tensor, points2: Tensor, uniforms: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 __all__ = [
+    "RANSAC",
     "RansacEssential",
     "RansacFundamental",
     "RansacHomography",

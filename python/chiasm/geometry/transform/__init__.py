@@ -1,9 +1,6 @@
 """Geometric image transforms."""
 
 from ...primitives.core.modules import ModuleForm, lazy_modules
-from ..registration import Homography as Homography
-from ..registration import ImageRegistrator as ImageRegistrator
-from ..registration import Similarity as Similarity
 from .affine import Affine, affine, rotate, scale, shear, translate, warp_affine
 from .crop import (
     CenterCrop2D,
@@ -33,7 +30,8 @@ from .matrices3d import (
     get_shear_matrix3d,
 )
 from .polar import warp_polar
-from .pyramid import build_laplacian_pyramid, build_pyramid, pyrdown, pyrup
+from .pyramid import ScalePyramid, build_laplacian_pyramid, build_pyramid, pyrdown, pyrup
+from .registrator import Homography, ImageRegistrator, Similarity
 from .remap import remap
 from .rescale import rescale, resize_to_be_divisible
 from .resize import resize
@@ -52,7 +50,11 @@ from .warp import warp_perspective
 __all__ = [
     "Affine",
     "CenterCrop2D",
+    "Homography",
     "HomographyWarper",
+    "ImageRegistrator",
+    "ScalePyramid",
+    "Similarity",
     "affine",
     "affine3d",
     "build_laplacian_pyramid",

@@ -39,10 +39,14 @@ from .matrices3d import get_perspective_transform3d as get_perspective_transform
 from .matrices3d import get_projective_transform as get_projective_transform
 from .matrices3d import get_shear_matrix3d as get_shear_matrix3d
 from .polar import warp_polar as warp_polar
+from .pyramid import ScalePyramid as ScalePyramid
 from .pyramid import build_laplacian_pyramid as build_laplacian_pyramid
 from .pyramid import build_pyramid as build_pyramid
 from .pyramid import pyrdown as pyrdown
 from .pyramid import pyrup as pyrup
+from .registrator import Homography as Homography
+from .registrator import ImageRegistrator as ImageRegistrator
+from .registrator import Similarity as Similarity
 from .remap import remap as remap
 from .rescale import rescale as rescale
 from .rescale import resize_to_be_divisible as resize_to_be_divisible
@@ -812,9 +816,11 @@ __all__ = [
     "GetTpsTransform",
     "GetTranslationMatrix2d",
     "Hflip",
+    "Homography",
     "HomographyWarp",
     "HomographyWarp3d",
     "HomographyWarper",
+    "ImageRegistrator",
     "InvertAffineTransform",
     "ProjectionFromRt",
     "PyrDown",
@@ -827,7 +833,9 @@ __all__ = [
     "Rotate",
     "Rotate3d",
     "Scale",
+    "ScalePyramid",
     "Shear",
+    "Similarity",
     "Translate",
     "Vflip",
     "WarpAffine",

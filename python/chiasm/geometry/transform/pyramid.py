@@ -3,15 +3,20 @@
 P. Burt, E. Adelson, The Laplacian Pyramid as a Compact Image Code, IEEE Trans. Communications 31(4), 1983.
 """
 
-from typing import List
+import math
+from typing import List, Tuple
 
+import torch
 from torch import Tensor
 
+from ...filters.gaussian import gaussian_blur2d
 from ...primitives.core.checks import check_choice, check_image, check_pixels
+from ...primitives.core.modules import Module
 from ...primitives.core.window_sizes import as_ratio
 from ...primitives.filters.padding import check_border
 from ...primitives.resampling.pyramids import blurred_and_thinned, spread_and_blurred
 from ...primitives.resampling.resizing import blurred_and_resized, resized_and_blurred
+from .resize import resize
 
 
 def pyrdown(
@@ -182,6 +187,85 @@ def build_laplacian_pyramid(
         out.append(levels[i] - enlarged)
     out.append(levels[max_level - 1])
     return out
+
+
+class ScalePyramid(Module):
+    """The scale space of images in octaves, for detectors of features: each octave has half the size of the
+    one before, and ``n_levels + extra_levels`` images of increasing blur.
+
+    D. Lowe, Distinctive image features from scale-invariant keypoints, IJCV 60, 2004, section 3.
+
+    Args:
+        n_levels: images from one octave to the next, whose blur is twice as large.
+        init_sigma: blur of the first image of each octave, in its pixels; images are taken to have 0.5
+            (1 if they are doubled) and are not blurred to less.
+        min_size: octaves have a shorter side of more than this, but for the first.
+        double_image: True begins with the image at twice its size.
+        extra_levels: further images of each octave, for what compares neighbours.
+
+    Shape:
+        (B, C, H, W), floating point, to three lists with an entry for each octave: images (B, C, L, h, w),
+        and their blur in pixels of the octave and the size of such a pixel in pixels of the image, both (B,
+        L).
+
+    Raises:
+        TypeError, ValueError: if the image is not as above or a number is not positive.
+
+    Example:
+        >>> levels, sigmas, sizes = ScalePyramid(3, 1.6, 15)(torch.rand(1, 1, 40, 64))
+        >>> [list(octave.shape) for octave in levels], [s[0, 0].item() for s in sizes]
+        ([[1, 1, 6, 40, 64], [1, 1, 6, 20, 32]], [1.0, 2.0])
+    """
+
+    def __init__(
+        self,
+        n_levels: int = 3,
+        init_sigma: float = 1.6,
+        min_size: int = 15,
+        double_image: bool = False,
+        extra_levels: int = 3,
+    ) -> None:
+        super().__init__()
+        if n_levels < 1 or min_size < 1 or extra_levels < 1:
+            raise ValueError(
+                f"n_levels, min_size, extra_levels: expected positive numbers, got {n_levels}, {min_size} and"
+                f" {extra_levels}"
+            )
+        self.n_levels, self.init_sigma, self.min_size = n_levels, init_sigma, min_size
+        self.double_image, self.extra_levels = double_image, extra_levels
+
+    def forward(self, x: Tensor) -> Tuple[List[Tensor], List[Tensor], List[Tensor]]:
+        check_image(x, "x")
+        count, pixel, has = self.n_levels + self.extra_levels, 1.0, 0.5
+        if self.double_image:
+            x, pixel, has = resize(x, (2 * x.size(2), 2 * x.size(3)), align_corners=True), 0.5, 1.0
+        first = max(self.init_sigma, has)
+        if self.init_sigma > has:
+            x = _blurred(x, math.sqrt(self.init_sigma * self.init_sigma - has * has))
+        blurs = [first * 2.0 ** (k / self.n_levels) for k in range(count)]
+        pyramid: List[Tensor] = []
+        sigmas: List[Tensor] = []
+        sizes: List[Tensor] = []
+        while True:
+            levels = [x]
+            for k in range(1, count):
+                more = math.sqrt(blurs[k] * blurs[k] - blurs[k - 1] * blurs[k - 1])
+                levels.append(_blurred(levels[k - 1], more))
+            pyramid.append(torch.stack(levels, 2))
+            sigmas.append(torch.tensor(blurs, dtype=x.dtype, device=x.device).expand(x.size(0), -1))
+            sizes.append(torch.full_like(sigmas[-1], pixel))
+            height, width = x.size(2) // 2, x.size(3) // 2
+            if min(height, width) <= self.min_size:
+                break
+            x, pixel = resize(levels[self.n_levels], (height, width), align_corners=True), 2.0 * pixel
+        return pyramid, sigmas, sizes
+
+
+def _blurred(x: Tensor, sigma: float) -> Tensor:
+    """Gaussian blur to four sigma, or to what a small image has."""
+    least = min(x.size(2), x.size(3))
+    size = min(2 * int(4.0 * sigma + 0.5) + 1, least - 1 + least % 2)
+    return gaussian_blur2d(x, size, (sigma, sigma))
 
 
 def _binomial() -> List[float]:
