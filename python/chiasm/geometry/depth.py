@@ -334,8 +334,8 @@ class DepthWarper(Module):
         return self
 
     def compute_subpixel_step(self) -> Tensor:
-        """(B,), the step in inverse depth that moves the pixel in the middle of the source by half a pixel in
-        the destination, at a depth of 1: the step of planes of a cost volume.
+        """The step in inverse depth, a scalar, that moves the middle pixel of the source by half a pixel
+        in the destination, at a depth of 1: the step of planes of a cost volume. The least of all cameras.
 
         R. Szeliski, D. Scharstein, Symmetric sub-pixel stereo matching, ECCV 2002.
 
@@ -353,7 +353,7 @@ class DepthWarper(Module):
             point = moved[:, :3, :3].matmul(ray[..., None]) + inverse_depth * moved[:, :3, 3:]
             image = dst.camera_matrix.matmul(point)[..., 0]
             seen.append(image[:, :2] / image[:, 2:])
-        return change / torch.linalg.vector_norm(seen[1] - seen[0], dim=-1)
+        return (change / torch.linalg.vector_norm(seen[1] - seen[0], dim=-1)).min()
 
     def forward(self, depth_src: Tensor, patch_dst: Tensor) -> Tensor:
         if self.pinhole_src is None:
