@@ -19,6 +19,8 @@ import chiasm
 from chiasm.augmentation import RandomInvert
 from chiasm.feature import PassLAF
 from chiasm.geometry.camera import PinholeCamera
+from chiasm.geometry.liegroup import So2, So3
+from chiasm.geometry.quaternion import Quaternion
 
 OTHERS = [f"chiasm.{name}" for name in ("data", "export", "onnx", "runtime", "triton")]
 PUBLIC: dict[str, ModuleType] = {"chiasm": chiasm} | {
@@ -59,6 +61,11 @@ NEEDED: dict[str, tuple[Any, ...]] = {
     "ParametrizedLine": (torch.zeros(3), torch.ones(3)),
     "PatchSequential": tuple(RandomInvert() for _ in range(16)),
     "PinholeCamera": CAMERA,
+    "Quaternion": (torch.eye(4)[0],),
+    "Se2": (So2.identity(), torch.zeros(2)),
+    "Se3": (So3.identity(), torch.zeros(3)),
+    "So2": (torch.ones((), dtype=torch.complex64),),
+    "So3": (Quaternion.identity(),),
     "StereoCamera": (torch.eye(3, 4)[None], torch.eye(3, 4)[None]),
     "VideoSequential": (RandomInvert(),),
     **GIVEN,

@@ -1,15 +1,25 @@
 """Quaternions (w, x, y, z): products, rotated points, interpolation, averages."""
 
-from typing import Optional, Union
+import math
+from typing import Any, Optional, Tuple, Union
 
 import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_broadcastable, check_floating, check_last, check_number
+from ..primitives.core.modules import Module, hold
 from ..primitives.linalg.matrices import cross, largest_eigenvector
-from .conversions.rotations import axis_angle_to_quaternion, normalize_quaternion, quaternion_to_axis_angle
+from .conversions.euler import euler_from_quaternion, quaternion_from_euler
+from .conversions.rotations import (
+    axis_angle_to_quaternion,
+    normalize_quaternion,
+    quaternion_to_axis_angle,
+    quaternion_to_rotation_matrix,
+    rotation_matrix_to_quaternion,
+)
 
 __all__ = [
+    "Quaternion",
     "average_quaternions",
     "quaternion_conjugate",
     "quaternion_inverse",
@@ -199,3 +209,190 @@ def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
     mean = largest_eigenvector(m)
     mean = torch.where(mean[:, :1] < 0, -mean, mean).reshape(Q[..., 0, :].shape)
     return mean.to(Q.dtype)
+
+
+class Quaternion(Module):
+    """Quaternions as an object, for eager Python, with this module's functions as methods. ``*`` with another
+    is their product, with a number it scales; ``**`` multiplies the angle of unit quaternions.
+
+    Args:
+        data: (*, 4) in the order w, x, y, z, floating point; a Parameter is learned.
+
+    Raises:
+        TypeError, ValueError: if data is not a floating-point (*, 4) tensor.
+
+    Example:
+        >>> quarter = Quaternion.from_axis_angle(torch.tensor([0.0, 0.0, torch.pi / 2]))
+        >>> (quarter * quarter).to_axis_angle()
+        tensor([0.0000, 0.0000, 3.1416])
+    """
+
+    data: Tensor
+
+    def __init__(self, data: Tensor) -> None:
+        super().__init__()
+        check_last(data, 4, "data")
+        hold(self, "data", data)
+
+    def __getitem__(self, index: Any) -> "Quaternion":
+        return Quaternion(self.data[index])
+
+    def __neg__(self) -> "Quaternion":
+        return Quaternion(-self.data)
+
+    def __add__(self, right: "Quaternion") -> "Quaternion":
+        return Quaternion(self.data + right.data)
+
+    def __sub__(self, right: "Quaternion") -> "Quaternion":
+        return Quaternion(self.data - right.data)
+
+    def __mul__(self, right: Union["Quaternion", Tensor, float]) -> "Quaternion":
+        if isinstance(right, Quaternion):
+            return Quaternion(quaternion_multiply(*torch.broadcast_tensors(self.data, right.data)))
+        return Quaternion(self.data * (right[..., None] if isinstance(right, Tensor) else right))
+
+    def __rmul__(self, left: Union[Tensor, float]) -> "Quaternion":
+        return self * left
+
+    def __truediv__(self, right: Union["Quaternion", Tensor, float]) -> "Quaternion":
+        return self * (right.inv() if isinstance(right, Quaternion) else 1.0 / right)
+
+    def __pow__(self, t: Union[Tensor, float]) -> "Quaternion":
+        turn = quaternion_to_axis_angle(self.data)
+        return Quaternion(axis_angle_to_quaternion((t[..., None] if isinstance(t, Tensor) else t) * turn))
+
+    @property
+    def w(self) -> Tensor:
+        """(*), the real part."""
+        return self.data[..., 0]
+
+    @property
+    def x(self) -> Tensor:
+        """(*)."""
+        return self.data[..., 1]
+
+    @property
+    def y(self) -> Tensor:
+        """(*)."""
+        return self.data[..., 2]
+
+    @property
+    def z(self) -> Tensor:
+        """(*)."""
+        return self.data[..., 3]
+
+    @property
+    def real(self) -> Tensor:
+        """(*), the real part; also ``scalar``."""
+        return self.data[..., 0]
+
+    scalar = real
+
+    @property
+    def vec(self) -> Tensor:
+        """(*, 3), the vector part."""
+        return self.data[..., 1:]
+
+    @property
+    def coeffs(self) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+        """w, x, y, z, each (*)."""
+        return self.w, self.x, self.y, self.z
+
+    @property
+    def q(self) -> Tensor:
+        """(*, 4), the tensor."""
+        return self.data
+
+    @property
+    def shape(self) -> Tuple[int, ...]:
+        """The tensor's shape."""
+        return tuple(self.data.shape)
+
+    @property
+    def polar_angle(self) -> Tensor:
+        """(*), the angle between the quaternion and the real axis, in radians: half of the rotation's."""
+        return torch.acos((self.real / self.norm()).clamp(-1.0, 1.0))
+
+    def matrix(self) -> Tensor:
+        """(*, 3, 3), the rotation matrices."""
+        return quaternion_to_rotation_matrix(self.data)
+
+    @classmethod
+    def from_matrix(cls, matrix: Tensor, check_rotation: bool = False) -> "Quaternion":
+        """From rotation matrices (*, 3, 3), as ``rotation_matrix_to_quaternion``."""
+        return cls(rotation_matrix_to_quaternion(matrix, check_rotation=check_rotation))
+
+    @classmethod
+    def from_euler(cls, roll: Tensor, pitch: Tensor, yaw: Tensor) -> "Quaternion":
+        """From angles (*) in radians, as ``quaternion_from_euler``."""
+        return cls(torch.stack(quaternion_from_euler(roll, pitch, yaw), -1))
+
+    def to_euler(self) -> Tuple[Tensor, Tensor, Tensor]:
+        """Roll, pitch and yaw (*) in radians, as ``euler_from_quaternion``."""
+        return euler_from_quaternion(self.w, self.x, self.y, self.z)
+
+    @classmethod
+    def from_axis_angle(cls, axis_angle: Tensor) -> "Quaternion":
+        """From rotation vectors (*, 3) in radians."""
+        return cls(axis_angle_to_quaternion(axis_angle))
+
+    def to_axis_angle(self) -> Tensor:
+        """(*, 3), the rotation vectors in radians."""
+        return quaternion_to_axis_angle(self.data)
+
+    @classmethod
+    def from_coeffs(cls, w: float, x: float, y: float, z: float) -> "Quaternion":
+        """From four numbers."""
+        return cls(torch.tensor([w, x, y, z]))
+
+    @classmethod
+    def identity(
+        cls,
+        batch_size: Optional[int] = None,
+        device: Optional[torch.device] = None,
+        dtype: Optional[torch.dtype] = None,
+    ) -> "Quaternion":
+        """The rotation by nothing, (4,) or (batch_size, 4)."""
+        one = torch.eye(4, device=device, dtype=dtype)[0]
+        return cls(one if batch_size is None else one.repeat(batch_size, 1))
+
+    @classmethod
+    def random(
+        cls,
+        batch_size: Optional[int] = None,
+        device: Optional[torch.device] = None,
+        dtype: Optional[torch.dtype] = None,
+    ) -> "Quaternion":
+        """Rotations of equal probability, (4,) or (batch_size, 4), by PyTorch's generator.
+
+        K. Shoemake, Uniform random rotations, Graphics Gems III, 1992.
+        """
+        size = [3] if batch_size is None else [3, batch_size]
+        u, v, w = torch.rand(size, device=device, dtype=dtype).unbind()
+        a, b = torch.sqrt(1.0 - u), torch.sqrt(u)
+        v, w = 2.0 * math.pi * v, 2.0 * math.pi * w
+        return cls(torch.stack([a * torch.sin(v), a * torch.cos(v), b * torch.sin(w), b * torch.cos(w)], -1))
+
+    def slerp(self, q1: "Quaternion", t: Union[float, Tensor]) -> "Quaternion":
+        """The rotations between this one (t = 0) and q1 (t = 1), as ``quaternion_slerp``."""
+        return Quaternion(quaternion_slerp(self.data, q1.data, t))
+
+    def norm(self, keepdim: bool = False) -> Tensor:
+        """(*) or (*, 1), the lengths."""
+        return torch.linalg.vector_norm(self.data, dim=-1, keepdim=keepdim)
+
+    def squared_norm(self) -> Tensor:
+        """(*), the squared lengths."""
+        return self.data.square().sum(-1)
+
+    def normalize(self) -> "Quaternion":
+        """Of length 1."""
+        return Quaternion(normalize_quaternion(self.data))
+
+    def conj(self) -> "Quaternion":
+        """The conjugates."""
+        return Quaternion(quaternion_conjugate(self.data))
+
+    def inv(self) -> "Quaternion":
+        """The inverses."""
+        return Quaternion(quaternion_inverse(self.data))
