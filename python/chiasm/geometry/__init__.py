@@ -5,6 +5,7 @@ from typing import Any
 
 from . import (
     bbox,
+    boxes,
     calibration,
     camera,
     conversions,
@@ -12,6 +13,7 @@ from . import (
     epipolar,
     grid,
     homography,
+    keypoints,
     lie,
     liegroup,
     linalg,
@@ -33,6 +35,7 @@ from .epipolar import random_intrinsics as random_intrinsics
 
 __all__ = [
     "bbox",
+    "boxes",
     "calibration",
     "camera",
     "conversions",
@@ -40,6 +43,7 @@ __all__ = [
     "epipolar",
     "grid",
     "homography",
+    "keypoints",
     "lie",
     "liegroup",
     "linalg",

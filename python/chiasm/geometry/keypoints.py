@@ -1,0 +1,187 @@
+"""Key points of images, volumes and videos as objects, for eager Python."""
+
+from typing import Any, Sequence, Union
+
+import torch
+from torch import Tensor
+from typing_extensions import Self  # Python's own from 3.11; torch needs the package
+
+from ..primitives.core.checks import check_floating
+from .linalg import transform_points
+
+__all__ = ["Keypoints", "Keypoints3D", "VideoKeypoints"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
+class Keypoints:
+    """Key points x, y of images.
+
+    Args:
+        keypoints: (N, 2) or (B, N, 2).
+        raise_if_not_floating_point: False makes float32 of whole numbers.
+
+    Raises:
+        TypeError: if keypoints is not floating point.
+        ValueError: if keypoints is not of the shape above.
+
+    Example:
+        >>> points = Keypoints.from_tensor(torch.tensor([[1.0, 2.0], [3.0, 4.0]]))
+        >>> points.transform_keypoints(torch.diag(torch.tensor([2.0, 2.0, 1.0]))).to_tensor()
+        tensor([[2., 4.],
+                [6., 8.]])
+    """
+
+    _axes = 2
+
+    def __init__(self, keypoints: Tensor, raise_if_not_floating_point: bool = True) -> None:
+        data = keypoints
+        if isinstance(data, Tensor) and not data.is_floating_point() and not raise_if_not_floating_point:
+            data = data.to(torch.get_default_dtype())
+        check_floating(data, "keypoints")
+        if data.dim() not in (2, 3) or data.size(-1) != self._axes:
+            n = self._axes
+            raise ValueError(f"keypoints: expected shape (N, {n}) or (B, N, {n}), got {list(data.shape)}")
+        self._data = data
+
+    def _with(self, data: Tensor, inplace: bool = False) -> Self:
+        if inplace:
+            self._data = data
+            return self
+        made = type(self).__new__(type(self))
+        made.__dict__.update(self.__dict__)
+        made._data = data
+        return made
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._data})"
+
+    def __len__(self) -> int:
+        return len(self._data)
+
+    def __getitem__(self, key: Any) -> Self:
+        return self._with(self._data[key])
+
+    def __setitem__(self, key: Any, value: Self) -> None:
+        self._data[key] = value._data
+
+    @property
+    def data(self) -> Tensor:
+        """The coordinates."""
+        return self._data
+
+    @property
+    def shape(self) -> torch.Size:
+        """The coordinates' shape."""
+        return self._data.shape
+
+    @property
+    def device(self) -> torch.device:
+        """The coordinates' device."""
+        return self._data.device
+
+    @property
+    def dtype(self) -> torch.dtype:
+        """The coordinates' dtype."""
+        return self._data.dtype
+
+    @classmethod
+    def from_tensor(cls, keypoints: Tensor) -> Self:
+        """From coordinates; whole numbers become float32."""
+        return cls(keypoints, False)
+
+    def to_tensor(self) -> Tensor:
+        """The coordinates."""
+        return self._data.clone()
+
+    def clone(self) -> Self:
+        """A copy."""
+        return self._with(self._data.clone())
+
+    def type(self, dtype: torch.dtype) -> Self:
+        """Move these points to another dtype."""
+        self._data = self._data.to(dtype)
+        return self
+
+    def index_put(
+        self, indices: Sequence[Tensor], values: Union[Tensor, Self], inplace: bool = False
+    ) -> Self:
+        """The points with other coordinates at some places, as ``Tensor.index_put``."""
+        other = values if isinstance(values, Tensor) else values._data
+        return self._with(self._data.index_put(tuple(indices), other.to(self._data)), inplace)
+
+    def pad(self, padding_size: Tensor) -> Self:
+        """Move these points as a border around the image does: padding_size (B, 4) or (1, 4), left, right,
+        top, bottom, and (B, 6) of volumes, with front and back."""
+        self._data = self._data + self._first(padding_size)
+        return self
+
+    def unpad(self, padding_size: Tensor) -> Self:
+        """The opposite of ``pad``."""
+        self._data = self._data - self._first(padding_size)
+        return self
+
+    def _first(self, padding_size: Tensor) -> Tensor:
+        many = padding_size.to(self._data)[..., ::2]
+        count = self._data.size(0) if self._data.dim() == 3 else 1
+        if many.dim() != 2 or many.size(1) != self._axes or many.size(0) not in (1, count):
+            raise ValueError(
+                f"padding_size: expected shape ({count}, {2 * self._axes}), got {list(padding_size.shape)}"
+            )
+        return many[:, None] if self._data.dim() == 3 else many[0]
+
+    def transform_keypoints(self, M: Tensor, inplace: bool = False) -> Self:
+        """The points moved by matrices in pixels, (B, 3, 3) or (3, 3); of volumes (B, 4, 4) or (4, 4)."""
+        size = self._axes + 1
+        matrix = M[None] if M.dim() == 2 else M
+        if matrix.dim() != 3 or matrix.shape[1:] != (size, size):
+            raise ValueError(
+                f"M: expected shape (B, {size}, {size}) or ({size}, {size}), got {list(M.shape)}"
+            )
+        many = self._data if self._data.dim() == 3 else self._data[None]
+        if matrix.size(0) not in (1, many.size(0)):
+            raise ValueError(f"M: expected 1 or {many.size(0)} matrices, got {matrix.size(0)}")
+        moved = transform_points(matrix.to(many).expand(many.size(0), -1, -1), many)
+        return self._with(moved.reshape(self._data.shape), inplace)
+
+    def transform_keypoints_(self, M: Tensor) -> Self:
+        """``transform_keypoints`` of these points themselves."""
+        return self.transform_keypoints(M, inplace=True)
+
+
+class VideoKeypoints(Keypoints):
+    """Key points of videos, (B, T, N, 2), kept as (B T, N, 2).
+
+    Example:
+        >>> points = VideoKeypoints.from_tensor(torch.ones(2, 5, 3, 2))
+        >>> points.data.shape, points.to_tensor().shape
+        (torch.Size([10, 3, 2]), torch.Size([2, 5, 3, 2]))
+    """
+
+    temporal_channel_size: int
+
+    @classmethod
+    def from_tensor(cls, keypoints: Tensor) -> Self:
+        """From coordinates (B, T, N, 2); whole numbers become float32."""
+        if keypoints.dim() != 4:
+            raise ValueError(f"keypoints: expected shape (B, T, N, 2), got {list(keypoints.shape)}")
+        made = cls(keypoints.flatten(0, 1), False)
+        made.temporal_channel_size = keypoints.size(1)
+        return made
+
+    def to_tensor(self) -> Tensor:
+        """(B, T, N, 2), the coordinates."""
+        return self._data.unflatten(0, (-1, self.temporal_channel_size)).clone()
+
+
+class Keypoints3D(Keypoints):
+    """Key points x, y, z of volumes, (N, 3) or (B, N, 3).
+
+    Example:
+        >>> Keypoints3D(torch.zeros(2, 3)).pad(torch.tensor([[1, 0, 2, 0, 3, 0]])).data[0]
+        tensor([1., 2., 3.])
+    """
+
+    _axes = 3
