@@ -49,6 +49,8 @@ def test_boxes_move_with_the_image() -> None:
         for k, (x1, y1, x2, y2) in enumerate(boxes.tolist()):
             canvas[i].zero_()[y1:y2, x1:x2] = 1
             assert masks[i, k].equal(canvas[i])
+    between = Boxes.from_tensor(torch.tensor([[1.6, 2.2, 4.7, 5.1]])).to_mask(8, 8)[0]
+    assert between[2:5, 2:5].all() and between.sum() == 9
     assert made.to_tensor().equal(BOXES)
     assert made.transform_boxes_(TURN) is made and made.data.equal(moved.data)
     shift = torch.tensor([[2.0, 5.0]])

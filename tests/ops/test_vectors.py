@@ -45,7 +45,7 @@ def test_parts_of_vectors() -> None:
 def test_planes_through_points() -> None:
     p = points(3, 7, 3)
     plane = Hyperplane.through(p[0], p[1], p[2])
-    normal = np.cross(p[1] - p[0], p[2] - p[0])
+    normal = np.cross(p[2] - p[0], p[1] - p[0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     np.testing.assert_allclose(plane.normal.data, normal, atol=1e-12)
     q = points(7, 3, seed=2)

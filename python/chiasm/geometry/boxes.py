@@ -275,9 +275,9 @@ class Boxes(_Held):
         return self._with(self._data + self._for_each(size), inplace)
 
     def to_mask(self, height: int, width: int) -> Tensor:
-        """(N, height, width) or (B, N, height, width): 1 inside the boxes, 0 elsewhere. Coordinates are
-        rounded down; of boxes that are not along the axes, the least that hold them."""
-        first, last = self._data.amin(-2).floor(), self._data.amax(-2).floor()
+        """(N, height, width) or (B, N, height, width): 1 inside the boxes, 0 elsewhere. The edges are
+        rounded to pixels, halves to even; of boxes that are not along the axes, the least that hold them."""
+        first, last = self._data.amin(-2).round(), (self._data.amax(-2) + 1.0).round() - 1.0
         masks = bbox_to_mask(_corners(first, last).reshape(-1, 4, 2), width, height)
         masks = masks.reshape(*self._data.shape[:-2], height, width)
         if self._counts is None:

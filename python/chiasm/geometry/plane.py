@@ -64,11 +64,11 @@ class Hyperplane(Module):
         p1: Union[Vector3, Tensor],
         p2: Union[Vector3, Tensor],
     ) -> "Hyperplane":
-        """The planes through three points (*, 3), which seen from the side of the normal turn to the left.
+        """The planes through three points (*, 3), which seen from the side of the normal turn to the right.
         Where the points are on a line, the plane is one of those through that line."""
         origin = bare(p0)
         first, second = bare(p1) - origin, bare(p2) - origin
-        normal = torch.linalg.cross(first, second)
+        normal = torch.linalg.cross(second, first)
         length = torch.linalg.vector_norm(normal, dim=-1, keepdim=True)
         scale = torch.linalg.vector_norm(first, dim=-1) * torch.linalg.vector_norm(second, dim=-1)
         least = torch.finfo(normal.dtype).eps * scale[..., None]
