@@ -76,6 +76,23 @@ def test_letterbox_is_within_a_level_of_inter_linear(height: int, width: int) ->
     assert np.abs(actual.numpy() - normalised(inner)).max() < 1.001 / 255
 
 
+@pytest.mark.parametrize(
+    ("color", "code"), [("rgb", "RGB"), ("bgra", "BGRA"), ("rgba", "RGBA"), ("gray", "GRAY")]
+)
+def test_orders_of_channels(color: str, code: str) -> None:
+    """The result equals OpenCV's conversion to BGR, followed by the op for BGR."""
+    channels = 1 if color == "gray" else len(color)
+    frame = np.random.default_rng(3).integers(0, 256, (48, 64, channels), np.uint8)
+    bgr = torch.from_numpy(cv2.cvtColor(frame, getattr(cv2, f"COLOR_{code}2BGR")))
+    own, box = torch.from_numpy(frame), torch.tensor([[3.0, 4.0, 30.0, 41.0]])
+    for op in (letterbox, center_crop):
+        for made, expected in zip(op(own[None], (32, 40), color=color), op(bgr[None], (32, 40))):
+            assert made.equal(expected)
+    assert crop_boxes(own, box, (9, 8), color=color).equal(crop_boxes(bgr, box, (9, 8)))
+    with pytest.raises(ValueError, match=rf"frame: expected shape \(B, H, W, {channels}\)"):
+        letterbox(own[None, ..., :-1], color=color)
+
+
 @pytest.mark.parametrize("form", ["nv12", "nv21", "i420", "yuyv"])
 def test_formats_of_cameras(form: str) -> None:
     """The result equals OpenCV's conversion, followed by a letterbox."""

@@ -36,13 +36,14 @@ def letterbox(
     of 1/256 and rounded, as in OpenCV's INTER_LINEAR_EXACT.
 
     Args:
-        frame: (B, H, W, 3), uint8.
+        frame: (B, H, W, 3), uint8; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.
         size: height and width of the result.
         value: the value of the pixels beside the image, 0 to 255.
         anchor: the position of the image: "center" or "top_left".
         mean: the means of red, green and blue, for values in [0, 1].
         std: the standard deviations of red, green and blue, for values in [0, 1].
-        color: the order of a frame's channels: "bgr" as in OpenCV, or "rgb".
+        color: the order of a frame's channels: "bgr" as in OpenCV, "rgb", "bgra" or "rgba", of which alpha
+            is not read, or "gray".
 
     Returns:
         (B, 3, height, width), float32, and (B, 3, 3), float32: the transform from coordinates in the result
@@ -51,15 +52,15 @@ def letterbox(
 
     Raises:
         TypeError: if frame is not uint8.
-        ValueError: if frame is not (B, H, W, 3) or has no pixels, a size is not positive, value is no byte, a
-            standard deviation is not above 0, or a choice is not as above.
+        ValueError: if frame is not of the shape above or has no pixels, a size is not positive, value is no
+            byte, a standard deviation is not above 0, or a choice is not as above.
 
     Example:
         >>> image, to_frame = letterbox(torch.zeros(1, 720, 1280, 3, dtype=torch.uint8))
         >>> image.shape, to_frame[0, 1]
         (torch.Size([1, 3, 640, 640]), tensor([   0.,    2., -280.]))
     """
-    _check_frame(frame, size, value)
+    _check_frame(frame, size, value, color)
     check_choice(anchor, ["center", "top_left"], "anchor")
     height, width = _sides(frame)
     target_height, target_width = float(size[0]), float(size[1])
@@ -91,26 +92,26 @@ def center_crop(
     ``letterbox``; pixels outside a frame that is smaller than the crop are black.
 
     Args:
-        frame: (B, H, W, 3), uint8.
+        frame: (B, H, W, 3), uint8; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.
         size: height and width of the result.
         shortest: the shorter side of the resized frame, in pixels.
         mean: the means of red, green and blue, for values in [0, 1].
         std: the standard deviations of red, green and blue, for values in [0, 1].
-        color: the order of a frame's channels: "bgr" or "rgb".
+        color: the order of a frame's channels: "bgr", "rgb", "bgra", "rgba" or "gray".
 
     Returns:
         (B, 3, height, width), float32, and (B, 3, 3), float32: to the frame, as in ``letterbox``.
 
     Raises:
         TypeError: if frame is not uint8.
-        ValueError: if frame is not (B, H, W, 3), a size is not positive, a standard deviation is not above 0,
-            or color is neither.
+        ValueError: if frame is not of the shape above, a size is not positive, a standard deviation is not
+            above 0, or color is none of these.
 
     Example:
         >>> center_crop(torch.zeros(2, 480, 640, 3, dtype=torch.uint8))[0].shape
         torch.Size([2, 3, 224, 224])
     """
-    _check_frame(frame, size, 0)
+    _check_frame(frame, size, 0, color)
     if shortest < 1:
         raise ValueError(f"shortest: expected a positive number, got {shortest}")
     height, width = _sides(frame)
@@ -138,20 +139,20 @@ def crop_boxes(
     replicated outside. Pixels are resized as in ``letterbox``.
 
     Args:
-        frame: (H, W, 3), uint8.
+        frame: (H, W, 3), uint8; (H, W, 4) or (H, W, 1) if ``color`` says so.
         boxes: (N, 4), floating point: x1, y1, x2, y2 in pixels. Coordinates that are not finite count as 0.
         size: height and width of the result.
         mean: the means of red, green and blue, for values in [0, 1].
         std: the standard deviations of red, green and blue, for values in [0, 1].
-        color: the order of a frame's channels: "bgr" or "rgb".
+        color: the order of a frame's channels: "bgr", "rgb", "bgra", "rgba" or "gray".
 
     Returns:
         (N, 3, height, width), float32.
 
     Raises:
         TypeError: if frame is not uint8 or boxes is not floating point.
-        ValueError: if frame is not (H, W, 3), boxes is not (N, 4), a size is not positive, a standard
-            deviation is not above 0, or color is neither.
+        ValueError: if frame is not of the shape above, boxes is not (N, 4), a size is not positive, a
+            standard deviation is not above 0, or color is none of these.
 
     Example:
         >>> frame = torch.zeros(480, 640, 3, dtype=torch.uint8)
@@ -159,7 +160,7 @@ def crop_boxes(
         torch.Size([1, 3, 224, 224])
     """
     check_rank(frame, 3, "(H, W, 3)", "frame")
-    _check_frame(frame[None], size, 0)
+    _check_frame(frame[None], size, 0, color)
     check_rank(boxes, 2, "(N, 4)", "boxes")
     check_last(boxes, 4, "boxes")
     known = torch.where(boxes.abs() < float("inf"), boxes, torch.zeros_like(boxes))
@@ -172,12 +173,13 @@ def crop_boxes(
     return _network_input(frame[None], images, placed, size, 0, mean, std, color)
 
 
-def _check_frame(frame: Tensor, size: Tuple[int, int], value: int) -> None:
+def _check_frame(frame: Tensor, size: Tuple[int, int], value: int, color: str) -> None:
     check_tensor(frame, "frame")
     if frame.dtype != torch.uint8:
         raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
-    if frame.dim() != 4 or frame.size(3) != 3:
-        raise ValueError(f"frame: expected shape (B, H, W, 3), got {list(frame.shape)}")
+    channels = _channels(color)
+    if frame.dim() != 4 or frame.size(3) != channels:
+        raise ValueError(f"frame: expected shape (B, H, W, {channels}), got {list(frame.shape)}")
     if frame.size(1) < 1 or frame.size(2) < 1:
         raise ValueError(f"frame: expected at least one pixel, got {list(frame.shape)}")
     check_pair(size, "size")
@@ -186,6 +188,12 @@ def _check_frame(frame: Tensor, size: Tuple[int, int], value: int) -> None:
     check_integer(value, "value")
     if not (value >= 0 and value <= 255 and value % 1 == 0):
         raise ValueError(f"value: expected a whole number from 0 to 255, got {value}")
+
+
+def _channels(color: str) -> int:
+    """The number of a frame's channels."""
+    check_choice(color, ["bgr", "rgb", "bgra", "rgba", "gray"], "color")
+    return 1 if color == "gray" else len(color)
 
 
 def _sides(frame: Tensor) -> Tuple[Tensor, Tensor]:
@@ -213,7 +221,6 @@ def _network_input(
     std: Numbers,
     color: str,
 ) -> Tensor:
-    check_choice(color, ["bgr", "rgb"], "color")
     check_triple(mean, "mean")
     check_triple(std, "std")
     scale: List[float] = []
@@ -224,7 +231,8 @@ def _network_input(
         scale.append(1.0 / (255.0 * s))
         offset.append(-m / s)
     placed = placed_bytes(frame.permute(0, 3, 1, 2), images, boxes, size[0], size[1], value)
-    return scaled_bytes(placed, [2, 1, 0] if color == "bgr" else [0, 1, 2], scale, offset)
+    order = [0, 1, 2] if color.startswith("rgb") else [2, 1, 0]
+    return scaled_bytes(placed, [0, 0, 0] if color == "gray" else order, scale, offset)
 
 
 def _to_frame(boxes: Tensor) -> Tensor:

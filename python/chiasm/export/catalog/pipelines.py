@@ -114,6 +114,32 @@ add(
 )
 
 
+def _opencv_letterbox_of(code: str):
+    return opencv(
+        lambda cv2, frame: _opencv_letterbox(cv2, cv2.cvtColor(frame, getattr(cv2, code))),
+        "samples",
+        atol=1.001 / 255,
+    )
+
+
+for _name, _channels, _code in (("rgba", 4, "COLOR_RGBA2BGR"), ("gray", 1, "COLOR_GRAY2BGR")):
+    add(
+        Spec(
+            f"pipelines.letterbox.{_name}",
+            [
+                TensorSpec(
+                    "frame", ("B", "H", "W", _channels), "uint8", "NHWC", _name.upper(), (0, 255), "frames"
+                )
+            ],
+            [_INPUT, _TO_FRAME],
+            config={"color": _name},
+            peer=_opencv_letterbox_of(_code),
+            reference="OpenCV cvtColor, resize, copyMakeBorder, blobFromImage",
+        ),
+        "pipelines.letterbox",
+    )
+
+
 def _luma(name: str = "y", channels: int = 1, sizes: tuple[str, ...] = ("H", "W"), description: str = "luma"):
     return TensorSpec(name, ("B", *sizes, channels), "uint8", "NHWC", "", (0, 255), description)
 
