@@ -81,6 +81,20 @@ def test_undistort_image_equals_opencv(size: int) -> None:
         np.testing.assert_allclose(ours, cv2.undistort(image, K, LENS[:size]), atol=0.05)
 
 
+@pytest.mark.parametrize("size", SIZES)
+def test_undistorted_bytes(size: int) -> None:
+    x = (photo(2, 3, 61, 80, torch.float32) * 255).round().to(torch.uint8)
+    K = np.array([[70.0, 0, 40.2], [0, 66.0, 29.7], [0, 0, 1]])
+    camera, lens = (t.expand(2, *t.shape) for t in tensors(K, LENS[:size]))
+    result = calibration.undistort_image(x, camera, lens)
+    frame = x.permute(0, 2, 3, 1).contiguous().permute(0, 3, 1, 2)
+    assert result.dtype == torch.uint8 and result.equal(calibration.undistort_image(frame, camera, lens))
+    for b in range(2):
+        image, ours = (t[b].permute(1, 2, 0).numpy().astype(int) for t in (x, result))
+        apart = abs(ours - cv2.undistort(image.astype(np.uint8), K, LENS[:size]))
+        assert (apart > 1).mean() < 0.01  # OpenCV 5 does not round positions
+
+
 def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Bilinear sampling in float64, with zeros outside."""
     padded = np.pad(image.astype(np.float64), ((2, 2), (2, 2), (0, 0)))

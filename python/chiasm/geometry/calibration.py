@@ -16,6 +16,7 @@ from ..primitives.core.checks import (
     check_not_empty,
     check_rank,
     check_tensor,
+    check_values,
 )
 from ..primitives.core.materialise import materialised
 from ..primitives.geometry.intrinsics import from_pixels, to_pixels, with_one
@@ -23,7 +24,7 @@ from ..primitives.geometry.lens import coefficients, distort, tilt_matrices, und
 from ..primitives.geometry.rotations import nearest_rotation
 from ..primitives.linalg.direct_linear import hartley, projective_equations
 from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul, smallest_eigenvector
-from ..primitives.resampling.warping import resample_image
+from ..primitives.resampling.warping import position_dtype, resample_image
 
 __all__ = [
     "distort_points",
@@ -133,10 +134,11 @@ def tilt_projection(taux: Tensor, tauy: Tensor, return_inverse: bool = False) ->
 def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     """Remove lens distortion from an image, like ``cv2.undistort`` with the same camera matrix for input and
     output. Each pixel is read with bilinear interpolation at the position that :func:`distort_points` gives;
-    positions outside the image give zero.
+    positions outside the image give zero. For uint8, positions are rounded to 1/32 pixel and values to
+    integers, as in :func:`chiasm.geometry.transform.remap`.
 
     Args:
-        image: (*, C, H, W), floating point.
+        image: (*, C, H, W), floating point or uint8.
         K: (*, 3, 3), camera matrices in pixels.
         dist: (*, n) distortion coefficients, n one of 4, 5, 8, 12, 14.
 
@@ -144,14 +146,14 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
         (*, C, H, W). Differentiable in all.
 
     Raises:
-        TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
+        TypeError, ValueError: if a tensor is not of a type as above or its last dimensions are not as above.
 
     Example:
         >>> x = torch.arange(16.0).reshape(1, 1, 4, 4)
         >>> undistort_image(x, torch.eye(3)[None], torch.zeros(1, 4)).equal(x)
         True
     """
-    check_floating(image, "image")
+    check_values(image, "image")
     if image.dim() < 3:
         raise ValueError(f"image: expected shape (*, C, H, W), got {list(image.shape)}")
     check_not_empty(image, 3, "image")
@@ -163,8 +165,7 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
                 f" {list(value.shape)}"
             )
     channels, height, width = image.size(-3), image.size(-2), image.size(-1)
-    # Positions in half precision would be wrong by whole pixels.
-    precision = torch.float64 if image.dtype == torch.float64 else torch.float32
+    precision = position_dtype(image.dtype)
     camera = K.to(precision).reshape(-1, 3, 3)
     lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
     row = torch.arange(height, device=image.device).to(precision)[None, :, None]

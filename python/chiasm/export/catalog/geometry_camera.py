@@ -6,8 +6,8 @@ import numpy as np
 import torch
 from torch import Generator, Tensor
 
-from ..peer import Peer, opencv
-from ..spec import InputMaker, Spec, TensorSpec, Tolerance, image
+from ..peer import NEAR_BYTES, Peer, opencv
+from ..spec import Frames, InputMaker, Spec, TensorSpec, Tolerance, image
 from . import add
 from .rigid import linalg, uniform
 
@@ -368,5 +368,6 @@ add(
         peer=opencv(_undistorted, atol=1e-3, share=1e-3, sizes={"C": 3}),
         reference="OpenCV undistort",
         picture="depth images",
+        frames=Frames(peer=opencv(_undistorted, atol=NEAR_BYTES, share=2e-3, sizes={"C": 3})),
     )
 )
