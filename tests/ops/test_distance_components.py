@@ -1,6 +1,8 @@
 """Connected components and distance transforms against SciPy and OpenCV, on photographs and on hard
 shapes."""
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ from chiasm.contrib import (
 )
 
 X = torch.zeros(1, 3, 8, 8)
-BYTES = torch.zeros(1, 3, 8, 8, dtype=torch.uint8)
+WORDS = torch.zeros(1, 3, 8, 8, dtype=torch.int16)
 EIGHT = np.ones((3, 3))
 
 
@@ -93,6 +95,18 @@ def test_edt_equals_scipy_and_opencv(dtype: torch.dtype, inverted: bool) -> None
     np.testing.assert_allclose(actual, opencv, rtol=1e-5)
 
 
+@pytest.mark.parametrize(
+    "op", [connected_components, connected_components_union_find, distance_transform_edt]
+)
+def test_bytes_are_set_above_zero(op: Callable[[Tensor], Tensor]) -> None:
+    image = binaries()
+    levels = (image > 0) * torch.randint(1, 256, image.shape)
+    frame = levels.to(torch.uint8).permute(0, 2, 3, 1).contiguous().permute(0, 3, 1, 2)
+    expected = op((image > 0).float())
+    for given in (levels.to(torch.uint8), frame):
+        assert op(given).equal(expected) and op(given).dtype == expected.dtype
+
+
 def test_edt_of_one_clear_pixel() -> None:
     x = torch.ones(1, 2, 100, 40, dtype=torch.float64)
     x[0, 0, 97, 2] = 0.0
@@ -143,11 +157,11 @@ def test_no_shape_is_nowhere_near() -> None:
 
 
 WRONG = [
-    (lambda: connected_components(BYTES), TypeError, "image: expected a floating-point"),
+    (lambda: connected_components(WORDS), TypeError, "image: expected a floating-point or uint8"),
     (lambda: connected_components(X[0, 0, 0]), ValueError, "image: expected shape"),
     (lambda: connected_components(X, -1), ValueError, "num_iterations: expected at least 0, got -1"),
-    (lambda: connected_components_union_find(BYTES), TypeError, "image: expected a floating-point"),
-    (lambda: distance_transform_edt(BYTES), TypeError, "image: expected a floating-point"),
+    (lambda: connected_components_union_find(WORDS), TypeError, "image: expected a floating-point or uint8"),
+    (lambda: distance_transform_edt(WORDS), TypeError, "image: expected a floating-point or uint8"),
     (lambda: distance_transform(X[0]), ValueError, "image: expected shape"),
     (lambda: distance_transform(X, 4), ValueError, "kernel_size: expected an odd size of at least 3, got 4"),
     (lambda: distance_transform(X, 3, 0.0), ValueError, "h: expected a positive number, got 0.0"),

@@ -1,9 +1,10 @@
 """Connected component labelling."""
 
+import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import in_batch, like_given
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_pixels
 from ..primitives.features.connected_components import numbered_components
 
 
@@ -14,8 +15,8 @@ def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
     frame needs fewer than ten iterations. The loop ends when nothing changes.
 
     Args:
-        image: (B, C, H, W), (C, H, W) or (H, W), floating point; pixels above 0 are set. Every plane is
-            labelled separately.
+        image: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; pixels above 0 are set. Every plane
+            is labelled separately.
         num_iterations: the maximum number of iterations.
 
     Returns:
@@ -24,7 +25,7 @@ def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
         different pixels.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not 4-D or num_iterations is negative.
 
     Example:
@@ -36,23 +37,25 @@ def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
 
 
 def _connected_components_of_batch(image: Tensor, num_iterations: int) -> Tensor:
-    check_image(image, "image")
+    check_pixels(image, "image")
     if num_iterations < 0:
         raise ValueError(f"num_iterations: expected at least 0, got {num_iterations}")
-    return numbered_components(image, num_iterations)
+    known = image.to(torch.float32) if image.dtype == torch.uint8 else image
+    return numbered_components(known, num_iterations)
 
 
 def connected_components_union_find(image: Tensor) -> Tensor:
     """``connected_components`` without a limit on the iterations.
 
     Args:
-        image: (B, C, H, W), floating point; pixels above 0 are set. Every plane is labelled separately.
+        image: (B, C, H, W), floating point or uint8; pixels above 0 are set. Every plane is labelled
+            separately.
 
     Returns:
         (B, C, H, W) int64, as from ``connected_components``.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not 4-D.
 
     Example:

@@ -6,7 +6,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_image, check_pixels
 from ..primitives.features.distances import euclidean_distances, grown_distances
 
 
@@ -18,23 +18,25 @@ def distance_transform_edt(image: Tensor) -> Tensor:
     Huttenlocher, Distance transforms of sampled functions, Theory of Computing 8, 2012).
 
     Args:
-        image: (B, C, H, W), floating point; pixels above 0 are set.
+        image: (B, C, H, W), floating point or uint8; pixels above 0 are set.
 
     Returns:
-        (B, C, H, W), exact except for the rounding of the result (in float32, also of the squares for
-        distances above 4096): 0 for pixels that are not set, infinity in a plane where all pixels are set.
+        (B, C, H, W), float32 for uint8; exact except for the rounding of the result (in float32, also of the
+        squares for distances above 4096): 0 for pixels that are not set, infinity in a plane where all pixels
+        are set.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not 4-D.
 
     Example:
         >>> distance_transform_edt(torch.tensor([[[[0.0, 1.0, 1.0, 1.0, 1.0, 0.0]]]]))
         tensor([[[[0., 1., 2., 2., 1., 0.]]]])
     """
-    check_image(image, "image")
+    check_pixels(image, "image")
     dtype = torch.float64 if image.dtype == torch.float64 else torch.float32
-    return euclidean_distances(image.to(dtype)).to(image.dtype)
+    found = euclidean_distances(image.to(dtype))
+    return found.to(image.dtype) if image.is_floating_point() else found
 
 
 def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> Tensor:

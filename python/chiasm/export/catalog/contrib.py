@@ -8,7 +8,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer, opencv
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add, rejected
 
 # --- histogram ----------------------------------------------------------------------------------------------
@@ -133,6 +133,7 @@ add(
         peer=_COMPONENTS,
         reference="SciPy label up to the names of the labels",
         picture="labels",
+        frames=Frames(),
     )
 )
 
@@ -153,6 +154,7 @@ add(
         peer=_COMPONENTS,
         reference="SciPy label up to the names of the labels",
         picture="labels",
+        frames=Frames(),
     )
 )
 
@@ -184,6 +186,7 @@ add(
             before=_as_bytes,
         ),
         reference="SciPy distance_transform_edt",
+        frames=Frames(),
     )
 )
 
