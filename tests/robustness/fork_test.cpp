@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <optional>
 #include <thread>
 
@@ -51,6 +52,15 @@ TEST_P(Fork, AChildGoesOnWithWhatItsParentRan) {
   EXPECT_TRUE(child.well()) << child.text();
   EXPECT_EQ(child.words, "");
   EXPECT_EQ(sobel(image_), expected) << "in the parent, after the fork";
+}
+
+TEST_P(Fork, AChildEndsByExit) {
+  if (way() == "plugin") GTEST_SKIP() << "the program's own environment is ONNX Runtime's to destroy";
+  const Callable sobel = load(way(), sobel_);
+  sobel(image_);
+  const Ending child = in_child(seconds(30), []() -> std::string { std::exit(7); });
+  EXPECT_FALSE(child.timed_out);
+  EXPECT_EQ(child.code, 7) << child.text();
 }
 
 /** Not for `plugin`: the program's own session belongs to ONNX Runtime, and nobody can wait for its locks. */

@@ -2,8 +2,11 @@
 
 #include <dlfcn.h>
 #include <execinfo.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -67,6 +70,15 @@ std::string open_and_initialise() {
   return version;
 }
 
+// At exit ONNX Runtime destroys its pool, and waits for ever in a child of fork: the condition variable still
+// counts the parent's workers. Such a child flushes its streams and leaves without the exit handlers that were
+// registered before ONNX Runtime was opened.
+void leave_child(int status, void* generation) {
+  if (base::ForkGate::generation() == static_cast<uint32_t>(reinterpret_cast<uintptr_t>(generation))) return;
+  std::fflush(nullptr);
+  _exit(status);
+}
+
 // Spinning threads would hold every core between two frames, so it is off.
 Ort::Env make_environment(int32_t num_threads) {
   // If a thread of the pool cannot be created, ONNX Runtime waits for ever. It creates one more, for itself.
@@ -84,6 +96,7 @@ Ort::Env make_environment(int32_t num_threads) {
   constexpr int same_as_requested = 1;  // the default doubles what it holds
   const Ort::ArenaCfg arena(0, same_as_requested, -1, -1);
   env.CreateAndRegisterAllocator(Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault), arena);
+  if (workers > 0) on_exit(leave_child, reinterpret_cast<void*>(uintptr_t{base::ForkGate::generation()}));
   return env;
 }
 
