@@ -130,8 +130,8 @@ TEST_P(Fork, AChildClosesAMethodWithAFewThreadsOfItsOwn) {
   const Ending process = in_child(seconds(60), [&] {
     try {
       set_num_threads(4);
-    } catch (const Error&) {  // a method was loaded before
-      return std::string();
+    } catch (const Error&) {
+      return std::string("loaded");
     }
     std::optional<Method> sobel = Bundle::open(sobel_).method("forward", options);
     const std::string expected = bytes_of(sobel->run(image_.tensors));
@@ -143,6 +143,7 @@ TEST_P(Fork, AChildClosesAMethodWithAFewThreadsOfItsOwn) {
     return child.well() ? child.words : child.text();
   });
   EXPECT_TRUE(process.well()) << process.text();
+  if (process.words == "loaded") GTEST_SKIP() << "a test before this one loaded a method: run it alone";
   EXPECT_EQ(process.words, "");
 }
 
