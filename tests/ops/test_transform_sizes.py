@@ -9,6 +9,7 @@ from photos import chw, hwc, photo
 from torch import Tensor
 
 from chiasm.geometry.transform import (
+    CenterCrop2D,
     build_laplacian_pyramid,
     build_pyramid,
     center_crop,
@@ -130,6 +131,40 @@ def test_center_crop_between_pixels() -> None:
     torch.testing.assert_close(center_crop(X, (16, 13)), expected, rtol=0, atol=1e-12)
 
 
+def pixels_of(dtype: torch.dtype) -> Tensor:
+    """Integers that reach both ends of their type."""
+    info = torch.iinfo(dtype)
+    return ((X - X.min()) / (X.max() - X.min()) * (info.max - info.min) + info.min).round().to(dtype)
+
+
+def framed(x: Tensor) -> Tensor:
+    """The same images, stored pixel by pixel."""
+    return x.to(torch.int32).permute(0, 2, 3, 1).contiguous().permute(0, 3, 1, 2).to(x.dtype)
+
+
+PIXELS = pytest.mark.parametrize("dtype", [torch.uint8, torch.int16, torch.uint16])
+
+
+@PIXELS
+def test_centre_crops_of_integers(dtype: torch.dtype) -> None:
+    x = pixels_of(dtype)
+    wide = x.numpy().astype(np.int64)
+    for of in (x, framed(x)):
+        crop = center_crop(of, (21, 13))
+        assert crop.dtype == dtype
+        np.testing.assert_array_equal(crop.numpy(), wide[:, :, 8:29, 20:33])
+        around = center_crop(of, (45, 61), padding_mode="border").numpy()
+        np.testing.assert_array_equal(around, np.pad(wide, [(0, 0), (0, 0), (4, 4), (4, 4)], "edge"))
+        between = wide[:, :, 10:26, 20:33] + wide[:, :, 11:27, 20:33]
+        np.testing.assert_array_equal(center_crop(of, (16, 13)).numpy(), (between + 1) // 2)
+        cubic = center_crop(x.to(D), (16, 12), "bicubic")
+        info = torch.iinfo(dtype)
+        expected = torch.floor(cubic + 0.5).clamp(info.min, info.max).numpy()
+        np.testing.assert_array_equal(center_crop(of, (16, 12), "bicubic").numpy(), expected)
+    with pytest.raises(TypeError, match="input_tensor: expected a floating-point, uint8, int16 or uint16"):
+        center_crop(x.to(torch.int64), (3, 3))
+
+
 QUADRILATERALS = torch.tensor(
     [
         [[3.0, 2.0], [40.0, 5.0], [44.0, 30.0], [1.0, 33.0]],
@@ -152,6 +187,21 @@ def test_crop_and_resize_equals_opencv() -> None:
             )
             same = crop_by_transform_mat(x, torch.from_numpy(matrix)[None], (16, 25))[b]
             torch.testing.assert_close(actual[b], same, rtol=0, atol=1e-4)
+
+
+def test_crops_of_bytes_equal_opencv() -> None:
+    x = pixels_of(torch.uint8)
+    target = np.array([[0, 0], [24, 0], [24, 15], [0, 15]], np.float32)
+    boxes = torch.from_numpy(target).expand(2, 4, 2)
+    actual = crop_and_resize(x, QUADRILATERALS, (16, 25))
+    assert actual.dtype == torch.uint8
+    assert torch.equal(crop_and_resize(framed(x), QUADRILATERALS, (16, 25)), actual)
+    assert torch.equal(crop_by_boxes(x, QUADRILATERALS, boxes), actual)
+    for b in range(2):
+        matrix = cv2.getPerspectiveTransform(QUADRILATERALS[b].numpy(), target)
+        expected = chw(cv2.warpPerspective(hwc(x, b), matrix, (25, 16), flags=cv2.INTER_LINEAR))
+        apart = np.abs(actual[b].numpy().astype(int) - expected.astype(int))
+        assert apart.max() <= 4 and (apart > 1).mean() < 0.05
 
 
 def test_crop_by_boxes() -> None:
@@ -190,3 +240,29 @@ def test_crop_by_indices_without_resizing() -> None:
     )
     with pytest.raises(ValueError, match="src_box: expected boxes of one size"):
         crop_by_indices(X, BOXES)
+
+
+@PIXELS
+def test_crop_by_indices_of_integers(dtype: torch.dtype) -> None:
+    x, info = pixels_of(dtype), torch.iinfo(dtype)
+    wide = x.numpy().astype(np.int64)
+    for of in (x, framed(x)):
+        whole = crop_by_indices(of, BOXES[:1].expand(2, 4, 2))
+        assert whole.dtype == dtype
+        np.testing.assert_array_equal(whole.numpy(), wide[:, :, 1:15, 2:27])
+        pad = crop_by_indices(of, BOXES, (16, 20), shape_compensation="pad").numpy()
+        np.testing.assert_array_equal(pad[1], np.pad(wide[1, :, 3:19, 0:11], [(0, 0), (0, 0), (0, 9)]))
+        nearest = crop_by_indices(of, BOXES, (7, 5), "nearest").numpy()
+        np.testing.assert_array_equal(nearest[0], wide[0][:, 1:15:2, 2:27:5])
+        for interpolation, steps in (("bilinear", 2048), ("bicubic", 32)):
+            actual = crop_by_indices(of, BOXES, (16, 20), interpolation).numpy()
+            exact = crop_by_indices(x.to(D), BOXES, (16, 20), interpolation)
+            exact = exact.clamp(info.min, info.max).numpy()
+            # half a step along each axis, where bicubic is up to 1.5 times as steep
+            assert np.abs(actual - exact).max() <= 1.5 * 2 * (info.max - info.min) / (2 * steps) + 0.5
+
+
+@PIXELS
+def test_centre_crop_module_of_integers(dtype: torch.dtype) -> None:
+    x = pixels_of(dtype)
+    np.testing.assert_array_equal(CenterCrop2D((21, 13))(x).numpy(), x.numpy()[:, :, 8:29, 20:33])

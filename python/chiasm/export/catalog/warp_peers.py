@@ -84,14 +84,14 @@ def filled(of_bytes: bool = False) -> Peer:
     )
 
 
-def between_boxes(before: Call) -> Peer:
+def between_boxes(before: Call, of_bytes: bool = False) -> Peer:
     """OpenCV's warpPerspective by getPerspectiveTransform; `before` makes an image, four points of it, where
     they go, and a size."""
 
     def call(cv2: Any, x: np.ndarray, source: np.ndarray, target: np.ndarray, size: tuple[int, int]) -> Any:
         return cv2.warpPerspective(x, cv2.getPerspectiveTransform(source, target), size)
 
-    return opencv(call, before=before, **_NEAR, **_LARGE)
+    return opencv(call, before=before, **(_NEAR_OF_BYTES if of_bytes else _NEAR), **_LARGE)
 
 
 def corners(width: int, height: int) -> np.ndarray:

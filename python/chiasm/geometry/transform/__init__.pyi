@@ -102,7 +102,7 @@ class BuildPyramid(nn.Module):
 
 class CenterCrop(nn.Module):
     """`center_crop` as a module: Crop the centre of images. If the image size and the crop size differ
-    by an odd number, the crop begins between two pixels."""
+    by an odd number, the crop begins between two pixels; integers are rounded half up there."""
 
     size: Tuple[int, int]
     mode: str
@@ -202,7 +202,8 @@ class CropByBoxes3d(nn.Module):
 
 class CropByIndices(nn.Module):
     """`crop_by_indices` as a module: Crop one box of whole pixels out of each image, and resize the
-    crops to one size. The resize does not use pixels outside the crop."""
+    crops to one size. The resize does not use pixels outside the crop. For integers, positions are
+    rounded to 1/2048 pixel, or 1/32 for "bicubic", and values to integers, half up."""
 
     size: Optional[Tuple[int, int]]
     interpolation: str

@@ -6,7 +6,8 @@ import torch
 from torch import Tensor
 
 from ...primitives.core.broadcasting import one_for_each
-from ...primitives.core.checks import check_choice, check_image, check_pair, check_tensor
+from ...primitives.core.checks import check_choice, check_pair, check_pixels, check_tensor
+from ...primitives.core.layout import in_planes
 from ...primitives.core.modules import Module
 from ...primitives.core.window_sizes import positive_pair
 from ...primitives.numbers.rounding import to_index
@@ -14,10 +15,12 @@ from ...primitives.resampling.taps import bounded_taps
 from ...primitives.resampling.warping import (
     check_matrices,
     check_sampling,
+    check_source,
     pixel_axes,
     position_dtype,
     resample_image,
     resample_projective,
+    rounded_pixels,
     weigh_image,
 )
 from .matrices import check_points, get_perspective_transform
@@ -32,10 +35,10 @@ def center_crop(
     align_corners: bool = True,
 ) -> Tensor:
     """Crop the centre of images. If the image size and the crop size differ by an odd number, the crop begins
-    between two pixels.
+    between two pixels; integers are rounded half up there.
 
     Args:
-        input_tensor: (B, C, H, W), floating point.
+        input_tensor: (B, C, H, W), floating point, uint8, int16 or uint16.
         size: (height, width) of the crop, which may be larger than the image; may come from another tensor's
             shape.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -44,7 +47,7 @@ def center_crop(
         (B, C, height, width).
 
     Raises:
-        TypeError: if input_tensor is not floating point.
+        TypeError: if input_tensor is not of a type as above.
         ValueError: if input_tensor is not 4-D or a choice is not as above.
 
     Example:
@@ -52,18 +55,21 @@ def center_crop(
         tensor([[ 5.,  6.],
                 [ 9., 10.]])
     """
-    check_image(input_tensor, "input_tensor")
+    check_pixels(input_tensor, "input_tensor", True)
     check_sampling(mode, padding_mode)
     check_pair(size, "size")
     height, width = size
-    column, row = pixel_axes(height, width, position_dtype(input_tensor.dtype), input_tensor.device)
+    pixels = input_tensor
+    if pixels.dtype == torch.int16 or pixels.dtype == torch.uint16:
+        # Weights are multiples of 1/4, bicubic ones of 1/2^10: sums are exact.
+        pixels = in_planes(pixels).to(torch.float64 if mode == "bicubic" else torch.float32)
+    column, row = pixel_axes(height, width, position_dtype(pixels.dtype), pixels.device)
     # Twice the offset is a whole number: halving it is exact.
     x = (column * 2.0 + (input_tensor.size(3) - width)) * 0.5
     y = (row * 2.0 + (input_tensor.size(2) - height)) * 0.5
     shape = [input_tensor.size(0), height, width]
-    return resample_image(
-        input_tensor, x.expand(shape), y.expand(shape), mode, padding_mode, align_corners, None
-    )
+    out = resample_image(pixels, x.expand(shape), y.expand(shape), mode, padding_mode, align_corners, None)
+    return out if out.dtype == input_tensor.dtype else rounded_pixels(out, input_tensor)
 
 
 def crop_and_resize(
@@ -78,7 +84,7 @@ def crop_and_resize(
     pixels.
 
     Args:
-        input_tensor: (B, C, H, W), floating point.
+        input_tensor: (B, C, H, W), floating point or uint8.
         boxes: (B, 4, 2), corners (x, y) from the upper left clockwise.
         size: (height, width) of the crops, more than 1 each; may come from another tensor's shape.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -87,7 +93,7 @@ def crop_and_resize(
         (B, C, height, width). Differentiable in input_tensor and boxes.
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if input_tensor is not of a type as above, or another argument not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -122,7 +128,7 @@ def crop_by_boxes(
     dst_box, or ``size`` if given: exported programs cannot have sizes that depend on data.
 
     Args:
-        input_tensor: (B, C, H, W), floating point.
+        input_tensor: (B, C, H, W), floating point or uint8.
         src_box: (B, 4, 2), corners (x, y) in input_tensor from the upper left clockwise.
         dst_box: (B, 4, 2), the corners in the output: rectangles of one size, at whole pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -133,7 +139,7 @@ def crop_by_boxes(
         (B, C, height, width): ``size``, or that of dst_box from (x, y) to (x + width - 1, y + height - 1).
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if input_tensor is not of a type as above, or another argument not floating point.
         ValueError: if a shape or a choice is not as above, or dst_box is not as described above.
 
     Example:
@@ -180,7 +186,7 @@ def crop_by_transform_mat(
     """Warp images by homographies in pixels: out(p) = input_tensor(transform^-1 p).
 
     Args:
-        input_tensor: (B, C, H, W), floating point.
+        input_tensor: (B, C, H, W), floating point or uint8.
         transform: (B, 3, 3), or (1, 3, 3) for all images, from input_tensor's pixels to the output's.
         out_size: (height, width) of the output; may come from another tensor's shape.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -189,7 +195,7 @@ def crop_by_transform_mat(
         (B, C, height, width). Differentiable in input_tensor and transform.
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if input_tensor is not of a type as above, or another argument not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -197,9 +203,8 @@ def crop_by_transform_mat(
         >>> crop_by_transform_mat(torch.arange(4.0).expand(1, 1, 1, 4), left_by_one, (1, 2))[0, 0]
         tensor([[1., 2.]])
     """
-    check_image(input_tensor, "input_tensor")
+    check_source(input_tensor, mode, padding_mode, "input_tensor")
     check_matrices(transform, 3, 3, "transform")
-    check_sampling(mode, padding_mode)
     check_pair(out_size, "out_size")
     input_tensor = one_for_each(input_tensor, transform, "input_tensor", "transform")
     matrix = transform.expand(input_tensor.size(0), 3, 3)
@@ -225,10 +230,11 @@ def crop_by_indices(
     shape_compensation: str = "resize",
 ) -> Tensor:
     """Crop one box of whole pixels out of each image, and resize the crops to one size. The resize does not
-    use pixels outside the crop.
+    use pixels outside the crop. For integers, positions are rounded to 1/2048 pixel, or 1/32 for "bicubic",
+    and values to integers, half up.
 
     Args:
-        input_tensor: (B, C, H, W), floating point.
+        input_tensor: (B, C, H, W), floating point, uint8, int16 or uint16.
         src_box: (B, 4, 2), corner pixels (x, y) from the upper left clockwise, inside the image; fractions
             are cut off. A corner outside the image is moved to the nearest pixel inside; a lower right corner
             before the upper left one is moved to it.
@@ -242,7 +248,7 @@ def crop_by_indices(
         (B, C, height, width). Differentiable in input_tensor.
 
     Raises:
-        TypeError: if input_tensor is not floating point.
+        TypeError: if input_tensor is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -251,7 +257,7 @@ def crop_by_indices(
         tensor([[ 5.,  6.],
                 [ 9., 10.]])
     """
-    check_image(input_tensor, "input_tensor")
+    check_pixels(input_tensor, "input_tensor", True)
     check_choice(interpolation, ["nearest", "bilinear", "bicubic"], "interpolation")
     check_choice(shape_compensation, ["resize", "pad"], "shape_compensation")
     check_tensor(src_box, "src_box")
@@ -271,16 +277,21 @@ def crop_by_indices(
         height, width = size
     mode = "pad" if shape_compensation == "pad" else interpolation
     corners = align_corners is not None and align_corners
-    dtype = position_dtype(input_tensor.dtype)
-    column, across = bounded_taps(low[:, 0], extent[:, 0], width, mode, corners, dtype)
-    row, down = bounded_taps(low[:, 1], extent[:, 1], height, mode, corners, dtype)
+    pixels, steps = input_tensor, 0
+    if not pixels.is_floating_point():
+        # With these steps, sums are exact: 16 bits times multiples of 1/2^22, or of 1/2^34.
+        pixels, steps = in_planes(pixels).to(torch.float64), 32 if mode == "bicubic" else 2048
+    dtype = position_dtype(pixels.dtype)
+    column, across = bounded_taps(low[:, 0], extent[:, 0], width, mode, corners, dtype, steps)
+    row, down = bounded_taps(low[:, 1], extent[:, 1], height, mode, corners, dtype, steps)
     index: List[Tensor] = []
     weight: List[Tensor] = []
     for i in range(len(row)):
         for j in range(len(column)):
-            index.append((row[i][:, :, None] * input_tensor.size(3) + column[j][:, None, :]).to(torch.int32))
+            index.append((row[i][:, :, None] * columns + column[j][:, None, :]).to(torch.int32))
             weight.append(down[i][:, :, None] * across[j][:, None, :])
-    return weigh_image(input_tensor, index, weight, None)
+    out = weigh_image(pixels, index, weight, None)
+    return out if out.dtype == input_tensor.dtype else rounded_pixels(out, input_tensor)
 
 
 def _pixel(x: Tensor, size: int) -> Tensor:
@@ -300,10 +311,10 @@ class CenterCrop2D(Module):
             which has zeros around such an image.
 
     Shape:
-        (B, C, H, W), floating point, to (B, C, height, width).
+        (B, C, H, W), floating point or uint8, to (B, C, height, width); "slice" also takes int16 and uint16.
 
     Raises:
-        TypeError: if the images are not floating point.
+        TypeError: if the images are not of a type as above.
         ValueError: if they are not 4-D or a choice is not as above.
 
     Example:
@@ -330,7 +341,7 @@ class CenterCrop2D(Module):
         self.cropping_mode = cropping_mode
 
     def forward(self, input: Tensor) -> Tensor:
-        check_image(input, "input")
+        check_pixels(input, "input", self.cropping_mode == "slice")
         height, width = self.size
         left, top = _first(input.size(3), width), _first(input.size(2), height)
         if self.cropping_mode == "slice":

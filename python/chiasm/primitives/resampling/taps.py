@@ -248,13 +248,19 @@ def _cubic_axis(
 
 
 def bounded_taps(
-    low: Tensor, extent: Tensor, out_size: int, mode: str, align_corners: bool, dtype: torch.dtype
+    low: Tensor,
+    extent: Tensor,
+    out_size: int,
+    mode: str,
+    align_corners: bool,
+    dtype: torch.dtype,
+    steps: int = 0,
 ) -> Tuple[List[Tensor], List[Tensor]]:
     """Indices and weights (B, out_size) that resize, along one axis, the ``extent`` (B,) pixels from ``low``
     (B,) on.
 
     mode: "nearest", "bilinear" or "bicubic" as for resizing, or "pad": pixels keep their size and zeros
-    follow.
+    follow. steps: if not 0, positions are rounded to this part of a pixel, half to even.
     """
     i = torch.arange(out_size, device=low.device)[None]
     size, first = extent[:, None], low[:, None]
@@ -271,6 +277,8 @@ def bounded_taps(
         denominator = 2 * out_size
     whole = torch.floor(numerator.to(torch.float64) / denominator).to(torch.int64)
     fraction = (numerator - whole * denominator).to(dtype) / denominator
+    if steps > 0:
+        fraction = torch.round(fraction * steps) / steps
     if mode == "bilinear":
         weight, start = [1.0 - fraction, fraction], 0
     else:

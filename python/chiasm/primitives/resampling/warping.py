@@ -8,6 +8,7 @@ from torch import Tensor
 from ..core.checks import check_choice, check_floating, check_pixels, check_tensor
 from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
+from ..core.pixels import pixel_range
 from ..filters.stencil import join_channels, split_channels
 from ..kernels import operators as kernels
 from ..numbers.rounding import known_or
@@ -93,6 +94,17 @@ def mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
     ) / depth
 
 
+def rounded_pixels(sums: Tensor, like: Tensor) -> Tensor:
+    """Sums of floating point as integers of the type of ``like``, of 8 or 16 bits: rounded half up and
+    saturated.
+
+    >>> rounded_pixels(torch.tensor([-0.6, 1.5, 255.5]), torch.zeros(1, dtype=torch.uint8))
+    tensor([  0,   2, 255], dtype=torch.uint8)
+    """
+    low, high = pixel_range(like)
+    return torch.floor(sums + 0.5).clamp(low, high).to(like.dtype)
+
+
 def _has_kernel(src: Tensor, padding_mode: str) -> bool:
     return kernels.has_kernel(src) and padding_mode != "fill"
 
@@ -172,7 +184,7 @@ def resample_bytes(
     else:
         beyond = "zeros" if padding_mode == "fill" else padding_mode
         sums = resample_floating(exact, at_x, at_y, mode, beyond, align_corners, None)
-    return torch.floor(sums + 0.5).clamp(0.0, 255.0).to(torch.uint8)
+    return rounded_pixels(sums, src)
 
 
 def _has_bytes_kernel(src: Tensor, padding_mode: str) -> bool:
