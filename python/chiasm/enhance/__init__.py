@@ -19,6 +19,7 @@ from .equalization import autocontrast, equalize, equalize3d
 from .hue import adjust_hue, adjust_hue_raw, adjust_saturation, adjust_saturation_raw
 from .integral import integral_image, integral_tensor
 from .jpeg import jpeg_codec_differentiable
+from .lookup import lut
 from .names import ThresholdType
 from .normalize import denormalize, normalize, normalize_min_max
 from .sharp import sharpness
@@ -58,6 +59,7 @@ __all__ = [
     "invert",
     "jpeg_codec_differentiable",
     "linear_transform",
+    "lut",
     "mean_std_dev",
     "min_max_loc",
     "normalize",

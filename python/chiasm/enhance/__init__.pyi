@@ -31,6 +31,7 @@ from .hue import adjust_saturation_raw as adjust_saturation_raw
 from .integral import integral_image as integral_image
 from .integral import integral_tensor as integral_tensor
 from .jpeg import jpeg_codec_differentiable as jpeg_codec_differentiable
+from .lookup import lut as lut
 from .names import ThresholdType as ThresholdType
 from .normalize import denormalize as denormalize
 from .normalize import normalize as normalize
@@ -336,6 +337,12 @@ class LinearTransform(nn.Module):
     def forward(self, inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor) -> Tensor: ...
     def __call__(self, inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor) -> Tensor: ...
 
+class Lut(nn.Module):
+    """`lut` as a module: Replace each byte by the entry of a table at it, like OpenCV's ``LUT``."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor, table: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor, table: Tensor) -> Tensor: ...
+
 class MeanStdDev(nn.Module):
     """`mean_std_dev` as a module: Mean and standard deviation of each channel, like OpenCV's
     ``meanStdDev``."""
@@ -474,6 +481,7 @@ __all__ = [
     "JPEGCodecDifferentiable",
     "JpegCodecDifferentiable",
     "LinearTransform",
+    "Lut",
     "MeanStdDev",
     "MinMaxLoc",
     "Normalize",
@@ -515,6 +523,7 @@ __all__ = [
     "invert",
     "jpeg_codec_differentiable",
     "linear_transform",
+    "lut",
     "mean_std_dev",
     "min_max_loc",
     "normalize",

@@ -331,6 +331,38 @@ add(
 
 # --- tones --------------------------------------------------------------------------------------------------
 
+_LEVELS = TensorSpec(
+    "image", ("B", "C", "H", "W"), "uint8", "NCHW", range=(0, 255), description="image batch"
+)
+_LUT = opencv(lambda cv2, x, table: cv2.LUT(x, table))
+
+add(
+    Spec(
+        "enhance.lut",
+        [
+            _LEVELS,
+            TensorSpec("table", (256,), "uint8", range=(0, 255), description="what replaces each byte"),
+        ],
+        OUTPUT,
+        peer=_LUT,
+        reference="OpenCV LUT",
+        frames=Frames(peer=_LUT),
+    )
+)
+
+add(
+    Spec(
+        "enhance.lut.numbers",
+        [_LEVELS, TensorSpec("table", ("B", 256), description="what replaces each byte of each image")],
+        OUTPUT,
+        # an entry's gradient is a sum over the pixels that have it
+        gradient_tolerances=SUMS,
+        peer=_LUT,
+        reference="OpenCV LUT",
+    ),
+    fn="enhance.lut",
+)
+
 add(
     Spec(
         "enhance.posterize",
