@@ -172,6 +172,38 @@ for _name, _axis in (("hflip", 1), ("vflip", 0), ("rot180", -1)):
         frames=Frames(("uint8", "int16", "uint16"), peer=_flip),
     )
 
+# --- borders ------------------------------------------------------------------------------------------------
+
+_MARGINS = {"top": 3, "bottom": 5, "left": 7, "right": 2}
+
+
+def _bordered(border: str, value: float) -> Peer:
+    """Of up to four channels, which OpenCV's value has."""
+    return opencv(
+        lambda cv2, x: cv2.copyMakeBorder(x, *_MARGINS.values(), getattr(cv2, border), value=(value,) * 4),
+        sizes={"C": 3},
+    )
+
+
+for _name, _border in {
+    "constant": "BORDER_CONSTANT",
+    "replicate": "BORDER_REPLICATE",
+    "reflect": "BORDER_REFLECT_101",
+    "symmetric": "BORDER_REFLECT",
+    "circular": "BORDER_WRAP",
+}.items():
+    add_transform(
+        f"copy_make_border.{_name}",
+        [image("image")],
+        "OpenCV copyMakeBorder",
+        fn="copy_make_border",
+        config={**_MARGINS, "border_type": _name, "value": 0.5},
+        symbols=STENCIL,
+        peer=_bordered(_border, 0.5),
+        frames=Frames(("uint8", "int16", "uint16"), config={"value": 114.0}, peer=_bordered(_border, 114.0)),
+        errors=rejected_words("border_type"),
+    )
+
 # --- pyramids -----------------------------------------------------------------------------------------------
 
 

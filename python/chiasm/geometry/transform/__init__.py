@@ -2,6 +2,7 @@
 
 from ...primitives.core.modules import ModuleForm, lazy_modules
 from .affine import Affine, affine, rotate, scale, shear, translate, warp_affine
+from .border import copy_make_border
 from .crop import (
     CenterCrop2D,
     center_crop,
@@ -61,6 +62,7 @@ __all__ = [
     "build_pyramid",
     "center_crop",
     "center_crop3d",
+    "copy_make_border",
     "crop_and_resize",
     "crop_and_resize3d",
     "crop_by_boxes",

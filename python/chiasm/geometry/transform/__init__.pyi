@@ -11,6 +11,7 @@ from .affine import scale as scale
 from .affine import shear as shear
 from .affine import translate as translate
 from .affine import warp_affine as warp_affine
+from .border import copy_make_border as copy_make_border
 from .crop import CenterCrop2D as CenterCrop2D
 from .crop import center_crop as center_crop
 from .crop import crop_and_resize as crop_and_resize
@@ -130,6 +131,21 @@ class CenterCrop3d(nn.Module):
     ) -> None: ...
     def forward(self, tensor: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor) -> Tensor: ...
+
+class CopyMakeBorder(nn.Module):
+    """`copy_make_border` as a module: Put images into larger ones, like OpenCV's ``copyMakeBorder``."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+    border_type: str
+    value: float
+    def __init__(
+        self, top: int, bottom: int, left: int, right: int, border_type: str = "constant", value: float = 0.0
+    ) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
 
 class CropAndResize(nn.Module):
     """`crop_and_resize` as a module: Crop one quadrilateral of each image and resize it; its corners
@@ -798,6 +814,7 @@ __all__ = [
     "CenterCrop",
     "CenterCrop2D",
     "CenterCrop3d",
+    "CopyMakeBorder",
     "CropAndResize",
     "CropAndResize3d",
     "CropByBoxes",
@@ -854,6 +871,7 @@ __all__ = [
     "build_pyramid",
     "center_crop",
     "center_crop3d",
+    "copy_make_border",
     "crop_and_resize",
     "crop_and_resize3d",
     "crop_by_boxes",

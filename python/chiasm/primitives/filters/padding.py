@@ -102,6 +102,29 @@ def _padded_by_index(
 
 
 @primitive
+def bordered(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> Tensor:
+    """``padded`` for any type of pixels, as the result of an op, whose margins may be wide; and with the
+    border "symmetric", which mirrors and repeats the edge. The caller checks the sizes.
+
+    >>> bordered(torch.tensor([[[[1, 2, 3]]]]), (0, 0), (1, 2), "symmetric", 0.0)
+    tensor([[[[1, 1, 2, 3, 3, 2]]]])
+    """
+    # Engines lack operations on 16 bits.
+    wide = x.to(torch.int32) if x.dtype == torch.int16 or x.dtype == torch.uint16 else x
+    rows = _pad_by_index(wide, 2, margin_y[0], margin_y[1], border_type, value)
+    return _pad_by_index(rows, 3, margin_x[0], margin_x[1], border_type, value).to(x.dtype)
+
+
+@bordered.lowering("vjp")
+def _bordered_by_cat(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> Tensor:
+    return _by_cat(x, margin_y, margin_x, border_type, value)
+
+
+@primitive
 def padded_parts(
     x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
 ) -> List[Tensor]:
@@ -225,6 +248,8 @@ def _pad_by_index(x: Tensor, dim: int, before: int, after: int, border_type: str
         index = (size - 1) - ((size - 1) - place.abs()).abs()
     elif border_type == "circular":
         index = torch.where(place < 0, place + size, torch.where(place >= size, place - size, place))
+    elif border_type == "symmetric":
+        index = torch.where(place < 0, -1 - place, torch.where(place >= size, 2 * size - 1 - place, place))
     else:
         index = place.clamp(0, size - 1)
     padded = x.index_select(dim, index)
@@ -252,6 +277,8 @@ def _before(x: Tensor, dim: int, count: int, border_type: str, value: float) -> 
         return [x.narrow(dim, 1, count).flip([dim])]
     if border_type == "circular":
         return [x.narrow(dim, x.size(dim) - count, count)]
+    if border_type == "symmetric":
+        return [x.narrow(dim, 0, count).flip([dim])]
     edge = x.narrow(dim, 0, 1)
     if border_type == "constant":
         edge = torch.full_like(edge, value)
@@ -267,6 +294,8 @@ def _after(x: Tensor, dim: int, count: int, border_type: str, value: float) -> L
         return [x.narrow(dim, size - count - 1, count).flip([dim])]
     if border_type == "circular":
         return [x.narrow(dim, 0, count)]
+    if border_type == "symmetric":
+        return [x.narrow(dim, size - count, count).flip([dim])]
     edge = x.narrow(dim, size - 1, 1)
     if border_type == "constant":
         edge = torch.full_like(edge, value)
