@@ -71,6 +71,11 @@ SPECS = {
     "too many dimensions": (of(*[2] * 9), "9 dimensions"),
     "range the wrong way round": (of("N", range=(2.0, 1.0)), "range: expected"),
     "range of NaN": (of("N", range=(float("nan"), 1.0)), "range: expected"),
+    "range of one number": (of("N", range=5), "range: expected"),
+    "version of many digits": (numbers(version="9" * 20 + ".0.0"), "version: expected"),
+    "inputs of nothing": (numbers(make_inputs=lambda g, sizes, dtype: {}), "make_inputs: expected"),
+    "inputs of a number": (numbers(make_inputs=lambda g, sizes, dtype: 5), "make_inputs: .* got 5"),
+    "inputs that fail": (numbers(make_inputs=lambda g, sizes, dtype: 1 / 0), "make_inputs fails"),
     "range beyond the dtype": (of("N", dtype="uint8", range=(0, 300)), "does not fit into uint8"),
     "text that cannot be written": (of("N", description="\ud800"), "description"),
     "unknown configuration": (Spec("test.op", [image()], config={"nope": 1}), "'nope'"),
@@ -554,3 +559,17 @@ def test_native_code_without_the_libraries_that_it_is_linked_with(
             export(plus, numbers(gradients=()), tmp_path, formats=("native",))
     finally:
         native_cache._libraries_hash.cache_clear()
+
+
+class Wordless(Exception):
+    def __str__(self) -> str:
+        raise RuntimeError("no words")
+
+
+def wordless(input: Tensor) -> Tensor:
+    raise Wordless
+
+
+def test_an_exception_without_words_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="Wordless"):
+        export(wordless, IMAGE, tmp_path)

@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
-from .text import plain
+from .text import plain, words
 
 _EXPORT = str(Path(__file__).resolve().parent)
 _PACKAGES = (
@@ -125,7 +125,7 @@ def explain(
     inputs of `shapes`. `guards` are a trace's assumptions about sizes, each with the user's line that caused
     it.
     """
-    text = plain(str(error))
+    text = plain(words(error))
     assumed = _assumption(text, guards) if "Constraints violated" in text else None
     where = assumed or _line(error, text)
     operator = _operator(text)

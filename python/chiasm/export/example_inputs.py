@@ -10,6 +10,7 @@ import torch
 
 from .errors import ExportError
 from .spec import Spec, TensorSpec
+from .text import one_line
 
 #: The sizes that ops are exported at. All differ, also from constants in signatures (2, 3, 4, 9), because
 #: symbolic tracing gives equal sizes the same symbol.
@@ -68,9 +69,7 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
     generator = torch.Generator().manual_seed(seed)
     dtype = dtype_of("T", variant) if variant else torch.float32
     if spec.make_inputs is not None:
-        made = spec.make_inputs(generator, sizes, dtype)
-        # Native code is compiled for the strides of the example inputs, and at run time gets dense tensors.
-        return {t.name: made[t.name].contiguous() for t in spec.inputs}
+        return _made(spec, generator, sizes, dtype)
     result: dict[str, torch.Tensor] = {}
     for t in spec.inputs:
         try:
@@ -82,6 +81,33 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
                 f"{spec.name}: input {t.name!r}: an example of shape {shape} cannot be made: {why}; the op is"
                 " tried with the smallest sizes that the spec allows"
             ) from error
+    return result
+
+
+def _made(
+    spec: Spec, generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype
+) -> dict[str, torch.Tensor]:
+    """What the spec's own function makes."""
+    assert spec.make_inputs is not None
+    try:
+        made: Any = spec.make_inputs(generator, sizes, dtype)
+    except Exception as error:
+        raise ExportError(
+            f"{spec.name}: make_inputs fails for the sizes {sizes}: {type(error).__name__}: {one_line(error)}"
+        ) from error
+    result: dict[str, torch.Tensor] = {}
+    for t in spec.inputs:
+        try:
+            found: object = made[t.name]
+        except (TypeError, KeyError, IndexError):  # of other objects
+            found = None
+        if not isinstance(found, torch.Tensor):
+            raise ExportError(
+                f"{spec.name}: make_inputs: expected a dictionary with a tensor {t.name!r}, got"
+                f" {one_line(made, 99)}"
+            )
+        # Native code is compiled for the strides of the example inputs, and at run time gets dense tensors.
+        result[t.name] = found.contiguous()
     return result
 
 

@@ -17,8 +17,16 @@ def plain(text: str) -> str:
 
 def one_line(text: object, most: int = 600) -> str:
     """The same in one line, without invisible characters, and shortened if it is very long."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in plain(str(text))).split())
+    line = " ".join("".join(c if c.isprintable() else " " for c in plain(words(text))).split())
     return line if len(line) <= most else f"{line[:most]} ..."
+
+
+def words(value: object) -> str:
+    """`str(value)`; the name of its type if it has none, as an exception of a user's may."""
+    try:
+        return str(value)
+    except Exception:
+        return type(value).__name__
 
 
 def free_name(name: str, taken: set[str]) -> str:

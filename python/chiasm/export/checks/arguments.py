@@ -26,7 +26,7 @@ from ..tracing.module import results_of
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*")
-_VERSION = re.compile(r"[0-9]+\.[0-9]+\.[0-9]+")
+_VERSION = re.compile(r"[0-9]{1,9}\.[0-9]{1,9}\.[0-9]{1,9}")
 _RANK = 8
 #: Dtypes that users may have, and what to give an op instead.
 _INSTEAD = {
@@ -148,7 +148,11 @@ def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
     for text in ("layout", "color", "description"):
         _text(where, text, getattr(t, text))
     if t.range is not None:
-        numbers = len(t.range) == 2 and all(isinstance(v, (int, float)) and math.isfinite(v) for v in t.range)
+        numbers = (
+            isinstance(t.range, (tuple, list))
+            and len(t.range) == 2
+            and all(isinstance(v, (int, float)) and math.isfinite(v) for v in t.range)
+        )
         if not numbers or t.range[0] > t.range[1]:
             raise ExportError(f"{where}: range: expected (least, greatest), got {t.range!r}")
         if t.dtype in _dtypes() and not (t.dtype == "bool" or "float" in t.dtype):
