@@ -28,7 +28,7 @@ def test_every_kernel_has_calls_in_guarded_memory(example_tests: ModuleType) -> 
     assert [text.partition(")")[0] for text in tests] == list(example_tests.KERNELS)
     for text in tests:
         calls = re.findall(r"^      \{.*\},$", text, re.MULTILINE)
-        assert len(calls) == len(set(calls)) >= 6, text
+        assert len(calls) == len(set(calls)) >= 5, text  # 5 if there is but one size
 
 
 def test_calls_are_allowed(example_tests: ModuleType) -> None:

@@ -372,6 +372,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "matching.cdist_squared": lambda t: [(numbers(t, 2, 5, 8), numbers(t, 2, 7, 8))],
     "matching.two_smallest": lambda t: [(numbers(t, 2, 5, 7), along_rows) for along_rows in (True, False)],
     "padding.padded": lambda t: [(x, (2, 1), (1, 3), b, 0.5) for x in images(t) for b in BORDERS],
+    "padding.bordered": lambda t: [
+        (x, (2, 1), (1, 3), b, 0.5) for x in images(t) for b in (*BORDERS, "symmetric")
+    ],
     "padding.padded_parts": lambda t: [
         (x, (1, 1), margin, b, 0.5) for x in images(t) for b in BORDERS for margin in ((1, 1), (0, 2))
     ],

@@ -71,8 +71,8 @@ std::string open_and_initialise() {
 }
 
 // At exit ONNX Runtime destroys its pool, and waits for ever in a child of fork: the condition variable still
-// counts the parent's workers. Such a child flushes its streams and leaves without the exit handlers that were
-// registered before ONNX Runtime was opened.
+// counts the parent's workers. Such a child flushes its streams and leaves without the exit handlers that
+// were registered before ONNX Runtime was opened.
 void leave_child(int status, void* generation) {
   if (base::ForkGate::generation() == static_cast<uint32_t>(reinterpret_cast<uintptr_t>(generation))) return;
   std::fflush(nullptr);

@@ -2,7 +2,7 @@
 # pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
 """Conversions between 3D points and pixels of a pinhole camera."""
 
-from typing import Optional, Union
+from typing import Optional
 
 import torch
 from torch import Tensor
@@ -239,7 +239,7 @@ class PinholeCamera(Module):
         return self.extrinsics[:, 0, 3]
 
     @tx.setter
-    def tx(self, value: Union[float, Tensor]) -> None:
+    def tx(self, value: Tensor) -> None:
         self.extrinsics[:, 0, 3] = value
 
     @property
@@ -248,7 +248,7 @@ class PinholeCamera(Module):
         return self.extrinsics[:, 1, 3]
 
     @ty.setter
-    def ty(self, value: Union[float, Tensor]) -> None:
+    def ty(self, value: Tensor) -> None:
         self.extrinsics[:, 1, 3] = value
 
     @property
@@ -257,7 +257,7 @@ class PinholeCamera(Module):
         return self.extrinsics[:, 2, 3]
 
     @tz.setter
-    def tz(self, value: Union[float, Tensor]) -> None:
+    def tz(self, value: Tensor) -> None:
         self.extrinsics[:, 2, 3] = value
 
     @property
