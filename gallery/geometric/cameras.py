@@ -118,4 +118,6 @@ def bent_photo(s: Setting) -> Inputs:
     taken = transform.remap(
         lattice(s.rgb), x.contiguous(), y.contiguous(), padding_mode="border", align_corners=True
     )
+    if s.spec.interleaved:
+        taken = (255.0 * taken).round().to(torch.uint8).permute(0, 2, 3, 1)
     return {"image": taken.contiguous(), "K": s.repeated(camera[0]), "dist": s.repeated(bend[0])}

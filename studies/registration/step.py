@@ -8,8 +8,8 @@ import torch
 from torch import Tensor
 
 from chiasm.geometry.conversions import denormalize_homography
-from chiasm.geometry.registration import mean_over_covered
 from chiasm.geometry.transform import build_pyramid, homography_warp
+from chiasm.geometry.transform.registrator import mean_over_covered
 from chiasm.image import image_to_tensor, tensor_to_image
 from studies.optimizers import adam
 
