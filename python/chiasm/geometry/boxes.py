@@ -1,7 +1,7 @@
 """Boxes of images, volumes and videos as objects, for eager Python: they hold vertices, know their format and
 go where an image's matrix leads."""
 
-from typing import Any, List, Optional, Sequence, Tuple, Union
+from typing import Any, List, Optional, Tuple, Union
 
 import torch
 from torch import Tensor
@@ -9,7 +9,7 @@ from typing_extensions import Self  # Python's own from 3.11; torch needs the pa
 
 from ..primitives.core.checks import check_choice, check_floating
 from .bbox import bbox_to_mask, bbox_to_mask3d, infer_bbox_shape, infer_bbox_shape3d, is_bbox3d
-from .linalg import transform_points
+from .held import Held
 
 __all__ = ["Boxes", "Boxes3D", "VideoBoxes"]
 
@@ -22,53 +22,21 @@ def __dir__() -> list[str]:
     return __all__
 
 
-class _Held:
+class _Boxes(Held):
     """Vertices (N, V, D) or (B, N, V, D), and what all kinds of boxes do with them."""
 
-    _axes: int
+    _rank = 3
 
     def __init__(self, data: Tensor, mode: str, counts: Optional[List[int]] = None) -> None:
         self._data, self._mode, self._counts = data, mode, counts
 
-    def _with(self, data: Tensor, inplace: bool = False) -> Self:
-        if inplace:
-            self._data = data
-            return self
-        made = type(self).__new__(type(self))
-        made.__dict__.update(self.__dict__)
-        made._data = data
-        return made
-
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._data}, mode='{self._mode}')"
-
-    def __len__(self) -> int:
-        return len(self._data)
-
-    @property
-    def data(self) -> Tensor:
-        """The vertices; the last pixel of a box is in it."""
-        return self._data
 
     @property
     def mode(self) -> str:
         """The format that ``to_tensor`` returns if it is not told another."""
         return self._mode
-
-    @property
-    def shape(self) -> torch.Size:
-        """The vertices' shape."""
-        return self._data.shape
-
-    @property
-    def device(self) -> torch.device:
-        """The vertices' device."""
-        return self._data.device
-
-    @property
-    def dtype(self) -> torch.dtype:
-        """The vertices' dtype."""
-        return self._data.dtype
 
     def to(self, device: Optional[torch.device] = None, dtype: Optional[torch.dtype] = None) -> Self:
         """Move these boxes to a device or another floating-point dtype."""
@@ -77,37 +45,10 @@ class _Held:
         self._data = self._data.to(device=device, dtype=dtype)
         return self
 
-    def type(self, dtype: torch.dtype) -> Self:
-        """Move these boxes to another dtype."""
-        self._data = self._data.to(dtype)
-        return self
-
-    def clone(self) -> Self:
-        """A copy."""
-        return self._with(self._data.clone())
-
     def __getitem__(self, key: Any) -> Self:
-        made = self._with(self._data[key])
+        made = super().__getitem__(key)
         made._counts = None
         return made
-
-    def __setitem__(self, key: Any, value: Self) -> None:
-        self._data[key] = value._data
-
-    def _moved(self, M: Tensor) -> Tensor:
-        """The vertices by a matrix for each image, or one for all."""
-        size = self._axes + 1
-        single = M.dim() == 2
-        matrix = M[None] if single else M
-        if matrix.dim() != 3 or matrix.shape[1:] != (size, size):
-            raise ValueError(
-                f"M: expected shape (B, {size}, {size}) or ({size}, {size}), got {list(M.shape)}"
-            )
-        many = self._data if self._data.dim() == 4 else self._data[None]
-        if matrix.size(0) not in (1, many.size(0)):
-            raise ValueError(f"M: expected 1 or {many.size(0)} matrices, got {matrix.size(0)}")
-        found = transform_points(matrix.to(many).expand(many.size(0), -1, -1), many.flatten(1, 2))
-        return found.reshape(self._data.shape)
 
     def transform_boxes(self, M: Tensor, inplace: bool = False) -> Self:
         """The boxes moved by matrices in pixels, (B, 3, 3) or (B, 4, 4) of volumes: all vertices, so that a
@@ -118,15 +59,8 @@ class _Held:
         """``transform_boxes`` of these boxes themselves."""
         return self.transform_boxes(M, inplace=True)
 
-    def index_put(
-        self, indices: Sequence[Tensor], values: Union[Tensor, Self], inplace: bool = False
-    ) -> Self:
-        """The boxes with other vertices at some places, as ``Tensor.index_put``."""
-        other = values if isinstance(values, Tensor) else values._data
-        return self._with(self._data.index_put(tuple(indices), other.to(self._data)), inplace)
 
-
-class Boxes(_Held):
+class Boxes(_Boxes):
     """Boxes of images. ``Boxes.from_tensor`` takes the usual formats.
 
     Args:
@@ -193,7 +127,7 @@ class Boxes(_Held):
                 raise ValueError("boxes: expected positive widths and heights")
             made = _corners(first, end)
         boxes_made = cls.__new__(cls)
-        _Held.__init__(boxes_made, made, mode, counts)
+        _Boxes.__init__(boxes_made, made, mode, counts)
         return boxes_made
 
     def to_tensor(self, mode: Optional[str] = None, as_padded_sequence: bool = False) -> Any:
@@ -334,7 +268,7 @@ class VideoBoxes(Boxes):
         )
 
 
-class Boxes3D(_Held):
+class Boxes3D(_Boxes):
     """Boxes of volumes. ``Boxes3D.from_tensor`` takes the usual formats.
 
     Args:

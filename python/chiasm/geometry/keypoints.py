@@ -1,13 +1,11 @@
 """Key points of images, volumes and videos as objects, for eager Python."""
 
-from typing import Any, Sequence, Union
-
 import torch
 from torch import Tensor
 from typing_extensions import Self  # Python's own from 3.11; torch needs the package
 
 from ..primitives.core.checks import check_floating
-from .linalg import transform_points
+from .held import Held
 
 __all__ = ["Keypoints", "Keypoints3D", "VideoKeypoints"]
 
@@ -16,7 +14,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-class Keypoints:
+class Keypoints(Held):
     """Key points x, y of images.
 
     Args:
@@ -34,7 +32,7 @@ class Keypoints:
                 [6., 8.]])
     """
 
-    _axes = 2
+    _axes, _rank = 2, 2
 
     def __init__(self, keypoints: Tensor, raise_if_not_floating_point: bool = True) -> None:
         data = keypoints
@@ -46,46 +44,8 @@ class Keypoints:
             raise ValueError(f"keypoints: expected shape (N, {n}) or (B, N, {n}), got {list(data.shape)}")
         self._data = data
 
-    def _with(self, data: Tensor, inplace: bool = False) -> Self:
-        if inplace:
-            self._data = data
-            return self
-        made = type(self).__new__(type(self))
-        made.__dict__.update(self.__dict__)
-        made._data = data
-        return made
-
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._data})"
-
-    def __len__(self) -> int:
-        return len(self._data)
-
-    def __getitem__(self, key: Any) -> Self:
-        return self._with(self._data[key])
-
-    def __setitem__(self, key: Any, value: Self) -> None:
-        self._data[key] = value._data
-
-    @property
-    def data(self) -> Tensor:
-        """The coordinates."""
-        return self._data
-
-    @property
-    def shape(self) -> torch.Size:
-        """The coordinates' shape."""
-        return self._data.shape
-
-    @property
-    def device(self) -> torch.device:
-        """The coordinates' device."""
-        return self._data.device
-
-    @property
-    def dtype(self) -> torch.dtype:
-        """The coordinates' dtype."""
-        return self._data.dtype
 
     @classmethod
     def from_tensor(cls, keypoints: Tensor) -> Self:
@@ -95,22 +55,6 @@ class Keypoints:
     def to_tensor(self) -> Tensor:
         """The coordinates."""
         return self._data.clone()
-
-    def clone(self) -> Self:
-        """A copy."""
-        return self._with(self._data.clone())
-
-    def type(self, dtype: torch.dtype) -> Self:
-        """Move these points to another dtype."""
-        self._data = self._data.to(dtype)
-        return self
-
-    def index_put(
-        self, indices: Sequence[Tensor], values: Union[Tensor, Self], inplace: bool = False
-    ) -> Self:
-        """The points with other coordinates at some places, as ``Tensor.index_put``."""
-        other = values if isinstance(values, Tensor) else values._data
-        return self._with(self._data.index_put(tuple(indices), other.to(self._data)), inplace)
 
     def pad(self, padding_size: Tensor) -> Self:
         """Move these points as a border around the image does: padding_size (B, 4) or (1, 4), left, right,
@@ -134,17 +78,7 @@ class Keypoints:
 
     def transform_keypoints(self, M: Tensor, inplace: bool = False) -> Self:
         """The points moved by matrices in pixels, (B, 3, 3) or (3, 3); of volumes (B, 4, 4) or (4, 4)."""
-        size = self._axes + 1
-        matrix = M[None] if M.dim() == 2 else M
-        if matrix.dim() != 3 or matrix.shape[1:] != (size, size):
-            raise ValueError(
-                f"M: expected shape (B, {size}, {size}) or ({size}, {size}), got {list(M.shape)}"
-            )
-        many = self._data if self._data.dim() == 3 else self._data[None]
-        if matrix.size(0) not in (1, many.size(0)):
-            raise ValueError(f"M: expected 1 or {many.size(0)} matrices, got {matrix.size(0)}")
-        moved = transform_points(matrix.to(many).expand(many.size(0), -1, -1), many)
-        return self._with(moved.reshape(self._data.shape), inplace)
+        return self._with(self._moved(M), inplace)
 
     def transform_keypoints_(self, M: Tensor) -> Self:
         """``transform_keypoints`` of these points themselves."""
