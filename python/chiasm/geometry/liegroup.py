@@ -1,10 +1,11 @@
 """Rotations and rigid motions of the plane and of space as objects, for eager Python, with the functions of
 `lie` as methods. ``a * b`` applies b first; ``a * points`` moves points."""
 
-from typing import Any, Optional, Union
+from typing import Any, ClassVar, Optional, Union
 
 import torch
 from torch import Tensor
+from typing_extensions import Self  # Python's own from 3.11; torch needs the package
 
 from ..primitives.core.checks import check_last, check_matrix
 from ..primitives.core.modules import Module, hold
@@ -263,7 +264,75 @@ def _along(value: Tensor, axis: int) -> Tensor:
     return torch.stack([value if i == axis else zero for i in range(3)], -1)
 
 
-class Se2(Module):
+class _Motion(Module):
+    """A rotation, then a translation: what the motions of the plane and of space have in common."""
+
+    #: The class of the rotations, and that of vectors.
+    _rotations: ClassVar[Any]
+    _vectors: ClassVar[Any]
+    _rotation: Any
+    _t: Tensor
+
+    def _hold(self, rotation: Any, translation: Any) -> None:
+        check_last(bare(translation), self._vectors.size, "translation")
+        self._rotation = rotation
+        hold(self, "_t", bare(translation))
+
+    @property
+    def rotation(self) -> Any:
+        """The rotations; also ``r``."""
+        return self._rotation
+
+    @property
+    def translation(self) -> Tensor:
+        """(*, D), the translations; also ``t``."""
+        return self._t
+
+    r, t = rotation, translation
+
+    def __getitem__(self, index: Any) -> Self:
+        return type(self)(self.r[index], self.t[index])
+
+    def __mul__(self, right: Any) -> Any:
+        """Another motion, or points (*, D)."""
+        if isinstance(right, type(self)):
+            return type(self)(self.r * right.r, self.t + self.r * right.t)
+        moved = self.r * bare(right) + self.t
+        return self._vectors(moved) if isinstance(right, self._vectors) else moved
+
+    def matrix(self) -> Tensor:
+        """(*, D + 1, D + 1)."""
+        return _rigid(self.r.matrix(), self.t)
+
+    @classmethod
+    def identity(
+        cls,
+        batch_size: Optional[int] = None,
+        device: Optional[torch.device] = None,
+        dtype: Optional[torch.dtype] = None,
+    ) -> Self:
+        """The motion that moves nothing."""
+        shift = torch.zeros([*_size(batch_size), cls._vectors.size], device=device, dtype=dtype)
+        return cls(cls._rotations.identity(batch_size, device, dtype), shift)
+
+    @classmethod
+    def random(
+        cls,
+        batch_size: Optional[int] = None,
+        device: Optional[torch.device] = None,
+        dtype: Optional[torch.dtype] = None,
+    ) -> Self:
+        """A random rotation, and translations in [0, 1), by PyTorch's generator."""
+        shift = torch.rand([*_size(batch_size), cls._vectors.size], device=device, dtype=dtype)
+        return cls(cls._rotations.random(batch_size, device, dtype), shift)
+
+    def inverse(self) -> Self:
+        """The motions back."""
+        back = self.r.inverse()
+        return type(self)(back, -(back * self.t))
+
+
+class Se2(_Motion):
     """Rigid motions of the plane: a rotation, then a translation.
 
     Args:
@@ -275,37 +344,20 @@ class Se2(Module):
         tensor([6., 7.])
     """
 
-    _t: Tensor
+    _rotations, _vectors = So2, Vector2
 
     def __init__(self, rotation: So2, translation: Union[Vector2, Tensor]) -> None:
         super().__init__()
         if not isinstance(rotation, So2):
             raise TypeError(f"rotation: expected a So2, got {type(rotation).__name__}")
-        check_last(bare(translation), 2, "translation")
-        self._rotation = rotation
-        hold(self, "_t", bare(translation))
+        self._hold(rotation, translation)
 
     @property
     def rotation(self) -> So2:
         """The rotations; also ``so2`` and ``r``."""
         return self._rotation
 
-    @property
-    def translation(self) -> Tensor:
-        """(*, 2), the translations; also ``t``."""
-        return self._t
-
-    so2, r, t = rotation, rotation, translation
-
-    def __getitem__(self, index: Any) -> "Se2":
-        return Se2(self.r[index], self.t[index])
-
-    def __mul__(self, right: Union["Se2", Vector2, Tensor]) -> Any:
-        """Another motion, or points (*, 2)."""
-        if isinstance(right, Se2):
-            return Se2(self.r * right.r, self.t + self.r * right.t)
-        moved = self.r * bare(right) + self.t
-        return Vector2(moved) if isinstance(right, Vector2) else moved
+    so2 = r = rotation
 
     @staticmethod
     def exp(v: Tensor) -> "Se2":
@@ -326,37 +378,11 @@ class Se2(Module):
         """``se2_vee``."""
         return se2_vee(omega)
 
-    def matrix(self) -> Tensor:
-        """(*, 3, 3)."""
-        return _rigid(self.r.matrix(), self.t)
-
     @classmethod
     def from_matrix(cls, matrix: Tensor) -> "Se2":
         """From matrices (*, 3, 3)."""
         check_matrix(matrix, 3, 3, "matrix")
         return Se2(So2.from_matrix(matrix[..., :2, :2]), matrix[..., :2, 2])
-
-    @classmethod
-    def identity(
-        cls,
-        batch_size: Optional[int] = None,
-        device: Optional[torch.device] = None,
-        dtype: Optional[torch.dtype] = None,
-    ) -> "Se2":
-        """The motion that moves nothing."""
-        shift = torch.zeros([*_size(batch_size), 2], device=device, dtype=dtype)
-        return Se2(So2.identity(batch_size, device, dtype), shift)
-
-    @classmethod
-    def random(
-        cls,
-        batch_size: Optional[int] = None,
-        device: Optional[torch.device] = None,
-        dtype: Optional[torch.dtype] = None,
-    ) -> "Se2":
-        """A random rotation, and translations in [0, 1), by PyTorch's generator."""
-        shift = torch.rand([*_size(batch_size), 2], device=device, dtype=dtype)
-        return Se2(So2.random(batch_size, device, dtype), shift)
 
     @classmethod
     def trans(cls, x: Tensor, y: Tensor) -> "Se2":
@@ -373,17 +399,12 @@ class Se2(Module):
         """Translations along y (*)."""
         return cls.trans(torch.zeros_like(y), y)
 
-    def inverse(self) -> "Se2":
-        """The motions back."""
-        back = self.r.inverse()
-        return Se2(back, -(back * self.t))
-
     def adjoint(self) -> Tensor:
         """(*, 3, 3), ``se2_adjoint``."""
         return se2_adjoint(self.matrix())
 
 
-class Se3(Module):
+class Se3(_Motion):
     """Rigid motions of space: a rotation, then a translation.
 
     Args:
@@ -396,42 +417,25 @@ class Se3(Module):
         tensor([5., 6., 7.])
     """
 
-    _t: Tensor
+    _rotations, _vectors = So3, Vector3
 
     def __init__(self, rotation: Union[So3, Quaternion], translation: Union[Vector3, Tensor]) -> None:
         super().__init__()
         if not isinstance(rotation, (So3, Quaternion)):
             raise TypeError(f"rotation: expected a So3 or a Quaternion, got {type(rotation).__name__}")
-        check_last(bare(translation), 3, "translation")
-        self._rotation = So3(rotation) if isinstance(rotation, Quaternion) else rotation
-        hold(self, "_t", bare(translation))
+        self._hold(So3(rotation) if isinstance(rotation, Quaternion) else rotation, translation)
 
     @property
     def rotation(self) -> So3:
         """The rotations; also ``so3`` and ``r``."""
         return self._rotation
 
-    @property
-    def translation(self) -> Tensor:
-        """(*, 3), the translations; also ``t``."""
-        return self._t
-
-    so3, r, t = rotation, rotation, translation
+    so3 = r = rotation
 
     @property
     def quaternion(self) -> Quaternion:
         """The rotations' quaternions."""
         return self._rotation.q
-
-    def __getitem__(self, index: Any) -> "Se3":
-        return Se3(self.r[index], self.t[index])
-
-    def __mul__(self, right: Union["Se3", Vector3, Tensor]) -> Any:
-        """Another motion, or points (*, 3)."""
-        if isinstance(right, Se3):
-            return Se3(self.r * right.r, self.t + self.r * right.t)
-        moved = self.r * bare(right) + self.t
-        return Vector3(moved) if isinstance(right, Vector3) else moved
 
     @staticmethod
     def exp(v: Tensor) -> "Se3":
@@ -452,10 +456,6 @@ class Se3(Module):
         """``se3_vee``."""
         return se3_vee(omega)
 
-    def matrix(self) -> Tensor:
-        """(*, 4, 4)."""
-        return _rigid(self.r.matrix(), self.t)
-
     @classmethod
     def from_matrix(cls, matrix: Tensor, check_rotation: bool = False) -> "Se3":
         """From matrices (*, 4, 4)."""
@@ -467,28 +467,6 @@ class Se3(Module):
         """From quaternions and translations, (*, 7): w, x, y, z, then x, y, z."""
         check_last(qxyz, 7, "qxyz")
         return Se3(So3.from_wxyz(qxyz[..., :4]), qxyz[..., 4:])
-
-    @classmethod
-    def identity(
-        cls,
-        batch_size: Optional[int] = None,
-        device: Optional[torch.device] = None,
-        dtype: Optional[torch.dtype] = None,
-    ) -> "Se3":
-        """The motion that moves nothing."""
-        shift = torch.zeros([*_size(batch_size), 3], device=device, dtype=dtype)
-        return Se3(So3.identity(batch_size, device, dtype), shift)
-
-    @classmethod
-    def random(
-        cls,
-        batch_size: Optional[int] = None,
-        device: Optional[torch.device] = None,
-        dtype: Optional[torch.dtype] = None,
-    ) -> "Se3":
-        """A random rotation, and translations in [0, 1), by PyTorch's generator."""
-        shift = torch.rand([*_size(batch_size), 3], device=device, dtype=dtype)
-        return Se3(So3.random(batch_size, device, dtype), shift)
 
     @classmethod
     def rot_x(cls, x: Tensor) -> "Se3":
@@ -525,11 +503,6 @@ class Se3(Module):
     def trans_z(cls, z: Tensor) -> "Se3":
         """Translations along z (*)."""
         return cls.trans(*_along(z, 2).unbind(-1))
-
-    def inverse(self) -> "Se3":
-        """The motions back."""
-        back = self.r.inverse()
-        return Se3(back, -(back * self.t))
 
     def adjoint(self) -> Tensor:
         """(*, 6, 6), ``se3_adjoint``."""
