@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from ..export.ending import ENDING, delayed
-from ..export.files import naming, read_regular
+from ..export.files import naming, read_regular, write_whole
 from ..export.text import one_line
 from .errors import DataError
 from .mapping import Map
@@ -64,11 +64,8 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
                     f"{folder}: expected an empty folder, or one that `chiasm map` began; it has"
                     f" {others[0]!r}"
                 ) from None
-            scratch = folder / f".{JOB}.tmp"
-            scratch.unlink(missing_ok=True)
-            with naming(folder), open(scratch, "x") as written:
-                written.write(json.dumps(job, indent=1))
-            scratch.rename(file)
+            with naming(folder):
+                write_whole(file, json.dumps(job, indent=1).encode())
             began = job
         except (ValueError, RecursionError) as error:
             raise DataError(f"{file}: damaged ({one_line(error)}): choose another folder") from error
