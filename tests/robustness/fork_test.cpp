@@ -20,6 +20,12 @@ using std::chrono::seconds;
 class Fork : public ::testing::TestWithParam<std::string> {
  protected:
   std::string way() const { return GetParam(); }
+  LoadOptions with_own_threads(int count) const {
+    const bool flat = way() == "onnx_flat";
+    LoadOptions options = LoadOptions().with_backend(flat ? "onnx" : way()).with_num_threads(count);
+    if (flat) options.with_option("fused", "0");
+    return options;
+  }
   const std::string sobel_ = bundle_path("filters.sobel"), edges_ = bundle_path("pipelines.edges");
   // Large enough for the threads of every engine.
   const Inputs image_ = make_inputs(Bundle::open(sobel_).methods().at(0), 1, 512);
@@ -106,10 +112,7 @@ TEST_P(BusyFork, WhileOtherThreadsRunAndLoad) {
 /** A method with its own threads, which do not exist in a child: there its pool ends without them. */
 TEST_P(Fork, AChildClosesWhatItsParentLoaded) {
   if (way() == "plugin") GTEST_SKIP() << "a session of the program's own is ONNX Runtime's to close";
-  const bool flat = way() == "onnx_flat";
-  LoadOptions options = LoadOptions().with_backend(flat ? "onnx" : way()).with_num_threads(3);
-  if (flat) options = options.with_option("fused", "0");
-  std::optional<Method> sobel = Bundle::open(sobel_).method("forward", options);
+  std::optional<Method> sobel = Bundle::open(sobel_).method("forward", with_own_threads(3));
   const std::string expected = bytes_of(sobel->run(image_.tensors));
   const Ending child = in_child(seconds(30), [&] {
     std::string wrong = ok_if(bytes_of(sobel->run(image_.tensors)) == expected, "a run");
@@ -124,16 +127,13 @@ TEST_P(Fork, AChildClosesWhatItsParentLoaded) {
 /** The same with fewer threads than the process has, which are the method's own on any machine. */
 TEST_P(Fork, AChildClosesAMethodWithAFewThreadsOfItsOwn) {
   if (way() == "plugin") GTEST_SKIP() << "a session of the program's own is ONNX Runtime's to close";
-  const bool flat = way() == "onnx_flat";
-  LoadOptions options = LoadOptions().with_backend(flat ? "onnx" : way()).with_num_threads(2);
-  if (flat) options = options.with_option("fused", "0");
   const Ending process = in_child(seconds(60), [&] {
     try {
       set_num_threads(4);
     } catch (const Error&) {
       return std::string("loaded");
     }
-    std::optional<Method> sobel = Bundle::open(sobel_).method("forward", options);
+    std::optional<Method> sobel = Bundle::open(sobel_).method("forward", with_own_threads(2));
     const std::string expected = bytes_of(sobel->run(image_.tensors));
     const Ending child = in_child(seconds(20), [&] {
       std::string wrong = ok_if(bytes_of(sobel->run(image_.tensors)) == expected, "a run");
