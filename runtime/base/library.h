@@ -31,6 +31,11 @@ inline bool lacks_room_for(const char* path) {
  *  the reason. Throws std::bad_alloc or Error (IO_ERROR) if the process has no memory or file descriptor
  *  left: this is no fault of the library, and may be temporary. */
 inline void* open_library(const char* path, std::string& problem) {
+  struct stat file {};
+  if (std::strchr(path, '/') != nullptr && ::stat(path, &file) == 0 && !S_ISREG(file.st_mode)) {
+    problem = "not a regular file";  // the linker would wait for a pipe's writer
+    return nullptr;
+  }
   errno = 0;
   void* const library = ::dlopen(path, RTLD_NOW | RTLD_LOCAL);
   if (library != nullptr) return library;

@@ -128,11 +128,14 @@ def test_wrong_arguments(keywords: dict, message: str, tmp_path: Path) -> None:
         export(plus, IMAGE, tmp_path, **keywords)
     with pytest.raises(ExportError, match="spec: expected a chiasm"):
         export(plus, "test.op", tmp_path)
+    for path in (f"{tmp_path}/a\0b", 3, None, b"folder"):
+        with pytest.raises(ExportError, match="path: expected the path of a folder"):
+            export(plus, IMAGE, path)
 
 
 def test_the_catalog_is_not_refused() -> None:
     for entry in catalog().values():
-        check_call(entry.function(), entry.spec, ("onnx",), ("x86-64-v3",), ("forward", "vjp"))
+        check_call(entry.function(), entry.spec, ".", ("onnx",), ("x86-64-v3",), ("forward", "vjp"))
 
 
 def test_samples_that_are_not_what_the_spec_says() -> None:

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -94,6 +95,14 @@ TEST(Registry, RefusesALibraryThatIsNoPlugin) {
   std::ofstream(folder.path() + "/libchiasm_text.so") << "no library";
   Registry registry({folder.path()});
   EXPECT_THAT(problem(registry, "text"), HasSubstr("libchiasm_text.so"));
+}
+
+TEST(Registry, DoesNotWaitForAPipe) {
+  const TemporaryFolder folder;
+  const std::string pipe = folder.path() + "/libchiasm_pipe.so";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  Registry registry({folder.path()});
+  EXPECT_THAT(problem(registry, "pipe"), HasSubstr(pipe + ": not a regular file"));
 }
 
 /** A server without free file descriptors at its first load must not keep that result. */

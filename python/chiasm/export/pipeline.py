@@ -72,7 +72,7 @@ def export(
         >>> bundle.name
         'my.sobel.chiasm'
     """
-    check_call(fn, spec, formats, isas, METHODS if methods is None else methods)
+    check_call(fn, spec, path, formats, isas, METHODS if methods is None else methods)
     with preserved(fn):
         op = bind_spec(fn, spec)
         with closing(ExportJob(fn, spec, formats, isas, methods, progress, op)) as job:

@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any, cast
 
 import torch
@@ -36,7 +37,7 @@ _INSTEAD = {
 }
 
 
-def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> None:
+def check_call(fn: Any, spec: Any, path: Any, formats: Any, isas: Any, methods: Any) -> None:
     """Reject wrong arguments of `export`."""
     given_time()  # checked here, because it is used only at the end
     if not isinstance(spec, Spec):
@@ -44,6 +45,8 @@ def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> Non
             f"spec: expected a chiasm.export.Spec, got {type(spec).__name__}: export(fn, Spec('my.op',"
             " [image()]), folder)"
         )
+    if not isinstance(path, (str, Path)) or "\0" in str(path):
+        raise ExportError(f"{spec.name}: path: expected the path of a folder (str or Path), got {path!r}")
     from ..formats.isas import ISAS
 
     for name, given, known in (
