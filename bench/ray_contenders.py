@@ -22,11 +22,11 @@ import numpy as np
 import pyarrow as pa
 import ray
 
-from chiasm.data import Map
+from chiasm.data import Files, Map
 from chiasm.data.on_ray import map_batches
 
 WORKERS, BATCH, REPEATS = 2, 32, 3
-#: The rows that Ray reads into a block: by default it reads so few that the overhead of its tasks dominates.
+#: The rows of a block of Ray's: by default it reads so few files that the overhead of its tasks dominates.
 BLOCK = 100
 #: The part of a run, from its start, that does not count in the rate.
 FROM = 0.25
@@ -37,10 +37,14 @@ MARK = "CHIASM_BENCH"
 def main() -> int:
     bundle, photos, folder = map(Path, sys.argv[1:])
     os.environ[MARK] = str(os.getpid())
-    mapping = Map(bundle, columns={"frame": "bytes"})
+    mapping = Map(bundle, columns={"frame": Files("path")})
+    of_bytes = Map(bundle, columns={"frame": "bytes"})
     contenders: dict[str, Callable[[], dict]] = {
-        "chiasm on Ray": lambda: on_ray(photos, lambda ds: map_batches(ds, mapping, workers=WORKERS)),
-        "OpenCV on Ray": lambda: on_ray(photos, with_opencv),
+        "chiasm on Ray": lambda: on_ray(photos, paths, lambda ds: map_batches(ds, mapping, workers=WORKERS)),
+        "OpenCV on Ray": lambda: on_ray(photos, paths, with_opencv),
+        "chiasm on Ray, which reads the files": lambda: on_ray(
+            photos, contents, lambda ds: map_batches(ds, of_bytes, workers=WORKERS)
+        ),
         "chiasm, plain loop": lambda: plain_loops(photos, mapping),
     }
     runs: dict[str, list[dict]] = {name: [] for name in contenders}
@@ -60,7 +64,19 @@ def versions() -> dict[str, str]:
     return {name: version(package) for name, package in packages.items()}
 
 
-def on_ray(photos: Path, add: Callable[[Any], Any]) -> dict:
+def paths(photos: Path, blocks: int) -> Any:
+    """The files' names: the workers read them."""
+    return ray.data.from_items(
+        [{"path": str(path)} for path in sorted(photos.iterdir())], override_num_blocks=blocks
+    )
+
+
+def contents(photos: Path, blocks: int) -> Any:
+    """The files' bytes, which Ray reads in tasks of its own."""
+    return ray.data.read_binary_files(str(photos), include_paths=True, override_num_blocks=blocks)
+
+
+def on_ray(photos: Path, rows: Callable[[Path, int], Any], add: Callable[[Any], Any]) -> dict:
     """In a fresh cluster of three CPUs, so that two workers leave one for reading."""
     ray.init(
         "local",
@@ -73,9 +89,7 @@ def on_ray(photos: Path, add: Callable[[Any], Any]) -> dict:
     try:
         ray.data.DataContext.get_current().enable_progress_bars = False
         count, began, sizes = len(os.listdir(photos)), None, []
-        files = ray.data.read_binary_files(
-            str(photos), include_paths=True, override_num_blocks=max(4, count // BLOCK)
-        )
+        files = rows(photos, max(4, count // BLOCK))
         done = first = 0
         for batch in add(files).iter_batches(batch_size=None, batch_format="pyarrow"):
             done += batch.num_rows
@@ -119,8 +133,8 @@ class OpenCV:
         self.mean = np.array([0.485, 0.456, 0.406], np.float32)
         self.deviation = np.array([0.229, 0.224, 0.225], np.float32)
 
-    def one(self, data: bytes) -> np.ndarray:
-        frame = self.cv2.imdecode(np.frombuffer(data, np.uint8), self.cv2.IMREAD_COLOR)
+    def one(self, path: str) -> np.ndarray:
+        frame = self.cv2.imread(path, self.cv2.IMREAD_COLOR)
         values = self.cv2.cvtColor(self.cv2.resize(frame, (224, 224)), self.cv2.COLOR_BGR2RGB)
         values = values.astype(np.float32)
         values *= 1 / 255
@@ -129,7 +143,7 @@ class OpenCV:
         return values.transpose(2, 0, 1)
 
     def __call__(self, batch: pa.Table) -> pa.Table:
-        images = np.stack([self.one(data) for data in batch["bytes"].to_pylist()])
+        images = np.stack([self.one(path) for path in batch["path"].to_pylist()])
         return pa.table(
             {"path": batch["path"], "output": pa.FixedShapeTensorArray.from_numpy_ndarray(images)}
         )
@@ -171,7 +185,7 @@ def plain_loop(mapping: Map, paths: list[Path], start: Any, results: Any) -> Non
         if i == first:
             began = time.monotonic()
         some = paths[i : i + BATCH]
-        mapping(pa.record_batch({"path": [str(p) for p in some], "bytes": [p.read_bytes() for p in some]}))
+        mapping(pa.record_batch({"path": [str(p) for p in some]}))
     results.put((len(paths) - first, time.monotonic() - began))
 
 

@@ -17,7 +17,7 @@ import pytest
 from PIL import Image
 
 import chiasm.runtime
-from chiasm.data import DataError, Map
+from chiasm.data import DataError, Files, Map
 from chiasm.data.columns import from_arrow
 
 from .conftest import BAD, BLUR, BUNDLES, EDGES, PREPROCESS, SOBEL, encoded, same_rows
@@ -244,6 +244,46 @@ def test_errors_as_a_column_or_as_null() -> None:
     assert [e is None for e in result["error"]] == [True, False, False, True]
     assert "H must be from 8" in result["error"][1] and "float32" in result["error"][2]
     np.testing.assert_array_equal(result["output"][3], direct(SOBEL, IMAGES[3:4])[0])
+
+
+@pytest.mark.parametrize("form", ["arrow", "numpy", "list"])
+def test_files_are_read_by_the_worker(form: str, photos: Path, expected: dict, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    bad = {
+        str(tmp_path / "none.jpg"): "none.jpg: No such file or directory",
+        str(tmp_path): "Is a directory",
+        str(tmp_path / "pipe"): "not a regular file",
+        "a\0b": "ab: embedded null byte",
+        None: "missing in this row",
+        3: "expected the path of a file, got int",
+    }
+    if form == "arrow":  # whose columns have one type
+        bad.pop(3)
+    paths = [*(str(path) for path in sorted(photos.iterdir())), *bad]
+    column = {"arrow": pa.array, "numpy": lambda rows: np.array(rows, object), "list": list}[form](paths)
+    batch = {"path": column, "id": np.arange(len(paths))}
+    mapping = pickle.loads(pickle.dumps(Map(PREPROCESS, columns={"frame": Files("path")}, errors="column")))
+    result = mapping(pa.table(batch) if form == "arrow" else batch)
+    assert list(result.column_names if form == "arrow" else result) == ["path", "id", "output", "error"]
+    errors = result["error"].to_pylist() if form == "arrow" else list(result["error"])
+    for message, error in zip(bad.values(), errors[-len(bad) :]):
+        assert message in error, error
+    good = len(paths) - len(bad)
+    rows = (
+        result
+        if form == "arrow"
+        else pa.table(
+            {"path": paths[:good]}
+            | {"output": tensors(result["output"][:good]), "error": pa.array(errors[:good], pa.string())}
+        )
+    )
+    same_rows(rows.slice(0, good), expected, "path")
+
+
+def test_paths_in_a_column_of_images_are_not_opened(photos: Path) -> None:
+    """Else who sends a row to a service could read its files."""
+    with pytest.raises(DataError, match="expected an array or the bytes of an image, got str"):
+        Map(PREPROCESS)({"frame": [str(photos / "0000.jpg")]})
 
 
 def test_null_tensors_and_numbers_are_errors_of_their_rows() -> None:

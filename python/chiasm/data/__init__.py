@@ -12,9 +12,9 @@ imported when a batch needs them.
 """
 
 from .errors import DataError
-from .mapping import Map
+from .mapping import Files, Map
 
-__all__ = ["DataError", "Map"]
+__all__ = ["DataError", "Files", "Map"]
 
 
 def __dir__() -> list[str]:

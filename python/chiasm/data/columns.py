@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..export.files import MOST_OF_IMAGE, read_regular
 from ..export.text import one_line
 from .errors import DataError
 
@@ -99,6 +100,23 @@ def from_arrow(name: str, array: Any) -> Column:
         len(array), *shape
     )
     return Column(len(array), lambda i: stack[i, ...] if valid[i] else None, None, shape)
+
+
+def from_files(name: str, paths: Any) -> Column:
+    """A column of paths, in NumPy or Arrow: rows are the files' bytes, each read when it is asked for."""
+
+    def row(i: int) -> Row:
+        path = paths[i].as_py() if hasattr(paths[i], "as_py") else paths[i]
+        if path is None:
+            return None
+        if not isinstance(path, str):
+            raise DataError(f"column {name!r}: expected the path of a file, got {type(path).__name__}")
+        try:
+            return read_regular(path, MOST_OF_IMAGE)
+        except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+            raise DataError(f"{one_line(path)}: {getattr(error, 'strerror', None) or error}") from error
+
+    return Column(len(paths), row, encoded=True)
 
 
 def _lists(name: str, array: Any, shape: Sequence[int] | None) -> Column:

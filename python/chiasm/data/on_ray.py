@@ -41,10 +41,10 @@ def map_batches(
     Examples
     --------
     >>> import ray
-    >>> from chiasm.data import Map
+    >>> from chiasm.data import Files, Map
     >>> from chiasm.data.on_ray import map_batches
-    >>> preprocess = Map("build/bundles/pipelines.preprocess.chiasm", columns={"frame": "bytes"})
-    >>> images = ray.data.read_binary_files("photos", include_paths=True)
+    >>> preprocess = Map("build/bundles/pipelines.preprocess.chiasm", columns={"frame": Files("path")})
+    >>> images = ray.data.from_items([{"path": "photos/0000.jpg"}])
     >>> tensors = map_batches(images, preprocess, workers=1)
     """
     import ray

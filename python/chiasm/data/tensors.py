@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .mapping import Map
 
 
-def collate(mapping: Map, samples: Sequence[Mapping[str, Any]], read: Sequence[str]) -> dict[str, Any]:
+def collate(mapping: Map, samples: Sequence[Mapping[str, Any]], read: Collection[str]) -> dict[str, Any]:
     """The samples as a batch of tensors, in which the columns `read` are replaced by the op's outputs."""
     import torch
     from torch.utils.data import default_collate
