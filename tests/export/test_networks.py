@@ -119,6 +119,25 @@ class Transformer(nn.Module):
         return self.read(products.transpose(1, 2)).amax(2)
 
 
+class Recurrent(nn.Module):
+    """Columns of an image read by LSTM layers (like CRNN): stacked, in both directions, with given states."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.columns = nn.Conv2d(3, 11, 3, (4, 2), 1)
+        self.both = nn.LSTM(11, 9, 2, batch_first=True, bidirectional=True)
+        self.plain = nn.LSTM(18, 7, bias=False)
+        self.start, self.last = nn.Linear(11, 7), nn.Linear(7, 5)
+
+    def forward(self, image: Tensor) -> Tensor:
+        x = F.relu(self.columns(image)).mean(2).transpose(1, 2)
+        read, (states, cells) = self.both(x)
+        first = self.start(x.mean(1))[None]
+        more, (state, cell) = self.plain(read.transpose(0, 1), (first, -first))
+        ends = torch.cat([*states, *cells, *state, *cell], 1)
+        return torch.cat([self.last(more).amax(0), ends], 1)
+
+
 class Vectors(nn.Module):
     """No image: layers of (B, 20), with normalisation, also along another axis."""
 
@@ -193,6 +212,7 @@ NETWORKS = [
         Transposed, TensorSpec("image", ("B", 4, 5, 7)), [(1, 4, 5, 7), (3, 4, 5, 7)], id="transposed"
     ),
     pytest.param(Transformer, WHOLE, [(1, 3, 32, 48), (3, 3, 32, 48)], id="transformer"),
+    pytest.param(Recurrent, WHOLE, [(1, 3, 32, 48), (5, 3, 32, 48)], id="recurrent"),
     pytest.param(Vectors, TensorSpec("x", ("B", 20)), [(1, 20), (5, 20), (40, 20)], id="vectors"),
     pytest.param(
         Volumes,

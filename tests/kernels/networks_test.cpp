@@ -143,6 +143,67 @@ TYPED_TEST(NetworkKernels, NaNStays) {
   EXPECT_TRUE(std::isnan(out));
 }
 
+// A step is a definition of its own, in doubles (S. Hochreiter, J. Schmidhuber, 1997).
+TYPED_TEST(NetworkKernels, LstmsMatchPlainLoops) {
+  using T = TypeParam;
+  const auto sigmoid = [](double v) { return 1 / (1 + std::exp(-v)); };
+  for (const bool reverse : {false, true})
+    for (const int64_t length : {0, 1, 5})
+      for (const int64_t batch : {1, 3, 4, 9})
+        for (const int64_t units : {1, 4, 7, 16, 37}) {
+          const int64_t all = 4 * units, panels = (all + 15) / 16;
+          const auto gates = this->random(length * batch * all, -20, 20),
+                     weight = this->random(all * units, -1, 1), hidden = this->random(batch * units, -1, 1),
+                     cell = this->random(batch * units, -3, 3);
+          std::vector<T> packed(size_t(panels * units * 16)),
+              out(size_t(2 * length * batch * units), std::numeric_limits<T>::quiet_NaN());
+          for (int64_t n = 0; n < all; ++n)
+            for (int64_t k = 0; k < units; ++k)
+              packed[size_t((n / 16 * units + k) * 16 + n % 16)] = weight[size_t(n * units + k)];
+          lstm(gates.data(), length, batch, all, packed.data(), panels, units, hidden.data(), cell.data(),
+               reverse, out.data());
+          for (int64_t b = 0; b < batch; ++b) {
+            std::vector<double> state(hidden.begin() + b * units, hidden.begin() + (b + 1) * units),
+                memory(cell.begin() + b * units, cell.begin() + (b + 1) * units);
+            for (int64_t step = 0; step < length; ++step) {
+              const int64_t t = reverse ? length - 1 - step : step;
+              std::vector<double> sums(gates.begin() + (t * batch + b) * all,
+                                       gates.begin() + (t * batch + b + 1) * all);
+              for (int64_t n = 0; n < all; ++n)
+                for (int64_t k = 0; k < units; ++k)
+                  sums[size_t(n)] += state[size_t(k)] * double(weight[size_t(n * units + k)]);
+              for (int64_t k = 0; k < units; ++k) {
+                const auto gate = [&](int64_t i) { return sums[size_t(i * units + k)]; };
+                double& c = memory[size_t(k)];
+                c = sigmoid(gate(1)) * c + sigmoid(gate(0)) * std::tanh(gate(2));
+                state[size_t(k)] = sigmoid(gate(3)) * std::tanh(c);
+                const int64_t at = (t * batch + b) * units + k;
+                const double limit = sizeof(T) == 8 ? 1e-12 : 1e-5;
+                ASSERT_NEAR(double(out[size_t(at)]), state[size_t(k)], limit);
+                ASSERT_NEAR(double(out[size_t(length * batch * units + at)]), c, limit);
+              }
+            }
+          }
+        }
+}
+
+TYPED_TEST(NetworkKernels, LstmsOfInfinitiesAndNaN) {
+  using T = TypeParam;
+  constexpr T nan = std::numeric_limits<T>::quiet_NaN(), most = std::numeric_limits<T>::infinity();
+  const std::vector<T> weight(16), hidden{0}, cell{T(0.5)};
+  const auto run = [&](std::vector<T> gates) {
+    std::vector<T> out(2);
+    lstm(gates.data(), 1, 1, 4, weight.data(), 1, 1, hidden.data(), cell.data(), false, out.data());
+    return out;
+  };
+  EXPECT_EQ(run({most, -most, most, most})[1], 1);     // open, forgotten, 1
+  EXPECT_EQ(run({-most, most, 0, -most})[1], T(0.5));  // kept
+  EXPECT_EQ(run({-most, most, 0, -most})[0], 0);
+  EXPECT_TRUE(std::isnan(run({nan, 0, 1, 0})[1]));
+  EXPECT_TRUE(std::isnan(run({0, 0, nan, 0})[0]));
+  EXPECT_TRUE(std::isnan(run({0, 0, 0, nan})[0]));
+}
+
 // A layer from `channels` to `channels` channels on images of side x side, with windows of 3 x 3 or single
 // pixels.
 struct Layer {
@@ -161,6 +222,14 @@ struct Layer {
                           kernel / 2, kernel / 2, 1, 1, side, side, 0.0f, 6.0f, out.data());
   }
 };
+
+// 32 steps of 256 units, one sample.
+KERNEL_CALL_BENCHMARK(lstm, [] {
+  return [gates = kernel_benchmarks::random(32 * 1024), weight = kernel_benchmarks::random(256 * 1024),
+          state = std::vector<float>(256), out = std::vector<float>(2 * 32 * 256)]() mutable {
+    lstm(gates.data(), 32, 1, 1024, weight.data(), 64, 256, state.data(), state.data(), false, out.data());
+  };
+});
 KERNEL_CALL_BENCHMARK(packed_convolution_3x3, [] {
   return [layer = Layer{28, 128, 3}]() mutable { layer.packed(); };
 });

@@ -288,7 +288,8 @@ def test_every_kernel_is_a_lowering() -> None:
     """A primitive or the exporter of networks calls each kernel."""
     sources = "".join(file.read_text() for file in (ROOT / "python/chiasm/primitives").rglob("*.py"))
     called = {name for name in KERNELS if f"kernels.{name}" in sources}
-    networks = (ROOT / "python/chiasm/export/formats/networks.py").read_text()
+    formats = ROOT / "python/chiasm/export/formats"
+    networks = "".join((formats / file).read_text() for file in ("networks.py", "recurrent.py"))
     called |= set(re.findall(r"torch\.ops\.chiasm\.(\w+)", networks))
     assert called == set(KERNELS)
 

@@ -14,17 +14,15 @@ from typing import Any, TypeAlias
 
 import torch
 from torch import Tensor
-from torch._subclasses.fake_tensor import FakeTensor
 from torch.export import ExportedProgram
-from torch.export.graph_signature import InputKind, InputSpec, TensorArgument
 from torch.fx import Node
 
 from ..internals import FLOOR_DIVISION
-from .network_forms import arguments_of, call, use_forms
+from .network_forms import arguments_of, use_forms
+from .network_program import PANEL, NetworkProgram
+from .recurrent import replace_lstm
 
 aten = torch.ops.aten
-#: Outputs in a panel of packed weights (kPanel in runtime/artifact/kernels/products.h).
-PANEL = 16
 _INFINITY = float("inf")
 #: An operator, and its arguments after the tensor.
 _Step: TypeAlias = tuple[Any, ...]
@@ -35,6 +33,9 @@ def use_kernels(program: ExportedProgram) -> None:
     kernels. Others stay."""
     use_forms(program)
     network = _Network(program)
+    for node in list(program.graph.nodes):
+        if node.target is aten.lstm.input:
+            replace_lstm(network, node)
     for node in list(program.graph.nodes):
         layer = network.layer(node)
         if layer is not None:
@@ -156,35 +157,10 @@ class _Phases:
         return self.offsets[1] - self.offsets[0] if len(self.offsets) > 1 else 1
 
 
-class _Network:
-    """A program that is being rewritten, and the values of its parameters."""
-
-    def __init__(self, program: ExportedProgram) -> None:
-        self.program, self.graph = program, program.graph
-        specs = program.graph_signature.input_specs
-        self.values = {
-            spec.arg.name: tensor
-            for spec in specs
-            if spec.target is not None
-            and isinstance(tensor := {**program.constants, **program.state_dict}.get(spec.target), Tensor)
-        }
-        self.added = 0
+class _Network(NetworkProgram):
+    """Replaces layers by kernels."""
 
     # --- what there is ---
-
-    def value(self, node: Any) -> Tensor | None:
-        """The value of a node that is a parameter with an element type of the kernels, or a view of one."""
-        found = self._known(node) if isinstance(node, Node) else None
-        return found.detach() if found is not None and found.dtype in (torch.float32, torch.float64) else None
-
-    def _known(self, node: Node) -> Tensor | None:
-        if node.op == "placeholder":
-            return self.values.get(node.name)
-        if node.target not in (aten.to.dtype, aten.flatten.using_ints):  # of the forms
-            return None
-        source, *arguments = node.args
-        known = self._known(source) if isinstance(source, Node) else None
-        return None if known is None else node.target(known, *arguments)
 
     def layer(self, node: Node) -> _Layer | None:
         """The layer of a node, if a kernel can compute it."""
@@ -257,17 +233,17 @@ class _Network:
         size = [self._result_size(layer, image, axis) for axis in (0, 1)]
         for axis, padding in enumerate(layer.padding):
             if padding < 0:  # the kernels have none
-                image = self._call(aten.slice.Tensor, image, 1 + axis, -padding)
-        image = self._call(aten.contiguous.default, image)
+                image = self.call(aten.slice.Tensor, image, 1 + axis, -padding)
+        image = self.call(aten.contiguous.default, image)
         layer = replace(layer, padding=[max(padding, 0) for padding in layer.padding])
-        weight, bias = self._parameter(layer.packed()), self._parameter(layer.bias)
+        weight, bias = self.parameter(layer.packed()), self.parameter(layer.bias)
         kernel = (
             torch.ops.chiasm.depthwise_convolution
             if layer.is_depthwise
             else torch.ops.chiasm.packed_convolution
         ).default
         numbers = (*layer.stride, *layer.padding, *layer.dilation, *size, layer.low, layer.high)
-        return self._call(kernel, image, weight, bias, *numbers)
+        return self.call(kernel, image, weight, bias, *numbers)
 
     def _blocks(self, layer: _Layer, pixels: list[int], image: Node) -> Node:
         """Some pixels of each block, (B, H, rows, W, columns, N)."""
@@ -278,8 +254,8 @@ class _Network:
 
     def _unblocked(self, results: list[list[Node]], surplus: Sequence[int]) -> Node:
         """Move the pixels of each block to their places (pixel shuffle)."""
-        rows = [row[0] if len(row) == 1 else self._call(aten.cat.default, row, 4) for row in results]
-        blocks = rows[0] if len(rows) == 1 else self._call(aten.cat.default, rows, 2)
+        rows = [row[0] if len(row) == 1 else self.call(aten.cat.default, row, 4) for row in results]
+        blocks = rows[0] if len(rows) == 1 else self.call(aten.cat.default, rows, 2)
         steps: list[_Step] = [
             (aten.flatten.using_ints, 3, 4),
             (aten.flatten.using_ints, 1, 2),
@@ -295,48 +271,15 @@ class _Network:
     def _size(self, image: Node, axis: int) -> Any:
         """The size of an image's axis: a number, or a node if it depends on the inputs."""
         size = image.meta["val"].shape[axis]
-        return size if isinstance(size, int) else self._call(aten.sym_size.int, image, axis)
+        return size if isinstance(size, int) else self.call(aten.sym_size.int, image, axis)
 
     def _computed(self, compute: Callable[..., Any], size: Any, number: int) -> Any:
-        return self._call(compute, size, number) if isinstance(size, Node) else compute(size, number)
+        return self.call(compute, size, number) if isinstance(size, Node) else compute(size, number)
 
     def _views(self, node: Node, steps: Sequence[_Step]) -> Node:
         for target, *arguments in steps:
-            node = self._call(target, node, *arguments)
+            node = self.call(target, node, *arguments)
         return node
-
-    def _call(self, target: Callable[..., Any], *arguments: Any) -> Node:
-        return call(self.graph, target, *arguments)
-
-    def _parameter(self, tensor: Tensor) -> Node:
-        """Add a parameter to the program, as its first input."""
-        name = f"p_packed_{self.added}"
-        self.added += 1
-        first = next(iter(self.graph.nodes))
-        mode = next(
-            n.meta["val"].fake_mode for n in self.graph.nodes if isinstance(n.meta.get("val"), FakeTensor)
-        )
-        with self.graph.inserting_before(first):
-            node = self.graph.placeholder(name)
-        node.meta["val"] = mode.from_tensor(tensor, static_shapes=True)
-        self.program.state_dict[name] = torch.nn.Parameter(tensor, requires_grad=False)
-        self.program.graph_signature.input_specs.insert(
-            0, InputSpec(InputKind.PARAMETER, TensorArgument(name), name)
-        )
-        return node
-
-    def drop_unused(self) -> None:
-        """Remove parameters without users, which would otherwise be in the artifact."""
-        signature = self.program.graph_signature
-        for node in [n for n in self.graph.nodes if n.op == "placeholder" and not n.users]:
-            spec = next(s for s in signature.input_specs if s.arg.name == node.name)
-            if spec.kind is InputKind.USER_INPUT or spec.target is None:
-                continue
-            signature.input_specs.remove(spec)
-            self.graph.erase_node(node)
-            if all(s.target != spec.target for s in signature.input_specs):
-                self.program.state_dict.pop(spec.target, None)
-                self.program.constants.pop(spec.target, None)
 
 
 #: The setting along rows if the input is a single row of pixels, (B, C, L).

@@ -883,6 +883,16 @@ _declare(
     [*_WINDOWS],
     exact=False,
 )
+_declare(
+    """lstm(T[L, B, G] gates, T[P, H, 16] weight, T[B, H] hidden, T[B, H] cell, bool reverse)
+    -> T[2, L, B, H]""",
+    "lstm.cpp",
+    """The steps of an LSTM layer, in reverse order if asked: hidden states and cells. `gates` has what the
+    inputs and biases add to the input, forget, cell and output gates; the weights of the hidden state are in
+    panels of 16 outputs, the last one padded with zeros.""",
+    ["1 <= H", "G == 4 * H", "P == (G + 15) // 16"],
+    exact=False,
+)
 
 # Matrices and polynomials
 
