@@ -120,22 +120,39 @@ class Transformer(nn.Module):
 
 
 class Recurrent(nn.Module):
-    """Columns of an image read by LSTM layers (like CRNN): stacked, in both directions, with given states."""
+    """Columns of an image read by LSTM and GRU layers (like CRNN): stacked, in both directions, with given
+    states."""
 
     def __init__(self) -> None:
         super().__init__()
         self.columns = nn.Conv2d(3, 11, 3, (4, 2), 1)
         self.both = nn.LSTM(11, 9, 2, batch_first=True, bidirectional=True)
         self.plain = nn.LSTM(18, 7, bias=False)
+        self.gated = nn.GRU(7, 6, 2, bidirectional=True)
+        self.more = nn.GRU(12, 7, bias=False, batch_first=True)
         self.start, self.last = nn.Linear(11, 7), nn.Linear(7, 5)
 
     def forward(self, image: Tensor) -> Tensor:
         x = F.relu(self.columns(image)).mean(2).transpose(1, 2)
         read, (states, cells) = self.both(x)
         first = self.start(x.mean(1))[None]
-        more, (state, cell) = self.plain(read.transpose(0, 1), (first, -first))
-        ends = torch.cat([*states, *cells, *state, *cell], 1)
-        return torch.cat([self.last(more).amax(0), ends], 1)
+        plain, (state, cell) = self.plain(read.transpose(0, 1), (first, -first))
+        gated, gates = self.gated(plain)
+        more, end = self.more(gated.transpose(0, 1), first)
+        ends = torch.cat([*states, *cells, *state, *cell, *gates, *end], 1)
+        return torch.cat([self.last(more).amax(1), ends], 1)
+
+
+class Parametrised(nn.Module):
+    """Weights that are computed from parameters."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first = nn.utils.parametrizations.weight_norm(nn.Conv2d(3, 4, 3))
+        self.second = nn.utils.parametrizations.spectral_norm(nn.Linear(4, 5))
+
+    def forward(self, image: Tensor) -> Tensor:
+        return self.second(F.relu(self.first(image)).mean((2, 3)))
 
 
 class Vectors(nn.Module):
@@ -212,7 +229,8 @@ NETWORKS = [
         Transposed, TensorSpec("image", ("B", 4, 5, 7)), [(1, 4, 5, 7), (3, 4, 5, 7)], id="transposed"
     ),
     pytest.param(Transformer, WHOLE, [(1, 3, 32, 48), (3, 3, 32, 48)], id="transformer"),
-    pytest.param(Recurrent, WHOLE, [(1, 3, 32, 48), (5, 3, 32, 48)], id="recurrent"),
+    pytest.param(Recurrent, IMAGE, SHAPES, id="recurrent"),
+    pytest.param(Parametrised, IMAGE, SHAPES, id="parametrised"),
     pytest.param(Vectors, TensorSpec("x", ("B", 20)), [(1, 20), (5, 20), (40, 20)], id="vectors"),
     pytest.param(
         Volumes,
@@ -343,15 +361,14 @@ def test_a_query_that_sees_nothing_gets_zeros(tmp_path: Path) -> None:
 
 
 class Computed(nn.Module):
-    """Weights that are not parameters, after a layer that has a kernel."""
+    """Weights that are computed from the image, after a layer that has a kernel."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.first = nn.Conv2d(3, 3, 1)
-        self.second = nn.utils.parametrizations.weight_norm(nn.Conv2d(3, 4, 3))
+        self.first, self.second = nn.Conv2d(3, 3, 1), nn.Parameter(torch.rand(4, 3, 3, 3))
 
     def forward(self, image: Tensor) -> Tensor:
-        return self.second(F.relu(self.first(image)))
+        return F.conv2d(F.relu(self.first(image)), self.second * image.mean())
 
 
 def test_what_has_no_kernel_says_so(tmp_path: Path) -> None:

@@ -143,51 +143,95 @@ TYPED_TEST(NetworkKernels, NaNStays) {
   EXPECT_TRUE(std::isnan(out));
 }
 
-// A step is a definition of its own, in doubles (S. Hochreiter, J. Schmidhuber, 1997).
-TYPED_TEST(NetworkKernels, LstmsMatchPlainLoops) {
+double sigmoid(double v) { return 1 / (1 + std::exp(-v)); }
+
+// `gates` of the input and of the hidden state, and the state and cell of one unit after a step.
+using Step = void (*)(const double* of_input, const double* of_state, double& state, double& cell);
+
+// (S. Hochreiter, J. Schmidhuber, 1997), for sums of both parts.
+void lstm_step(const double* of_input, const double* of_state, double& state, double& cell) {
+  const auto gate = [&](int i) { return of_input[i] + of_state[i]; };
+  cell = sigmoid(gate(1)) * cell + sigmoid(gate(0)) * std::tanh(gate(2));
+  state = sigmoid(gate(3)) * std::tanh(cell);
+}
+
+// (K. Cho et al., 2014), with the reset gate where PyTorch's documentation has it.
+void gru_step(const double* of_input, const double* of_state, double& state, double&) {
+  const double reset = sigmoid(of_input[0] + of_state[0]), update = sigmoid(of_input[1] + of_state[1]);
+  state = (1 - update) * std::tanh(of_input[2] + reset * of_state[2]) + update * state;
+}
+
+// A recurrent layer with random numbers, and its panels of weights.
+template <class T>
+struct Recurrent {
+  int64_t length, batch, units, kinds, all = kinds * units, panels = (all + 15) / 16;
+  std::vector<T> packed = std::vector<T>(size_t(panels * units * 16));
+  std::vector<T> gates{}, weight{}, bias{}, hidden{}, cell{}, out{};
+
+  void pack() {
+    for (int64_t n = 0; n < all; ++n)
+      for (int64_t k = 0; k < units; ++k)
+        packed[size_t((n / 16 * units + k) * 16 + n % 16)] = weight[size_t(n * units + k)];
+  }
+
+  void expect(Step step, bool reverse, bool has_cells) const {
+    const double limit = sizeof(T) == 8 ? 1e-12 : 1e-5;
+    for (int64_t b = 0; b < batch; ++b) {
+      std::vector<double> state(hidden.begin() + b * units, hidden.begin() + (b + 1) * units),
+          memory(cell.begin() + b * units, cell.begin() + (b + 1) * units);
+      for (int64_t i = 0; i < length; ++i) {
+        const int64_t t = reverse ? length - 1 - i : i;
+        const std::vector<double> before = state;
+        for (int64_t k = 0; k < units; ++k) {
+          double of_input[4], of_state[4];
+          for (int64_t kind = 0; kind < kinds; ++kind) {
+            const int64_t n = kind * units + k;
+            of_input[kind] = gates[size_t((t * batch + b) * all + n)];
+            of_state[kind] = bias.empty() ? 0 : bias[size_t(n)];
+            for (int64_t m = 0; m < units; ++m)
+              of_state[kind] += before[size_t(m)] * double(weight[size_t(n * units + m)]);
+          }
+          step(of_input, of_state, state[size_t(k)], memory[size_t(k)]);
+          const int64_t at = (t * batch + b) * units + k;
+          ASSERT_NEAR(double(out[size_t(at)]), state[size_t(k)], limit);
+          if (has_cells) {
+            ASSERT_NEAR(double(out[size_t(length * batch * units + at)]), memory[size_t(k)], limit);
+          }
+        }
+      }
+    }
+  }
+};
+
+TYPED_TEST(NetworkKernels, RecurrentLayersMatchPlainLoops) {
   using T = TypeParam;
-  const auto sigmoid = [](double v) { return 1 / (1 + std::exp(-v)); };
   for (const bool reverse : {false, true})
     for (const int64_t length : {0, 1, 5})
       for (const int64_t batch : {1, 3, 4, 9})
         for (const int64_t units : {1, 4, 7, 16, 37}) {
-          const int64_t all = 4 * units, panels = (all + 15) / 16;
-          const auto gates = this->random(length * batch * all, -20, 20),
-                     weight = this->random(all * units, -1, 1), hidden = this->random(batch * units, -1, 1),
-                     cell = this->random(batch * units, -3, 3);
-          std::vector<T> packed(size_t(panels * units * 16)),
-              out(size_t(2 * length * batch * units), std::numeric_limits<T>::quiet_NaN());
-          for (int64_t n = 0; n < all; ++n)
-            for (int64_t k = 0; k < units; ++k)
-              packed[size_t((n / 16 * units + k) * 16 + n % 16)] = weight[size_t(n * units + k)];
-          lstm(gates.data(), length, batch, all, packed.data(), panels, units, hidden.data(), cell.data(),
-               reverse, out.data());
-          for (int64_t b = 0; b < batch; ++b) {
-            std::vector<double> state(hidden.begin() + b * units, hidden.begin() + (b + 1) * units),
-                memory(cell.begin() + b * units, cell.begin() + (b + 1) * units);
-            for (int64_t step = 0; step < length; ++step) {
-              const int64_t t = reverse ? length - 1 - step : step;
-              std::vector<double> sums(gates.begin() + (t * batch + b) * all,
-                                       gates.begin() + (t * batch + b + 1) * all);
-              for (int64_t n = 0; n < all; ++n)
-                for (int64_t k = 0; k < units; ++k)
-                  sums[size_t(n)] += state[size_t(k)] * double(weight[size_t(n * units + k)]);
-              for (int64_t k = 0; k < units; ++k) {
-                const auto gate = [&](int64_t i) { return sums[size_t(i * units + k)]; };
-                double& c = memory[size_t(k)];
-                c = sigmoid(gate(1)) * c + sigmoid(gate(0)) * std::tanh(gate(2));
-                state[size_t(k)] = sigmoid(gate(3)) * std::tanh(c);
-                const int64_t at = (t * batch + b) * units + k;
-                const double limit = sizeof(T) == 8 ? 1e-12 : 1e-5;
-                ASSERT_NEAR(double(out[size_t(at)]), state[size_t(k)], limit);
-                ASSERT_NEAR(double(out[size_t(length * batch * units + at)]), c, limit);
-              }
-            }
-          }
+          const auto layer = [&](int64_t kinds, bool has_bias) {
+            Recurrent<T> made{length, batch, units, kinds};
+            made.gates = this->random(length * batch * made.all, -20, 20);
+            made.weight = this->random(made.all * units, -1, 1);
+            made.bias = this->random(has_bias ? made.all : 0, -1, 1);
+            made.hidden = this->random(batch * units, -1, 1);
+            made.cell = this->random(batch * units, -3, 3);
+            made.out.assign(size_t(2 * length * batch * units), std::numeric_limits<T>::quiet_NaN());
+            made.pack();
+            return made;
+          };
+          Recurrent<T> a = layer(4, false);
+          lstm(a.gates.data(), length, batch, a.all, a.packed.data(), a.panels, units, a.hidden.data(),
+               a.cell.data(), reverse, a.out.data());
+          a.expect(lstm_step, reverse, true);
+          Recurrent<T> b = layer(3, true);
+          gru(b.gates.data(), length, batch, b.all, b.packed.data(), b.panels, units, b.bias.data(),
+              b.hidden.data(), reverse, b.out.data());
+          b.expect(gru_step, reverse, false);
         }
 }
 
-TYPED_TEST(NetworkKernels, LstmsOfInfinitiesAndNaN) {
+TYPED_TEST(NetworkKernels, RecurrentLayersOfInfinitiesAndNaN) {
   using T = TypeParam;
   constexpr T nan = std::numeric_limits<T>::quiet_NaN(), most = std::numeric_limits<T>::infinity();
   const std::vector<T> weight(16), hidden{0}, cell{T(0.5)};
@@ -202,6 +246,19 @@ TYPED_TEST(NetworkKernels, LstmsOfInfinitiesAndNaN) {
   EXPECT_TRUE(std::isnan(run({nan, 0, 1, 0})[1]));
   EXPECT_TRUE(std::isnan(run({0, 0, nan, 0})[0]));
   EXPECT_TRUE(std::isnan(run({0, 0, 0, nan})[0]));
+  const std::vector<T> bias(3);
+  const auto run_gru = [&](std::vector<T> gates) {
+    T result = 0;
+    gru(gates.data(), 1, 1, 3, weight.data(), 1, 1, bias.data(), cell.data(), false, &result);
+    return result;
+  };
+  EXPECT_EQ(run_gru({0, most, 1}), T(0.5));  // kept
+  EXPECT_EQ(run_gru({0, -most, most}), 1);   // replaced
+  for (int i = 0; i < 3; ++i) {
+    std::vector<T> gates(3);
+    gates[size_t(i)] = nan;
+    EXPECT_TRUE(std::isnan(run_gru(gates)));
+  }
 }
 
 // A layer from `channels` to `channels` channels on images of side x side, with windows of 3 x 3 or single
@@ -228,6 +285,13 @@ KERNEL_CALL_BENCHMARK(lstm, [] {
   return [gates = kernel_benchmarks::random(32 * 1024), weight = kernel_benchmarks::random(256 * 1024),
           state = std::vector<float>(256), out = std::vector<float>(2 * 32 * 256)]() mutable {
     lstm(gates.data(), 32, 1, 1024, weight.data(), 64, 256, state.data(), state.data(), false, out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(gru, [] {
+  return [gates = kernel_benchmarks::random(32 * 768), weight = kernel_benchmarks::random(256 * 768),
+          bias = kernel_benchmarks::random(768), state = std::vector<float>(256),
+          out = std::vector<float>(32 * 256)]() mutable {
+    gru(gates.data(), 32, 1, 768, weight.data(), 48, 256, bias.data(), state.data(), false, out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(packed_convolution_3x3, [] {

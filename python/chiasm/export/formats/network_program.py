@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import torch
 from torch import Tensor
 from torch._subclasses.fake_tensor import FakeTensor
 from torch.export import ExportedProgram
 from torch.export.graph_signature import InputKind, InputSpec, TensorArgument
-from torch.fx import Node
+from torch.fx import Node, map_arg
 
+from ..internals import is_operator, schema_of
 from .network_forms import call
 
-aten = torch.ops.aten
 #: Outputs in a panel of packed weights (kPanel in runtime/artifact/kernels/products.h).
 PANEL = 16
 
@@ -34,18 +34,21 @@ class NetworkProgram:
         self.added = 0
 
     def value(self, node: Any) -> Tensor | None:
-        """The value of a node that is a parameter with an element type of the kernels, or a view of one."""
+        """The value of a node that has an element type of the kernels, if it is a parameter or computed from
+        parameters alone."""
         found = self._known(node) if isinstance(node, Node) else None
         return found.detach() if found is not None and found.dtype in (torch.float32, torch.float64) else None
 
-    def _known(self, node: Node) -> Tensor | None:
-        if node.op == "placeholder":
-            return self.values.get(node.name)
-        if node.target not in (aten.to.dtype, aten.flatten.using_ints):  # of the forms
-            return None
-        source, *arguments = node.args
-        known = self._known(source) if isinstance(source, Node) else None
-        return None if known is None else node.target(known, *arguments)
+    def _known(self, node: Node) -> Any:
+        """The value of a node, or None."""
+        if node.op == "call_function" and node.name not in self.values:
+            arguments = {source: self._known(source) for source in node.all_input_nodes}
+            pure = is_operator(node.target) and not schema_of(node.target).is_mutable
+            if pure and arguments and all(value is not None for value in arguments.values()):
+                given, named = map_arg((node.args, node.kwargs), arguments.__getitem__)
+                with torch.no_grad():
+                    self.values[node.name] = cast("Callable[..., Any]", node.target)(*given, **named)
+        return self.values.get(node.name)
 
     def call(self, target: Callable[..., Any], *arguments: Any) -> Node:
         return call(self.graph, target, *arguments)

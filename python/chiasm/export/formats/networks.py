@@ -20,7 +20,7 @@ from torch.fx import Node
 from ..internals import FLOOR_DIVISION
 from .network_forms import arguments_of, use_forms
 from .network_program import PANEL, NetworkProgram
-from .recurrent import replace_lstm
+from .recurrent import RECURRENT, replace_recurrent
 
 aten = torch.ops.aten
 _INFINITY = float("inf")
@@ -34,8 +34,8 @@ def use_kernels(program: ExportedProgram) -> None:
     use_forms(program)
     network = _Network(program)
     for node in list(program.graph.nodes):
-        if node.target is aten.lstm.input:
-            replace_lstm(network, node)
+        if node.target in RECURRENT:
+            replace_recurrent(network, node)
     for node in list(program.graph.nodes):
         layer = network.layer(node)
         if layer is not None:

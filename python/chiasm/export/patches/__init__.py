@@ -12,6 +12,7 @@ replacement before you record its digest.
 | `index_checks.py` | AOTInductor's indices and divisors that come from data: checked |
 | `cuda.py` | what AOTInductor asks a GPU, while it compiles for one |
 | `onnx.py` | parts of torch.onnx: speed, exact constants |
+| `recurrent.py` | how torch.export finds the shapes of recurrent layers' results |
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from ..checks.branches import Doubt, doubts_of
 from ..checks.purity import check_program
 from ..errors import SIZES, ExportError, explain
 from ..internals import expression_of
+from ..patches.recurrent import layers_of_any_length
 from ..patches.tracing import Guard, fast_tracing, noted_guards, quiet
 from ..spec import Spec, TensorSpec
 from .choices import remove_certain_choices
@@ -63,7 +64,14 @@ def trace(
     guards: list[Guard] = []
     args = tuple(inputs[t.name] for t in tensors)
     try:
-        with torch.no_grad(), exporting(target), fast_tracing(), noted_guards(guards), quiet():
+        with (
+            torch.no_grad(),
+            exporting(target),
+            fast_tracing(),
+            layers_of_any_length(),
+            noted_guards(guards),
+            quiet(),
+        ):
             program = torch.export.export(module, args, dynamic_shapes=dynamic_shapes(spec, tensors))
     except Exception as error:
         raise explain(spec.name, f"a graph ({target})", error, guards) from error

@@ -886,11 +886,20 @@ _declare(
 _declare(
     """lstm(T[L, B, G] gates, T[P, H, 16] weight, T[B, H] hidden, T[B, H] cell, bool reverse)
     -> T[2, L, B, H]""",
-    "lstm.cpp",
+    "recurrent.cpp",
     """The steps of an LSTM layer, in reverse order if asked: hidden states and cells. `gates` has what the
     inputs and biases add to the input, forget, cell and output gates; the weights of the hidden state are in
     panels of 16 outputs, the last one padded with zeros.""",
     ["1 <= H", "G == 4 * H", "P == (G + 15) // 16"],
+    exact=False,
+)
+_declare(
+    """gru(T[L, B, G] gates, T[P, H, 16] weight, T[G] bias, T[B, H] hidden, bool reverse) -> T[L, B, H]""",
+    "recurrent.cpp",
+    """The steps of a GRU layer, in reverse order if asked: hidden states. `gates` has what the inputs add to
+    the reset, update and new gates, with the inputs' biases; weight and bias are of the hidden state, in
+    panels as for `lstm`.""",
+    ["1 <= H", "G == 3 * H", "P == (G + 15) // 16"],
     exact=False,
 )
 
