@@ -66,6 +66,7 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "other-runtimes": (*OPS, "python/chiasm/onnx/", "tests/parity/other_runtimes.py", "tools/other_runtimes"),
     "test-browser": (
         "python/chiasm/export/formats/onnx",
+        "python/chiasm/export/onnx_function.py",
         "tests/browser/",
         "tools/browser",
         "tools/site/live",

@@ -16,9 +16,9 @@ from onnx import TensorProto, helper
 from chiasm.export import example_inputs, export
 from chiasm.export.catalog import catalog
 from chiasm.export.comparison import difference
-from chiasm.export.formats.onnx_function import domain_version, function_name, fuse
 from chiasm.export.job import run_eager, with_cotangents
 from chiasm.export.manifest import read_file, read_manifest
+from chiasm.export.onnx_function import domain_version, function_name, fuse
 from chiasm.export.spec import Spec, TensorSpec
 from chiasm.export.tracing.gradient import vjp_module
 from chiasm.export.tracing.module import bind_spec

@@ -12,8 +12,7 @@ from pathlib import Path
 import onnx
 import pytest
 
-from chiasm.export import sizes
-from chiasm.export.formats import onnx_function
+from chiasm.export import onnx_function, sizes
 
 from .test_onnx_merging import classifier, detector
 

@@ -8,14 +8,14 @@ import onnx
 from google.protobuf.message import DecodeError
 from onnx import version_converter
 
-from chiasm.export.formats.onnx_function import (
+from chiasm.export.manifest import BundleError
+from chiasm.export.onnx_function import (
     DOMAIN,
     domain_version,
     external_tensors,
     function_name,
     fuse,
 )
-from chiasm.export.manifest import BundleError
 
 from .methods import Artifact, Method
 

@@ -11,8 +11,8 @@ from google.protobuf import json_format, text_format
 from google.protobuf.message import DecodeError
 from onnx import TensorProto, helper
 
-from chiasm.export.formats.onnx_function import DOMAIN, function_name
 from chiasm.export.manifest import read_manifest
+from chiasm.export.onnx_function import DOMAIN, function_name
 from chiasm.export.text import free_name
 
 from .functions import add_function, at_least, fused_model, names, nodes, opset

@@ -12,8 +12,8 @@ import onnx
 import torch
 from torch import Tensor, nn
 
-from chiasm.export.formats.onnx_function import DOMAIN, domain_version, function_name
 from chiasm.export.manifest import BundleError
+from chiasm.export.onnx_function import DOMAIN, domain_version, function_name
 from chiasm.export.sizes import evaluate
 
 from .functions import nodes, read_model

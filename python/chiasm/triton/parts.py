@@ -118,7 +118,7 @@ def _of_network(file: Path) -> tuple[list[Tensor], list[Tensor]]:
     import onnx
     from google.protobuf.message import DecodeError
 
-    from ..export.formats.onnx_function import external_tensors
+    from ..export.onnx_function import external_tensors
 
     try:
         model = onnx.load_from_string(read_regular(file, MOST_OF_FILE))

@@ -19,12 +19,12 @@ from torch.export import ExportedProgram
 
 from ..errors import ExportError, explain
 from ..job import Artifact, ExportJob, Method
+from ..onnx_function import domain_version, function_name, fuse
 from ..patches.onnx import fast_onnx
 from ..spec import Spec, TensorSpec
 from ..tracing.graph import dynamic_shapes
 from .onnx_clamps import keep_infinities
 from .onnx_division import TRANSLATIONS
-from .onnx_function import domain_version, function_name, fuse
 from .onnx_order import keep_order
 from .onnx_scatter import add_in_order
 from .onnx_shifts import SHIFTS
