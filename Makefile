@@ -206,8 +206,8 @@ fresh-root: build ## the wheel and packages in a system of their own: SUITE=trix
 	tests/consumer/fresh_root.sh $(or $(SUITE),trixie) $(MIRROR)
 
 # PYTHONS="python3.10 python3.12" makes chiasm for more Pythons.
-wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-export and chiasm-torch -> dist
-	tools/wheels.sh runtime aarch64 export torch
+wheels: build build-x86-64-v4 build-aarch64 ## chiasm (aarch64's too), chiasm-ops, chiasm-export and chiasm-torch -> dist
+	tools/wheels.sh runtime aarch64 ops export torch
 
 # Compilations are cached.
 dist: wheels bundles ## the wheels, and the catalog as a wheel for each family -> dist (hours)

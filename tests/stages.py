@@ -89,7 +89,15 @@ SOURCES: dict[str, tuple[str, ...]] = {
         "tests/examples/",
         "tests/studies/",
     ),
-    "test-install": (*RUNTIME, "packaging/", "pyproject.toml", "tests/consumer/", "tools/wheels"),
+    "test-install": (
+        *RUNTIME,
+        "packaging/",
+        "pyproject.toml",
+        "python/chiasm/__init__.py",
+        "python/chiasm/extras.py",
+        "tests/consumer/",
+        "tools/wheels",
+    ),
     "test-sanitizers": (
         *RUNTIME,
         *ARTIFACTS,

@@ -1,13 +1,15 @@
 #!/usr/bin/env bash
-# Build chiasm's wheels into dist/: chiasm for each Python in PYTHONS, chiasm-export and chiasm-torch once.
-# auditwheel tags each with the oldest glibc on which its code runs. The same sources give the same bytes.
-# usage: [PYTHONS="python3.10 python3.12"] [DIST=FOLDER] tools/wheels.sh [runtime] [aarch64] [export] [torch]
-#   aarch64: chiasm for that CPU, by a cross-compiler (tools/aarch64.sh first). By default the other three.
+# Build chiasm's wheels into dist/: chiasm for each Python in PYTHONS; chiasm-ops, chiasm-export and
+# chiasm-torch once. auditwheel tags each with code with the oldest glibc on which it runs. The same sources
+# give the same bytes.
+# usage: [PYTHONS="python3.10 python3.12"] [DIST=FOLDER] tools/wheels.sh [WHAT...]
+#   WHAT: runtime, aarch64, ops, export, torch. aarch64: chiasm for that CPU, by a cross-compiler
+#   (tools/aarch64.sh first). By default the other four.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 PYTHONS=${PYTHONS:-.venv/bin/python}
 DIST=$(realpath -m "${DIST:-dist}")
-[ $# -gt 0 ] || set -- runtime export torch
+[ $# -gt 0 ] || set -- runtime ops export torch
 # The timestamps in archives: the last commit's, or a fixed one without a repository.
 export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || echo 1750000000)}
 export CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
@@ -49,6 +51,21 @@ for what in "$@"; do
         portable
       done
       ;;
+    ops)
+      staged=build/chiasm-ops
+      rm -rf $staged
+      mkdir -p $staged
+      cp packaging/ops/pyproject.toml LICENSE $staged
+      # What the wheel of chiasm leaves out: one list, so that each file is in one wheel
+      mapfile -t left_out < <(.venv/bin/python -c '
+import tomllib
+for path in tomllib.load(open("pyproject.toml", "rb"))["tool"]["scikit-build"]["wheel"]["exclude"]:
+    if path.startswith("chiasm/"):
+        print(path)')
+      (cd python && cp -r --parents "${left_out[@]}" ../$staged)
+      build "${PYTHONS%% *}" ./$staged
+      mv "$fresh"/*.whl "$DIST"
+      ;;
     export) # static libraries, which auditwheel does not inspect: they are compiled for this machine's glibc
       [ -e python/chiasm/artifact/symbols.map ] || { echo "wheels.sh: chiasm-export needs what make build makes" >&2 && exit 1; }
       staged=build/chiasm-export
@@ -67,7 +84,7 @@ for what in "$@"; do
       build "${PYTHONS%% *}" ./packaging/torch --config-settings=cmake.define.TorchWheel_DIR="$torch"
       portable --exclude 'libtorch*.so' --exclude 'libc10*.so'
       ;;
-    *) echo "wheels.sh: expected runtime, aarch64, export or torch, got '$what'" >&2 && exit 2 ;;
+    *) echo "wheels.sh: expected runtime, aarch64, ops, export or torch, got '$what'" >&2 && exit 2 ;;
   esac
 done
 ls -sh "$DIST"/*.whl

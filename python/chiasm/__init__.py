@@ -2,12 +2,16 @@
 numbers.
 
 Submodules load on first use, so that ``import chiasm.runtime`` and ``import chiasm.onnx`` (which run exported
-bundles) do not import torch.
+bundles) do not import torch. The ops and parts of ``chiasm.export`` are in a distribution of their own,
+chiasm-ops; without it, an import of them says what to install.
 """
 
 import importlib
+import sys
 from types import ModuleType
 from typing import TYPE_CHECKING
+
+from .extras import OPS, MissingOps
 
 if TYPE_CHECKING:  # an editor completes chiasm.filters.GaussianBlur2d
     from . import (  # noqa: F401
@@ -35,28 +39,9 @@ if TYPE_CHECKING:  # an editor completes chiasm.filters.GaussianBlur2d
 
 __version__ = "0.1.0"
 
-_SUBMODULES = (
-    "augmentation",
-    "color",
-    "contrib",
-    "data",
-    "doctor",
-    "enhance",
-    "export",
-    "feature",
-    "filters",
-    "geometry",
-    "image",
-    "losses",
-    "metrics",
-    "morphology",
-    "onnx",
-    "ops",
-    "pipelines",
-    "primitives",
-    "runtime",
-    "triton",
-)
+_SUBMODULES = (*OPS, "data", "doctor", "export", "onnx", "runtime", "triton")
+
+sys.meta_path.append(MissingOps)
 
 
 def __getattr__(name: str) -> ModuleType:

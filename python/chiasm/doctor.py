@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from . import __version__, packs
-from .extras import EXTRAS
+from .extras import EXTRAS, has_ops
 
 #: The backends of chiasm, and what brings each where its plug-in is not found.
 _BACKENDS = {
@@ -46,6 +46,7 @@ def report() -> list[str]:
         f"system     {platform.system()} {platform.machine()}, {' '.join(platform.libc_ver())}",
         *_runtime(),
         *_extras(),
+        *_ops(),
         *_exporting(),
         *_bundles(),
     ]
@@ -122,6 +123,11 @@ def _version(distribution: str) -> str:
         return version(distribution)
     except PackageNotFoundError:
         return "of unknown version"
+
+
+def _ops() -> Iterator[str]:
+    if not has_ops():
+        yield 'ops        none: chiasm-ops is not installed: pip install "chiasm[ops]"'
 
 
 def _exporting() -> Iterator[str]:

@@ -7,11 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-import chiasm
 import chiasm.runtime
-
-#: The parts that run bundles; the others are tensor code and its exporter.
-RUNTIME = {"__pycache__", "data", "include", "lib", "onnx", "runtime", "triton"}
+from chiasm.extras import OPS
 
 
 def python(code: str) -> subprocess.CompletedProcess[str]:
@@ -21,28 +18,26 @@ def python(code: str) -> subprocess.CompletedProcess[str]:
 names = {d.name for d in distributions()} - {"pip", "setuptools"}
 assert names == {"chiasm", "chiasm-bundles-some", "numpy"}, names
 
-folder = Path(chiasm.__file__).parent
-sizes = {f.relative_to(folder): f.stat().st_size for f in folder.rglob("*") if f.is_file()}
-runtime = sum(s for f, s in sizes.items() if len(f.parts) == 1 or f.parts[0] in RUNTIME)
-rest = {f: s for f, s in sizes.items() if len(f.parts) > 1 and f.parts[0] not in RUNTIME}
-sources = sum(s for f, s in rest.items() if f.suffix != ".pyc")
-print(
-    f"installed: the runtime {runtime / 1e6:.2f} MB; the sources of ops and exporter {sources / 1e6:.2f} MB,"
-)
-print(f"           and {(sum(rest.values()) - sources) / 1e6:.2f} MB that pip compiles of them")
-assert runtime <= 5e6, runtime
-
 # The least CPU time of several runs: other processes may be running.
 measure = "import time; t = time.process_time(); import chiasm.runtime; print(time.process_time() - t)"
 seconds = min(float(python(measure).stdout) for _ in range(7))
 print(f"import chiasm.runtime: {seconds * 1e3:.0f} ms")
 assert seconds < 0.060, seconds
 
-for module in ("filters", "geometry", "pipelines", "primitives"):
-    done = python(f"import chiasm.{module}")
-    last = done.stderr.strip().splitlines()[-1]
-    assert last.startswith("ImportError: the ops of chiasm need PyTorch"), done.stderr
-    assert 'pip install "chiasm[export]"' in last
+absent = (
+    *((f"import chiasm.{family}", f"chiasm.{family}", "ops") for family in OPS),
+    ("from chiasm import filters", "chiasm.filters", "ops"),
+    ("import chiasm; chiasm.filters", "chiasm.filters", "ops"),
+    ("import chiasm.geometry.transform", "chiasm.geometry", "ops"),
+    ("from chiasm.export import Spec", "chiasm.export.spec", "export"),
+    ("import chiasm.export.catalog", "chiasm.export.catalog", "export"),
+)
+for code, module, extra in absent:
+    done = python(code)
+    assert done.stderr.strip().splitlines()[-1] == (
+        f"ModuleNotFoundError: {module} belongs to the distribution chiasm-ops, which is not installed: pip"
+        f' install "chiasm[{extra}]" (bundles run without it: chiasm.runtime)'
+    ), done.stderr
 done = python("import chiasm.onnx")
 assert 'pip install "chiasm[onnx]"' in done.stderr.strip().splitlines()[-1], done.stderr
 
@@ -56,6 +51,7 @@ print(done.stdout)
 for line in (
     "backend    native: native code",
     'backend    torch: there is no plug-in libchiasm_torch.so: pip install "chiasm[torch]"',
+    'ops        none: chiasm-ops is not installed: pip install "chiasm[ops]"',
     'backend    onnx: onnxruntime is not installed: pip install "chiasm[onnx]"',
     "bundles    chiasm-bundles-some 0.1.0: 2 in ",
 ):

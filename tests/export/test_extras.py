@@ -18,15 +18,23 @@ NAMES = {"PIL": "pillow"}
 
 
 def requirements(extra: str) -> set[str]:
-    """The distributions of an extra, including those of the extras that it names."""
+    """The distributions of an extra, including those of the extras and of our distributions that it names."""
     found = set()
     for text in PROJECT["optional-dependencies"][extra]:
         name, inner = re.fullmatch(r"([A-Za-z0-9-]+)(?:\[([a-z,]+)\])?.*", text).groups()
         if name == "chiasm":
             found = found.union(*(requirements(e) for e in inner.split(",")))
+        elif name.startswith("chiasm-"):
+            found |= {re.match("[A-Za-z0-9-]+", needed)[0] for needed in needs(name.removeprefix("chiasm-"))}
         else:
             found.add(name)
     return found
+
+
+def needs(part: str) -> list[str]:
+    """The dependencies of a distribution in packaging/."""
+    text = (ROOT / "packaging" / part / "pyproject.toml").read_text()
+    return tomllib.loads(text)["project"]["dependencies"]
 
 
 def test_an_extra_brings_what_it_is_said_to() -> None:
@@ -53,13 +61,11 @@ def test_every_import_is_in_an_extra() -> None:
 def test_versions_go_together() -> None:
     major, minor, _ = __version__.split(".")
     bound = f">={major}.{minor},<{major}.{int(minor) + 1}"
-    assert f"chiasm-export{bound}" in PROJECT["optional-dependencies"]["export"]
-    assert f"chiasm-torch{bound}" in PROJECT["optional-dependencies"]["torch"]
-    for part in ("export", "torch"):
-        text = (ROOT / "packaging" / part / "pyproject.toml").read_text()
-        assert f'"chiasm{bound}"' in tomllib.loads(text)["project"]["dependencies"][0].join('""')
-    [torch] = [r for r in PROJECT["optional-dependencies"]["export"] if r.startswith("torch")]
-    assert torch in (ROOT / "packaging" / "torch" / "pyproject.toml").read_text()
+    for part in ("export", "ops", "torch"):
+        assert f"chiasm-{part}{bound}" in PROJECT["optional-dependencies"][part]
+        assert needs(part)[0] == f"chiasm{bound}"
+    [torch] = [r for r in needs("ops") if r.startswith("torch")]
+    assert torch in needs("torch")
 
 
 def test_advice() -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
+from ..extras import has_ops
 from .manifest import BundleError, read_file, read_manifest
 
 
@@ -37,7 +38,8 @@ def verify(bundle: str | Path) -> list[Row]:
     for document in manifest.get("documents", {}).values():
         read_file(folder, document)
     found = _runtime(folder)
-    if all(find_spec(package) for package in ("torch", "safetensors", "onnx", "onnxruntime")):
+    engines = "torch", "safetensors", "onnx", "onnxruntime"
+    if has_ops() and all(find_spec(package) for package in engines):
         from . import comparison
 
         found.extend(comparison.rows(folder, manifest))

@@ -11,7 +11,7 @@ except ModuleNotFoundError as error:
     if error.name != "torch":
         raise
     raise ImportError(
-        'the ops of chiasm need PyTorch, which is not installed: pip install "chiasm[export]" (bundles run'
+        'the ops of chiasm need PyTorch, which is not installed: pip install "chiasm[ops]" (bundles run'
         " without it: chiasm.runtime)",
         name="torch",
     ) from None
