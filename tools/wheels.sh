@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Build chiasm's wheels into dist/: chiasm for each Python in PYTHONS; chiasm-ops, chiasm-export and
-# chiasm-torch once. auditwheel tags each with code with the oldest glibc on which it runs. The same sources
+# chiasm-torch once. auditwheel tags those with code by the oldest glibc on which it runs. The same sources
 # give the same bytes.
 # usage: [PYTHONS="python3.10 python3.12"] [DIST=FOLDER] tools/wheels.sh [WHAT...]
 #   WHAT: runtime, aarch64, ops, export, torch. aarch64: chiasm for that CPU, by a cross-compiler
