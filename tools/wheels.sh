@@ -12,6 +12,7 @@ DIST=$(realpath -m "${DIST:-dist}")
 [ $# -gt 0 ] || set -- runtime ops export torch
 # The timestamps in archives: the last commit's, or a fixed one without a repository.
 export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || echo 1750000000)}
+umask 022 # copies' modes are in archives
 export CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 
 fresh=$(mktemp -d)
