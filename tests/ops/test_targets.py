@@ -12,6 +12,7 @@ from unittest.mock import patch
 import pytest
 import torch
 from called_kernels import computing_kernels
+from declared_examples import declared_examples
 from torch import Tensor
 from torch.utils._pytree import tree_leaves
 
@@ -201,7 +202,8 @@ TAPS = [0.25, 0.5, 0.25]
 FIVE = [0.1, 0.2, 0.4, 0.2, 0.1]
 HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 
-#: Example arguments of every primitive, by dtype.
+#: Example arguments of primitives, by dtype. A primitive that is not here gets those that the declaration of
+#: its kernel allows: enough if the kernel itself is the lowering, and the definition allows the same.
 EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "angles.angle_of": lambda t: [(numbers(t, 40) - 0.5, numbers(t, 41)[:40] - 0.5)],
     "blending.blended_with_plane": lambda t: [
@@ -314,11 +316,6 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in (*bytes_and_words(), *images(t), numbers(t, 3, 4, 5), numbers(t, 4, 5))
         for along, down in ((True, False), (False, True), (True, True))
     ],
-    "frames.frame_to_grey": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8),)],
-    "frames.resize_frame": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8), 7, 9)],
-    "histograms.row_histograms": lambda t: [
-        (numbers(t, 2, 200), torch.zeros(2, 1, dtype=t), torch.ones(2, 1, dtype=t), 10)
-    ],
     "histograms.clahe_interpolate": lambda t: [curves(t)],
     "histograms.bincount": lambda t: [(integers(9, 2, 50), 9)],
     "histograms.aminmax": lambda t: [(numbers(t, 2, 50),)],
@@ -329,7 +326,6 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "histograms.partial_sums": lambda t: [(numbers(t, 2, 3, 12),)],
     "histograms.running_sum": lambda t: [(numbers(t, 2, 32),), (integers(9, 2, 3, 256),)],
     "histograms.clahe_histograms": lambda t: [(integers(256, 2, 12, 17).to(torch.int32), 4, 6, 3, 3)],
-    "histograms.quantize_u8": lambda t: [(2.0 * numbers(t, 2, 50) - 0.5,)],
     "matrices._derived_from_cofactors": lambda t: [
         (torch.linalg.det(matrices(t, n)), matrices(t, n)) for n in (3, 4)
     ],
@@ -452,12 +448,8 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "boxes.kept_boxes": lambda t: [
         (torch.cat([numbers(t, 2, 9, 2), 1 + numbers(t, 2, 9, 3)[..., :2]], -1), integers(2, 2, 9), 0.4, 5)
     ],
-    "assignment.linear_sum_assignment": lambda t: [
-        (numbers(torch.float64, 2, 5, m), torch.full([2, 1], 0.6, dtype=torch.float64)) for m in (3, 9)
-    ],
     "resizing.resized_and_blurred": lambda t: in_borders(t, 24, 30, False, FIVE, border),
     "canny.canny_hysteresis": lambda t: [(numbers(t, 2, 1, 12, 17), 0.4, 0.8, 100)],
-    "canny.canny_nms": lambda t: [(numbers(t, 2, 1, 12, 17), 1e-6)],
     "search.last_not_above": lambda t: [
         (numbers(t, 2, n).sort().values, 1.4 * numbers(t, 2, 30) - 0.2) for n in (1, 9, 16)
     ],
@@ -654,7 +646,6 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     ],
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
-    "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],
     "integral.integral_of_bytes": lambda t: [
         (x,)
         for x in (*bytes_and_words()[:2], *(integers(256, *s).to(torch.uint8) for s in ((9, 8), (2, 3, 4))))
@@ -702,9 +693,10 @@ WHOLE: dict[str, Callable[[Any], Tensor]] = {
 
 
 def examples(name: str, dtype: torch.dtype) -> list[Example]:
-    found = [make for key, make in EXAMPLES.items() if name.endswith("." + key)]
-    assert len(found) == 1, f"{name}: EXAMPLES has no arguments for it"
-    return found[0](dtype)
+    key = listed(name, EXAMPLES)
+    found = EXAMPLES[key](dtype) if key else declared_examples(PRIMITIVES[name].lowerings, dtype)
+    assert found, f"{name}: EXAMPLES has no arguments for it"
+    return found
 
 
 def listed(name: str, table: Any) -> str | None:
