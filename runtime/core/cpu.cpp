@@ -1,6 +1,8 @@
 // Asks the compiler's CPU checks (x86) or the kernel's AT_HWCAP (aarch64) for the features of each level.
 #include "core/cpu.h"
 
+#include <iterator>
+
 #if defined(__aarch64__)
 #include <asm/hwcap.h>
 #include <sys/auxv.h>
@@ -34,6 +36,14 @@ bool cpu_supports(Isa isa) {
 #endif
     default: return false;
   }
+}
+
+std::vector<Isa> supported_isas() {
+  std::vector<Isa> found;
+  for (size_t i = 1; i <= std::size(kIsaNames); ++i) {
+    if (cpu_supports(static_cast<Isa>(i))) found.push_back(static_cast<Isa>(i));
+  }
+  return found;
 }
 
 bool has(Isa cpu, Isa code) {

@@ -240,10 +240,7 @@ class Reader final {
     if (method.generic && artifact.dtypes.empty())
       node.at("dtypes").refuse("empty, but the method has tensors of dtype T");
     artifact.device = static_cast<DevicePlacement>(read_choice(node.at("device"), kDevices));
-    if (node.has("isa")) {
-      static constexpr const char* kIsas[] = {"x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a"};
-      artifact.isa = static_cast<Isa>(1 + read_choice(node.at("isa"), kIsas));
-    }
+    if (node.has("isa")) artifact.isa = static_cast<Isa>(1 + read_choice(node.at("isa"), kIsaNames));
     if (node.has("sm")) artifact.sm = node.at("sm").integer(1, 9999);
     if (node.has("glibc")) artifact.glibc = read_glibc(since(node, "glibc", 3));
     if (node.has("opset")) node.at("opset").integer(1, 9999);

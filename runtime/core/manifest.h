@@ -31,7 +31,10 @@ inline constexpr int32_t kGeneric = -1;
 enum class DevicePlacement { any, cpu, cuda };
 /** Instruction sets, in ascending order within each family of CPUs. */
 enum class Isa { none, x86_64_v2, x86_64_v3, x86_64_v4, armv8_2_a };
-inline constexpr const char* kIsaNames[] = {"", "x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a"};
+/** The names of all but `none`. */
+inline constexpr const char* kIsaNames[] = {"x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a"};
+/** The name of an instruction set that is not `none`. */
+constexpr const char* isa_name(Isa isa) { return kIsaNames[static_cast<int>(isa) - 1]; }
 
 struct TensorSpec {
   std::string name, description, layout, color;

@@ -102,9 +102,7 @@ std::string LoadRequest::programs_refused() const {
 
 Machine this_machine(int32_t device_type, int32_t device_index) {
   Machine machine;
-  for (const Isa isa : {Isa::armv8_2_a, Isa::x86_64_v2, Isa::x86_64_v3, Isa::x86_64_v4}) {
-    if (cpu_supports(isa)) machine.isa = isa;
-  }
+  if (const std::vector<Isa> isas = supported_isas(); !isas.empty()) machine.isa = isas.back();
   if (device_type == CHIASM_CUDA) machine.sm = CudaDevice(device_index).capability();
 #if defined(__GLIBC__)
   std::sscanf(::gnu_get_libc_version(), "%d.%d", &machine.glibc.major, &machine.glibc.minor);
@@ -172,7 +170,7 @@ std::string incompatibility(const Artifact& artifact, const LoadRequest& request
                                : ", this machine has " + text_of(present));
   }
   if (!cuda && !has(machine.isa, artifact.isa))
-    return std::string("needs a CPU with ") + kIsaNames[static_cast<int>(artifact.isa)];
+    return std::string("needs a CPU with ") + isa_name(artifact.isa);
   return "";
 }
 

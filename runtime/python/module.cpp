@@ -130,10 +130,7 @@ std::vector<std::string> dtypes() {
 /** The instruction sets whose artifacts this CPU runs, the fastest first. */
 std::vector<std::string> instruction_sets() {
   std::vector<std::string> found;
-  for (const core::Isa isa :
-       {core::Isa::x86_64_v4, core::Isa::x86_64_v3, core::Isa::x86_64_v2, core::Isa::armv8_2_a}) {
-    if (core::cpu_supports(isa)) found.emplace_back(core::kIsaNames[static_cast<int>(isa)]);
-  }
+  for (const core::Isa isa : core::supported_isas()) found.insert(found.begin(), core::isa_name(isa));
   return found;
 }
 

@@ -363,6 +363,9 @@ TEST(Threads, ZeroMeansTheCoresOfThisProcess) {
 TEST(Cpu, V4ImpliesV3) {
   EXPECT_TRUE(core::cpu_supports(Isa::none));
   EXPECT_TRUE(!core::cpu_supports(Isa::x86_64_v4) || core::cpu_supports(Isa::x86_64_v3));
+  const std::vector<Isa> isas = core::supported_isas();
+  EXPECT_TRUE(std::is_sorted(isas.begin(), isas.end()));
+  EXPECT_EQ(core::this_machine(CHIASM_CPU, 0).isa, isas.empty() ? Isa::none : isas.back());
 }
 
 #if defined(__SANITIZE_ADDRESS__)

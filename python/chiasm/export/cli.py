@@ -20,7 +20,8 @@ from ..triton.command import triton
 from .command import Group, OutputPath, jobs_option, pairs
 from .console import console
 from .errors import ExportError
-from .manifest import FORMATS, GPUS, METHODS, read_manifest
+from .formats.isas import ISAS
+from .manifest import FORMATS, METHODS, read_manifest
 from .text import one_line
 from .workers import export_names
 
@@ -97,7 +98,7 @@ def list_ops(patterns: tuple[str, ...], installed: bool) -> None:
     "--isa",
     "isas",
     multiple=True,
-    type=click.Choice(["x86-64-v2", "x86-64-v3", "x86-64-v4", "armv8.2-a", *GPUS]),
+    type=click.Choice(list(ISAS)),
     default=("x86-64-v3",),
     show_default=True,
     help="CPU level of the native code, or compute capability of a GPU (may be given again: the runtime takes"
