@@ -87,7 +87,7 @@ test-export: build test-bundles ## the exporter, the command, the runtime in Pyt
 test-runtime: build test-bundles ## GoogleTest: the runtime, the kernels, the exported bundles
 	ctest --preset release -j $(JOBS) -LE 'kernels|robustness'
 
-test-kernels: build ## the kernels again, with vectors of SSE4 and with loops over values
+test-kernels: build ## the kernels again: vectors of SSE4 and AVX-512, loops over values
 	@cmake --build --preset release -j $(JOBS) --target kernel_tests
 	ctest --preset release -j $(JOBS) -L kernels
 
@@ -111,7 +111,7 @@ test-aarch64: build-aarch64 ## kernels, core and bundles under qemu: results mus
 test-parity: build test-bundles ## compare every exported bundle, artifact, backend and shape with eager Python
 	$(PY) tests/parity/matrix.py
 
-parity: build bundles ## the same for every op in every format -> build/parity.json
+parity: build bundles ## compare the whole catalog in every format with eager Python -> build/parity.json
 	$(PY) tests/parity/matrix.py
 
 test-special-values: build test-bundles ## NaN, infinities, extreme numbers in the ops that tests name, for a minute

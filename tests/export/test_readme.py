@@ -1,4 +1,4 @@
-"""README.md: its examples run as written."""
+"""README.md: its examples run as written, and its numbers are those of docs/benchmarks.md."""
 
 import re
 import subprocess
@@ -14,6 +14,33 @@ def blocks(language: str) -> list[str]:
     found = re.findall(rf"```{language}\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     assert found, f"the README shows no {language}"
     return found
+
+
+#: What the README calls the ops whose speed it gives.
+MEASURED = {
+    "Sobel": "filters.sobel",
+    "Gaussian": "filters.gaussian_blur2d",
+    "bilinear resize": "geometry.transform.resize.bilinear",
+    "perspective warp": "geometry.transform.warp_perspective.bilinear_zeros",
+    "dilation": "morphology.dilation",
+    "median": "filters.median_blur",
+    "grey": "color.rgb_to_grayscale",
+    "HSV": "color.rgb_to_hsv",
+}
+
+
+def test_speeds() -> None:
+    text = " ".join((ROOT / "README.md").read_text().split())
+    page = (ROOT / "docs" / "benchmarks.md").read_text()
+    stated = re.findall(
+        r"([A-Za-z ]+) ([\d.]+)(?: times as fast as OpenCV)?[,.] ", text.split("slower): ")[1]
+    )
+    measured = {}
+    for name, bundle in MEASURED.items():
+        row = re.search(rf"^\| {bundle} \| 1x1080x1920 \| 1 \|(.*)$", page, re.MULTILINE)
+        assert row is not None, bundle
+        measured[name] = f"{float(row[1].split('|')[3].strip(' *')):.1f}"
+    assert {name.strip(): number for name, number in stated[: len(MEASURED)]} == measured
 
 
 @pytest.mark.parametrize("index", range(2))

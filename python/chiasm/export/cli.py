@@ -35,7 +35,7 @@ _MOST_OF_PASSWORD = 1024
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, message="chiasm %(version)s")
 def main() -> None:
-    """Export computer-vision ops to bundles, and look into, prove and run them.
+    """Export computer-vision ops to bundles; inspect, verify and run them.
 
     \b
     A first round:
@@ -144,7 +144,7 @@ def export(
 @click.argument("bundle", type=click.Path(path_type=Path, exists=True))
 @click.option("--json", "as_json", is_flag=True, help="Print the manifest itself.")
 def info(bundle: Path, as_json: bool) -> None:
-    """Show what a bundle says of itself, without loading any engine.
+    """Show a bundle's signature, sizes and artifacts; no engine is loaded.
 
     \b
     Examples:
@@ -201,8 +201,9 @@ def info(bundle: Path, as_json: bool) -> None:
 
 @main.command()
 def doctor() -> None:
-    """Show what this machine can run: its CPU, backends and packages; and for what is not there, why and what
-    to do.
+    """Show what this machine can run.
+
+    Reports its CPU, backends and packages; and for what is missing, why, and how to get it.
 
     \b
     Example:
@@ -255,10 +256,10 @@ def pack(name: str, bundles: tuple[Path, ...], output: Path, version: str) -> No
     help="Its first line is the key's password. [default: ask]",
 )
 def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> None:
-    """Sign bundles with the minisign secret key in the file KEY (`minisign -G` makes one).
+    """Sign bundles with a minisign secret key.
 
-    Each gets a manifest.json.minisig, which covers every file of the bundle; `chiasm verify --key` proves it,
-    and so do the runtime and `minisign -V`.
+    KEY is the key's file (`minisign -G` makes one). Each bundle gets a manifest.json.minisig, which covers
+    every file of the bundle. `chiasm verify --key` checks it, and so do the runtime and `minisign -V`.
     """
     from . import signing
 
@@ -284,13 +285,13 @@ def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> No
 @click.argument("bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
 @click.option(
     "--key",
-    help="Prove first that this minisign public key (56 characters, or a file) has signed every bundle.",
+    help="Check first that this minisign public key (56 characters, or a file) has signed every bundle.",
 )
 def verify(bundles: tuple[Path, ...], key: str | None) -> None:
-    """Replay a bundle's golden vectors on every backend present here.
+    """Replay bundles' golden vectors on every backend.
 
-    Exit status 1 where a value is wrong, a file damaged or a signature missing or wrong; a backend that is
-    missing is reported, and is no failure.
+    Exit status 1 where a value is wrong, a file damaged or a signature missing or wrong. A backend that this
+    machine lacks is reported, and is no failure.
 
     \b
     Examples:
@@ -375,11 +376,12 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
     ),
 )
 def run(bundle: Path, source: Path, target: Path, backend: str, settings: tuple[str, ...]) -> None:
-    """Run a bundle on the image file SOURCE and write its result to the image file TARGET.
+    """Run a bundle on an image file.
 
-    Files are read as cv2.imread reads them: turned as their EXIF entry says, without transparency, 16-bit
-    values as their upper eight bits; an op on numbers gets them from 0 to 1, grey ones with all 16 bits.
-    Results outside 0 to 1 are stretched to it.
+    SOURCE is the file to read, TARGET the image file that gets the result. Files are read as cv2.imread reads
+    them: turned as their EXIF entry says, without transparency, 16-bit values as their upper eight bits; an
+    op on numbers gets them from 0 to 1, grey ones with all 16 bits. Results outside 0 to 1 are stretched to
+    it.
 
     \b
     Examples:
