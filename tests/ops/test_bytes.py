@@ -346,7 +346,11 @@ def test_curves_are_their_formulas_rounded_to_even() -> None:
             ValueError,
             "kernel_size: expected at most 129 pixels",
         ),
-        (lambda x: resize(x.to(torch.int16), (4, 4)), TypeError, "input: expected a floating-point or uint8"),
+        (
+            lambda x: resize(x.to(torch.int16), (4, 4), "bicubic"),
+            TypeError,
+            "input: expected a floating-point or uint8",
+        ),
         (lambda x: rgb_to_grayscale(x, torch.ones(3)), TypeError, "rgb_weights: expected None"),
         (lambda x: rgb_to_grayscale(x[:, :2]), ValueError, r"image: expected shape \(\*, 3, H, W\)"),
         (lambda x: invert(x, torch.tensor(255.0)), TypeError, "max_val: expected None"),

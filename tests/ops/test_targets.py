@@ -633,8 +633,8 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "resizing.resampled": lambda t: [
         (x, integers(9, 7, 3), numbers(t, 7, 3), integers(8, 30, 3), numbers(t, 30, 3)) for x in images(t)
     ],
-    "resizing.area_bytes": lambda t: [
-        (x, *size) for x in bytes_and_words()[:2] for size in ((4, 17), (5, 6), (30, 40))
+    "resizing.area_means": lambda t: [
+        (x, *size) for x in bytes_and_words() for size in ((4, 17), (5, 6), (30, 40))
     ],
     "resizing.resized_nearest": lambda t: [(x, 5, 30) for x in (*bytes_and_words(), *images(t))],
     "tables.table_entries": lambda t: [

@@ -54,6 +54,9 @@ class Tolerance:
     rtol: float
 
 
+#: The element types of frames of ops that move or order pixels.
+PIXELS = ("uint8", "int16", "uint16")
+
 DEFAULT_TOLERANCES = MappingProxyType(
     {
         "float64": Tolerance(1e-9, 1e-7),

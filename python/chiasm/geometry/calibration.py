@@ -134,11 +134,11 @@ def tilt_projection(taux: Tensor, tauy: Tensor, return_inverse: bool = False) ->
 def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     """Remove lens distortion from an image, like ``cv2.undistort`` with the same camera matrix for input and
     output. Each pixel is read with bilinear interpolation at the position that :func:`distort_points` gives;
-    positions outside the image give zero. For uint8, positions are rounded to 1/32 pixel and values to
-    integers, as in :func:`chiasm.geometry.transform.remap`.
+    positions outside the image give zero. For integers, positions and values are rounded as in
+    :func:`chiasm.geometry.transform.remap`.
 
     Args:
-        image: (*, C, H, W), floating point or uint8.
+        image: (*, C, H, W), floating point, uint8, int16 or uint16.
         K: (*, 3, 3), camera matrices in pixels.
         dist: (*, n) distortion coefficients, n one of 4, 5, 8, 12, 14.
 
@@ -153,7 +153,7 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
         >>> undistort_image(x, torch.eye(3)[None], torch.zeros(1, 4)).equal(x)
         True
     """
-    check_values(image, "image")
+    check_values(image, "image", True)
     if image.dim() < 3:
         raise ValueError(f"image: expected shape (*, C, H, W), got {list(image.shape)}")
     check_not_empty(image, 3, "image")

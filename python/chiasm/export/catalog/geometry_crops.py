@@ -7,14 +7,13 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer, opencv, warped
-from ..spec import Frames, Spec, TensorSpec, image, like
+from ..spec import PIXELS, Frames, Spec, TensorSpec, image, like
 from . import add, rejected_sizes, rejected_words, warp_peers
 from .geometry_transform import OUTPUT, SIZES, WARP, add_transform
 from .rigid import uniform
 
 #: Images and crops for which crops begin at a pixel.
 _WHOLE = {"H": 41, "W": 30, "OH": 15, "OW": 12}
-_PIXELS = ("uint8", "int16", "uint16")
 
 
 def _centre(_: Any, x: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
@@ -34,7 +33,7 @@ add_transform(
         sizes=_WHOLE,
     ),
     frames=Frames(
-        _PIXELS,
+        PIXELS,
         reference="NumPy slices",
         peer=Peer("numpy", _centre, before=lambda x, like: (x, like.shape), sizes=_WHOLE),
     ),
@@ -154,7 +153,7 @@ for _name, _config in {
                 reference="OpenCV resize of NumPy slices",
             )
             if _name == "resize"
-            else Frames(_PIXELS, peer=Peer("numpy", _padded), reference="NumPy slices"),
+            else Frames(PIXELS, peer=Peer("numpy", _padded), reference="NumPy slices"),
             reference="NumPy slices and torch.nn.functional.interpolate",
             picture="warps",
             errors=rejected_words("shape_compensation"),

@@ -6,7 +6,7 @@ from typing import Any
 from PIL import Image
 
 from ..peer import Peer, opencv
-from ..spec import ErrorInput, Frames, Spec, TensorSpec, image, like
+from ..spec import PIXELS, ErrorInput, Frames, Spec, TensorSpec, image, like
 from . import STENCIL, ZERO_WEIGHTS, add, rejected, rejected_sizes, rejected_words
 from .geometry_transform import SIZES, add_transform
 
@@ -58,13 +58,16 @@ _FRAMES = {
     "bicubic_antialias": Frames(reference="Pillow resize", peer=_pillow_frames("BICUBIC")),
     "lanczos_antialias": Frames(reference="Pillow resize", peer=_pillow_frames("LANCZOS")),
     "area": Frames(
+        PIXELS,
         reference="OpenCV resize(INTER_AREA)",
         peer=_resized("INTER_AREA", sizes={"C": 3, "OH": 5, "OW": 4}, atol=1),
     ),
-    "bilinear": Frames(reference="OpenCV resize(INTER_LINEAR_EXACT)", peer=_resized("INTER_LINEAR_EXACT")),
+    "bilinear": Frames(
+        PIXELS, reference="OpenCV resize(INTER_LINEAR_EXACT)", peer=_resized("INTER_LINEAR_EXACT")
+    ),
     "bicubic": Frames(reference="OpenCV resize(INTER_CUBIC)", peer=_resized("INTER_CUBIC", atol=1)),
     "nearest": Frames(
-        ("uint8", "int16", "uint16", "float32"),
+        (*PIXELS, "float32"),
         reference="OpenCV resize(INTER_NEAREST)",
         peer=_resized("INTER_NEAREST"),
     ),
@@ -169,7 +172,7 @@ for _name, _axis in (("hflip", 1), ("vflip", 0), ("rot180", -1)):
         "NumPy",
         fn=_name,
         peer=_flip,
-        frames=Frames(("uint8", "int16", "uint16"), peer=_flip),
+        frames=Frames(PIXELS, peer=_flip),
     )
 
 # --- borders ------------------------------------------------------------------------------------------------
@@ -200,7 +203,7 @@ for _name, _border in {
         config={**_MARGINS, "border_type": _name, "value": 0.5},
         symbols=STENCIL,
         peer=_bordered(_border, 0.5),
-        frames=Frames(("uint8", "int16", "uint16"), config={"value": 114.0}, peer=_bordered(_border, 114.0)),
+        frames=Frames(PIXELS, config={"value": 114.0}, peer=_bordered(_border, 114.0)),
         errors=rejected_words("border_type"),
     )
 

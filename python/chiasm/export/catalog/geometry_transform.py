@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer, opencv, warped
-from ..spec import Frames, InputMaker, Maker, Spec, TensorSpec, Tolerance, image, like
+from ..spec import PIXELS, Frames, InputMaker, Maker, Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, add, rejected_sizes, rejected_words, warp_peers
 from .geometry_homography import homographies
 from .rigid import uniform
@@ -235,7 +235,7 @@ for _mode in ("bilinear", "nearest"):
                 peer=warped("warpPerspective", _mode, "zeros" if _padding == "fill" else _padding),
                 reference="OpenCV warpPerspective",
                 frames=(
-                    Frames(peer=warped("warpPerspective", _mode, _padding, True))
+                    Frames(PIXELS, peer=warped("warpPerspective", _mode, _padding, True))
                     if (_mode, _padding) in _WARPED_FRAMES
                     else None
                 ),
@@ -297,7 +297,10 @@ for _name, (_inputs, _ways, _rest) in _WARPED.items():
             config=_config,
             symbols=SIZES,
             peer=warp_peers.of_matrix(_name, _mode, _padding),
-            frames=Frames(peer=warp_peers.of_matrix(_name, _mode, _padding, True)),
+            frames=Frames(
+                ("uint8",) if _mode == "bicubic" else PIXELS,
+                peer=warp_peers.of_matrix(_name, _mode, _padding, True),
+            ),
             **_rest,
             **(_CUBIC if _mode == "bicubic" else WARP),
         )
@@ -363,6 +366,7 @@ add_transform(
     config={"mode": "bicubic", "padding_mode": "border"},
     peer=warp_peers.in_place(warp_peers.rotation, "bicubic", "border"),
     frames=Frames(
+        PIXELS,
         config={"mode": "bilinear"},
         peer=warp_peers.in_place(warp_peers.rotation, padding="border", of_bytes=True),
     ),

@@ -35,14 +35,14 @@ def warp_affine(
     Pixel centres lie at integers, as for ``cv2.warpAffine(src, M, (width, height))`` with constant border 0
     (older versions of which round positions to 1/32 pixel for uint8).
 
-    For uint8, positions are computed in float64. "bilinear" and "bicubic" round positions to 1/32 pixel
-    (halves to even) and values to integers (halves up); for smooth images the result is within one level of
-    OpenCV's. Equal positions give equal values on all engines. But engines differ in the last digits of a
-    position, so that a position half-way between two steps of 1/32 (for "nearest", between two pixels) may be
-    rounded either way.
+    For integers, positions are computed in float64. "bilinear" and "bicubic" round positions to 1/32 pixel
+    ("bilinear" of 16 bits to 1/65536; halves to even) and values to integers (halves up); for smooth images
+    the result is within one level of OpenCV's. Equal positions give equal values on all engines. But engines
+    differ in the last digits of a position, so that a position half-way between two such steps (for
+    "nearest", between two pixels) may be rounded either way.
 
     Args:
-        src: (B, C, H, W), floating point or uint8.
+        src: (B, C, H, W), floating point, uint8, int16 or uint16.
         M: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
         mode: "bilinear", "nearest" (halves are rounded to the even neighbour) or "bicubic" (a = -0.75, as in
@@ -50,13 +50,13 @@ def warp_affine(
         padding_mode: the values outside src: "zeros", "border" (replicate), "reflection" or "fill".
         align_corners: True: "reflection" mirrors at the centres of the border pixels; False: at the outer
             edges. It has no other effect, since M is in pixels.
-        fill_value: (C,) colour for "fill", for uint8 in levels; black by default.
+        fill_value: (C,) colour for "fill", for integers in levels; 0 by default.
 
     Returns:
         (B, C, height, width). Differentiable in src and M ("nearest": in src).
 
     Raises:
-        TypeError: if src is neither floating point nor uint8, or M is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -84,7 +84,7 @@ def affine(
     """``warp_affine`` with an output of the image's size.
 
     Args:
-        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point, uint8, int16 or uint16.
         matrix: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping source pixels (x, y) to output
             pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -93,7 +93,7 @@ def affine(
         (B, C, H, W). Differentiable in tensor and matrix.
 
     Raises:
-        TypeError: if tensor is neither floating point nor uint8, or matrix is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -109,7 +109,7 @@ def affine(
 def _affine_of_batch(
     tensor: Tensor, matrix: Tensor, mode: str, padding_mode: str, align_corners: bool
 ) -> Tensor:
-    check_pixels(tensor, "tensor")
+    check_pixels(tensor, "tensor", True)
     check_matrices(matrix, 2, 3, "matrix")
     return warp_affine(tensor, matrix, (tensor.size(2), tensor.size(3)), mode, padding_mode, align_corners)
 
@@ -125,7 +125,7 @@ def rotate(
     """Rotate images counterclockwise.
 
     Args:
-        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point, uint8, int16 or uint16.
         angle: (B,) in degrees, or (1,) or a scalar for all images.
         center: (x, y) in pixels for each angle; the centre of the image, ((W - 1) / 2, (H - 1) / 2), by
             default.
@@ -135,7 +135,7 @@ def rotate(
         (B, C, H, W). Differentiable in tensor, angle and center.
 
     Raises:
-        TypeError: if tensor is neither floating point nor uint8, or another argument is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -151,7 +151,7 @@ def rotate(
 def _rotate_of_batch(
     tensor: Tensor, angle: Tensor, center: Optional[Tensor], mode: str, padding_mode: str, align_corners: bool
 ) -> Tensor:
-    check_pixels(tensor, "tensor")
+    check_pixels(tensor, "tensor", True)
     check_tensor(angle, "angle")
     angle = angle.reshape(1) if angle.dim() == 0 else angle
     check_numbers(angle, "angle")
@@ -170,7 +170,7 @@ def scale(
     """Enlarge or shrink the content of images; the image size stays the same.
 
     Args:
-        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point, uint8, int16 or uint16.
         scale_factor: (B,), or (B, 2) with factors along x and y; B may be 1, for all images, like a scalar.
         center: (x, y) in pixels for each factor, the point that stays fixed; the centre of the image by
             default.
@@ -180,7 +180,7 @@ def scale(
         (B, C, H, W). Differentiable in tensor, scale_factor and center.
 
     Raises:
-        TypeError: if tensor is neither floating point nor uint8, or another argument is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -201,7 +201,7 @@ def _scale_of_batch(
     padding_mode: str,
     align_corners: bool,
 ) -> Tensor:
-    check_pixels(tensor, "tensor")
+    check_pixels(tensor, "tensor", True)
     factor = scale_factor
     check_tensor(factor, "scale_factor")
     if factor.dim() == 0:
@@ -241,7 +241,7 @@ def shear(
     """Shear images by the matrix [[1, shear_x, 0], [shear_y, 1, 0]] from source to destination pixels.
 
     Args:
-        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point, uint8, int16 or uint16.
         shear: (B, 2), or (1, 2) or (2,) for all images: pixels along x per pixel of y, and along y per pixel
             of x; their product must not be 1.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -250,7 +250,7 @@ def shear(
         (B, C, H, W). Differentiable in tensor and shear.
 
     Raises:
-        TypeError: if tensor is neither floating point nor uint8, or another argument is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -266,7 +266,7 @@ def shear(
 def _shear_of_batch(
     tensor: Tensor, shear: Tensor, mode: str, padding_mode: str, align_corners: bool
 ) -> Tensor:
-    check_pixels(tensor, "tensor")
+    check_pixels(tensor, "tensor", True)
     check_tensor(shear, "shear")
     shear = shear.unsqueeze(0) if shear.dim() == 1 else shear
     check_vectors(shear, 2, "shear")
@@ -285,7 +285,7 @@ def translate(
     """Translate images.
 
     Args:
-        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point, uint8, int16 or uint16.
         translation: (B, 2), or (1, 2) or (2,) for all images: in pixels, to the right and down.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
@@ -293,7 +293,7 @@ def translate(
         (B, C, H, W). Differentiable in tensor and translation.
 
     Raises:
-        TypeError: if tensor is neither floating point nor uint8, or another argument is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -309,7 +309,7 @@ def translate(
 def _translate_of_batch(
     tensor: Tensor, translation: Tensor, mode: str, padding_mode: str, align_corners: bool
 ) -> Tensor:
-    check_pixels(tensor, "tensor")
+    check_pixels(tensor, "tensor", True)
     check_tensor(translation, "translation")
     translation = translation.unsqueeze(0) if translation.dim() == 1 else translation
     check_vectors(translation, 2, "translation")
@@ -335,10 +335,10 @@ class Affine(Module):
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Shape:
-        (B, C, H, W), floating point or uint8, to (B, C, H, W).
+        (B, C, H, W), floating point, uint8, int16 or uint16, to (B, C, H, W).
 
     Raises:
-        TypeError: if the images are neither floating point nor uint8, or a tensor is not floating point.
+        TypeError: if a tensor is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -377,7 +377,7 @@ class Affine(Module):
         self.mode, self.padding_mode, self.align_corners = mode, padding_mode, align_corners
 
     def forward(self, input: Tensor) -> Tensor:
-        check_pixels(input, "input")
+        check_pixels(input, "input", True)
         batch = input.size(0)
         fixed = self.center
         if fixed is None:

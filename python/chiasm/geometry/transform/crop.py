@@ -59,17 +59,13 @@ def center_crop(
     check_sampling(mode, padding_mode)
     check_pair(size, "size")
     height, width = size
-    pixels = input_tensor
-    if pixels.dtype == torch.int16 or pixels.dtype == torch.uint16:
-        # Weights are multiples of 1/4, bicubic ones of 1/2^10: sums are exact.
-        pixels = in_planes(pixels).to(torch.float64 if mode == "bicubic" else torch.float32)
-    column, row = pixel_axes(height, width, position_dtype(pixels.dtype), pixels.device)
+    column, row = pixel_axes(height, width, position_dtype(input_tensor.dtype), input_tensor.device)
     # Twice the offset is a whole number: halving it is exact.
     x = (column * 2.0 + (input_tensor.size(3) - width)) * 0.5
     y = (row * 2.0 + (input_tensor.size(2) - height)) * 0.5
     shape = [input_tensor.size(0), height, width]
-    out = resample_image(pixels, x.expand(shape), y.expand(shape), mode, padding_mode, align_corners, None)
-    return out if out.dtype == input_tensor.dtype else rounded_pixels(out, input_tensor)
+    x, y = x.expand(shape), y.expand(shape)
+    return resample_image(input_tensor, x, y, mode, padding_mode, align_corners, None)
 
 
 def crop_and_resize(
@@ -84,7 +80,7 @@ def crop_and_resize(
     pixels.
 
     Args:
-        input_tensor: (B, C, H, W), floating point or uint8.
+        input_tensor: (B, C, H, W), floating point, uint8, int16 or uint16.
         boxes: (B, 4, 2), corners (x, y) from the upper left clockwise.
         size: (height, width) of the crops, more than 1 each; may come from another tensor's shape.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -128,7 +124,7 @@ def crop_by_boxes(
     dst_box, or ``size`` if given: exported programs cannot have sizes that depend on data.
 
     Args:
-        input_tensor: (B, C, H, W), floating point or uint8.
+        input_tensor: (B, C, H, W), floating point, uint8, int16 or uint16.
         src_box: (B, 4, 2), corners (x, y) in input_tensor from the upper left clockwise.
         dst_box: (B, 4, 2), the corners in the output: rectangles of one size, at whole pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -186,7 +182,7 @@ def crop_by_transform_mat(
     """Warp images by homographies in pixels: out(p) = input_tensor(transform^-1 p).
 
     Args:
-        input_tensor: (B, C, H, W), floating point or uint8.
+        input_tensor: (B, C, H, W), floating point, uint8, int16 or uint16.
         transform: (B, 3, 3), or (1, 3, 3) for all images, from input_tensor's pixels to the output's.
         out_size: (height, width) of the output; may come from another tensor's shape.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -311,7 +307,7 @@ class CenterCrop2D(Module):
             which has zeros around such an image.
 
     Shape:
-        (B, C, H, W), floating point or uint8, to (B, C, height, width); "slice" also takes int16 and uint16.
+        (B, C, H, W), floating point, uint8, int16 or uint16, to (B, C, height, width).
 
     Raises:
         TypeError: if the images are not of a type as above.
@@ -341,7 +337,7 @@ class CenterCrop2D(Module):
         self.cropping_mode = cropping_mode
 
     def forward(self, input: Tensor) -> Tensor:
-        check_pixels(input, "input", self.cropping_mode == "slice")
+        check_pixels(input, "input", True)
         height, width = self.size
         left, top = _first(input.size(3), width), _first(input.size(2), height)
         if self.cropping_mode == "slice":

@@ -29,7 +29,8 @@ def warp_polar(
     scikit-image's ``warp_polar`` does not.)
 
     Args:
-        src: (B, C, H, W), floating point or uint8. uint8 is sampled as in :func:`warp_affine`.
+        src: (B, C, H, W), floating point, uint8, int16 or uint16. Integers are sampled as in
+            :func:`warp_affine`.
         dsize: (height, width) of the output; may come from another tensor's shape.
         center: (B, 2), x and y in pixels; the centre of the image, ((W - 1) / 2, (H - 1) / 2), by default.
         max_radius: (B,) in pixels, more than 1 for "log"; half the diagonal, sqrt(W^2 + H^2) / 2, by default.
@@ -40,7 +41,7 @@ def warp_polar(
         (B, C, height, width). Differentiable in src, center and max_radius ("nearest": in src).
 
     Raises:
-        TypeError: if src is neither floating point nor uint8, or another argument is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:

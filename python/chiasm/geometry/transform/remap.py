@@ -27,14 +27,14 @@ def remap(
     """Sample an image at given positions: out(p) = image(map_x(p), map_y(p)).
 
     With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0.
-    For uint8, positions are rounded to 1/32 pixel (for "nearest", to pixels), halves to even, and values to
-    integers, halves up. "bilinear" is identical to the 8-bit result of OpenCV 4.6, and "bicubic" is within
-    one level of it. OpenCV 5 does not round positions; for smooth images the result is within one level of
-    it. Without align_corners, positions are computed and may differ in their last digits between engines, so
-    that a position half-way between two steps may be rounded either way.
+    For integers, positions are rounded to 1/32 pixel (for "bilinear" and 16 bits to 1/65536, for "nearest" to
+    pixels), halves to even, and values to integers, halves up. For uint8, "bilinear" is identical to OpenCV
+    4.6, and "bicubic" is within one level of it. OpenCV 5 does not round positions; for smooth images the
+    result is within one level of it. Without align_corners, positions are computed and may differ in their
+    last digits between engines, so that a position half-way between two steps may be rounded either way.
 
     Args:
-        image: (B, C, H, W), floating point or uint8.
+        image: (B, C, H, W), floating point, uint8, int16 or uint16.
         map_x: (B, h, w), columns of image, floating point.
         map_y: (B, h, w), rows of image.
         mode: "bilinear", "nearest" (halves are rounded to the even neighbour) or "bicubic" (a = -0.75, as in
@@ -66,7 +66,7 @@ def remap(
     check_floating(map_y, "map_y")
     corners = align_corners is not None and align_corners
     precision = position_dtype(image.dtype)
-    if image.dtype == torch.uint8 and corners and not normalized_coordinates:
+    if not image.is_floating_point() and corners and not normalized_coordinates:
         precision = torch.promote_types(torch.float32, map_x.dtype)  # positions are rounded in this dtype
     x, y = map_x.to(precision), map_y.to(precision)
     if normalized_coordinates:

@@ -2,17 +2,19 @@
 
 from typing import Optional, Tuple, Union
 
+import torch
 from torch import Tensor
 
 from ...primitives.core.broadcasting import in_batch, like_given
 from ...primitives.core.checks import check_choice, check_pair, check_pixels
 from ...primitives.resampling.resizing import (
-    area_bytes,
+    area_means,
     cubic_bytes,
     resized,
     resized_bytes,
     resized_bytes_antialias,
     resized_nearest,
+    resized_words,
 )
 from ...primitives.resampling.taps import larger, smaller
 
@@ -37,10 +39,12 @@ def resize(
     result is rounded (halves up) after each axis; it is identical to Pillow's ``Image.resize`` of the rows
     and then of the columns. (Pillow resizes the columns first if this is faster.) "area" is the exact mean,
     and "bicubic" without antialias has weights in multiples of 1/2^11; both are rounded once (halves up) and
-    differ from OpenCV's by at most one level.
+    differ from OpenCV's by at most one level. So do, for int16 and uint16, "area" and "bilinear" without
+    antialias, which has weights in multiples of 1/2^18.
 
     Args:
-        input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; for "nearest" also int16 or uint16.
+        input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; for "nearest", "area", and
+            "bilinear" without antialias also int16 or uint16.
         size: (height, width) of the output, or one number for ``side``; then the other side keeps the aspect
             ratio. Either may come from another tensor's shape, which makes the output size dynamic in
             exported graphs.
@@ -76,7 +80,8 @@ def _resize_of_batch(
     side: str,
     antialias: bool,
 ) -> Tensor:
-    check_pixels(input, "input", interpolation == "nearest")
+    linear = interpolation == "bilinear" and not antialias
+    check_pixels(input, "input", interpolation == "nearest" or interpolation == "area" or linear)
     check_choice(interpolation, ["nearest", "bilinear", "bicubic", "area", "lanczos"], "interpolation")
     check_choice(side, ["short", "long", "vert", "horz"], "side")
     if antialias and (interpolation == "nearest" or interpolation == "area"):
@@ -94,12 +99,14 @@ def _resize_of_batch(
         if interpolation == "nearest":
             return resized_nearest(input, height, width)
         if interpolation == "area":
-            return area_bytes(input, height, width)
+            return area_means(input, height, width)
         if antialias:
             return resized_bytes_antialias(input, height, width, interpolation, corners)
         if interpolation == "bicubic":
             return cubic_bytes(input, height, width, corners)
-        return resized_bytes(input, height, width, corners)
+        if input.dtype == torch.uint8:
+            return resized_bytes(input, height, width, corners)
+        return resized_words(input, height, width, corners)
     return resized(input, height, width, interpolation, corners, antialias)
 
 

@@ -23,10 +23,11 @@ def warp_perspective(
     """Warp an image by homographies: out(p) = src(M^-1 p).
 
     Pixel centres lie at integers, as for ``cv2.warpPerspective(src, M, (width, height))`` with constant
-    border 0 (OpenCV rounds positions to 1/32 pixel for 8-bit images).
+    border 0 (OpenCV rounds positions to 1/32 pixel for 8-bit and 16-bit images).
 
     Args:
-        src: (B, C, H, W), floating point or uint8. uint8 is sampled as in :func:`warp_affine`.
+        src: (B, C, H, W), floating point, uint8, int16 or uint16. Integers are sampled as in
+            :func:`warp_affine`.
         M: (B, 3, 3), or (1, 3, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
         mode: "bilinear", "nearest" (halves are rounded to the even neighbour) or "bicubic" (a = -0.75, as in
@@ -34,13 +35,13 @@ def warp_perspective(
         padding_mode: the values outside src: "zeros", "border" (replicate), "reflection" or "fill".
         align_corners: True: "reflection" mirrors at the centres of the border pixels; False: at the outer
             edges. It has no other effect, since M is in pixels.
-        fill_value: (C,) colour for "fill", for uint8 in levels; black by default.
+        fill_value: (C,) colour for "fill", for integers in levels; 0 by default.
 
     Returns:
         (B, C, height, width). Differentiable in src and M ("nearest": in src).
 
     Raises:
-        TypeError: if src is neither floating point nor uint8, or M is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:

@@ -131,11 +131,18 @@ def check_floating(value: Tensor, name: str) -> None:
         raise TypeError(f"{name}: expected a floating-point tensor, got dtype {value.dtype}")
 
 
-def check_values(value: Tensor, name: str) -> None:
-    """Raise TypeError unless ``value`` has a floating-point dtype or is uint8."""
+def check_values(value: Tensor, name: str, deep: bool = False) -> None:
+    """Raise TypeError unless ``value`` has a floating-point dtype or is uint8; ``deep`` also allows 16
+    bits."""
     check_tensor(value, name)
-    if not value.is_floating_point() and value.dtype != torch.uint8:
+    if value.is_floating_point() or value.dtype == torch.uint8:
+        return
+    if not deep:
         raise TypeError(f"{name}: expected a floating-point or uint8 tensor, got dtype {value.dtype}")
+    if value.dtype != torch.int16 and value.dtype != torch.uint16:
+        raise TypeError(
+            f"{name}: expected a floating-point, uint8, int16 or uint16 tensor, got dtype {value.dtype}"
+        )
 
 
 def check_rank(value: Tensor, rank: int, layout: str, name: str) -> None:
@@ -166,14 +173,7 @@ def check_pixels(value: Tensor, name: str, deep: bool = False) -> None:
     bits. B may be 0, no other size."""
     check_rank(value, 4, "(B, C, H, W)", name)
     check_not_empty(value, 3, name)
-    if not deep:
-        check_values(value, name)
-        return
-    narrow = value.dtype == torch.uint8 or value.dtype == torch.int16 or value.dtype == torch.uint16
-    if not value.is_floating_point() and not narrow:
-        raise TypeError(
-            f"{name}: expected a floating-point, uint8, int16 or uint16 tensor, got dtype {value.dtype}"
-        )
+    check_values(value, name, deep)
 
 
 def check_rgb(value: Tensor, name: str) -> None:

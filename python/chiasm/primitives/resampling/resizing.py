@@ -21,6 +21,7 @@ from .taps import (
     source_positions,
     weight_dtype,
 )
+from .warping import rounded_pixels
 
 
 @primitive
@@ -75,11 +76,13 @@ def _filter_table(
 def resized_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
     """Bytes (B, C, H, W) as (B, C, height, width), bilinear: by weights in 1/256, rounded half up. All
     products are integers below 2^24, exact in float32."""
-    top, bottom, down = _fixed_table(x.size(2), height, align_corners, x.device)
-    left, right, across = _fixed_table(x.size(3), width, align_corners, x.device)
-    image, down = x.to(torch.float32), down[:, None]
-    rows = image.index_select(2, top) * (256.0 - down) + image.index_select(2, bottom) * down
-    sums = rows.index_select(3, left) * (256.0 - across) + rows.index_select(3, right) * across
+    rows, down = _fixed_table(x.size(2), height, align_corners, 256, x.device)
+    columns, across = _fixed_table(x.size(3), width, align_corners, 256, x.device)
+    image, down, across = x.to(torch.float32), down.to(torch.float32)[:, :, None], across.to(torch.float32)
+    top, bottom = image.index_select(2, rows[:, 0]), image.index_select(2, rows[:, 1])
+    image = top * down[:, 0] + bottom * down[:, 1]
+    left, right = image.index_select(3, columns[:, 0]), image.index_select(3, columns[:, 1])
+    sums = left * across[:, 0] + right * across[:, 1]
     return rounded_sums(sums)
 
 
@@ -87,6 +90,19 @@ def resized_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Te
 def _resized_bytes_kernel(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
     rows, step = as_rows(x)
     return from_rows(kernels.resize_bytes(rows, height, width, step, align_corners), x)
+
+
+def resized_words(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
+    """16 bits (B, C, H, W) as (B, C, height, width), bilinear: by weights in 1/2^18, rounded half up. The
+    sums are integers below 2^53, exact in float64.
+
+    >>> resized_words(torch.tensor([[[[-300, 20000]]]], dtype=torch.int16), 1, 3, False)
+    tensor([[[[ -300,  9850, 20000]]]], dtype=torch.int16)
+    """
+    rows, down = _fixed_table(x.size(2), height, align_corners, 262144, x.device)
+    columns, across = _fixed_table(x.size(3), width, align_corners, 262144, x.device)
+    sums = resampled(in_planes(x).to(torch.float64), rows, down, columns, across)
+    return rounded_pixels(sums * 2.0**-36, x)
 
 
 @primitive
@@ -123,21 +139,21 @@ def _resampled_bytes_kernel(x: Tensor, rows: Tensor, down: Tensor, columns: Tens
 
 
 @primitive
-def area_bytes(x: Tensor, height: int, width: int) -> Tensor:
-    """Bytes (B, C, height, width): the mean over the area of (B, C, H, W) that each pixel covers, rounded
-    half up. The sums are integers, exact in float64.
+def area_means(x: Tensor, height: int, width: int) -> Tensor:
+    """(B, C, height, width): the mean over the area of (B, C, H, W), integers of 8 or 16 bits, that each
+    pixel covers, rounded half up. The sums are integers, exact in float64.
 
-    >>> area_bytes(torch.tensor([[1, 2, 5], [2, 2, 5]], dtype=torch.uint8)[None, None], 1, 2)
+    >>> area_means(torch.tensor([[1, 2, 5], [2, 2, 5]], dtype=torch.uint8)[None, None], 1, 2)
     tensor([[[[2, 4]]]], dtype=torch.uint8)
     """
     rows, down = area_table(x.size(2), height, x.device)
     columns, across = area_table(x.size(3), width, x.device)
-    sums = _sums(_sums(x.to(torch.float64), columns, across, 3), rows, down, 2)
+    sums = resampled(in_planes(x).to(torch.float64), rows, down, columns, across)
     area = torch.ones([1], dtype=torch.float64, device=x.device) * x.size(2) * x.size(3)
-    return torch.floor((2.0 * sums + area) / (2.0 * area)).to(torch.uint8)
+    return torch.floor((2.0 * sums + area) / (2.0 * area)).to(x.dtype)
 
 
-@area_bytes.lowering("native", when=kernels.available)
+@area_means.lowering("native", when=lambda x, *_: kernels.available(x) and x.dtype == torch.uint8)
 def _area_kernel(x: Tensor, height: int, width: int) -> Tensor:
     rows, step = as_rows(x)
     return from_rows(kernels.area_bytes(rows, height, width, step), x)
@@ -192,14 +208,16 @@ def resized_bytes_antialias(
 
 
 def _fixed_table(
-    in_size: int, out_size: int, align_corners: bool, device: torch.device
-) -> Tuple[Tensor, Tensor, Tensor]:
-    """Indices of the two neighbours of each of ``out_size`` positions, and the second's weight in 1/256."""
+    in_size: int, out_size: int, align_corners: bool, steps: int, device: torch.device
+) -> Tuple[Tensor, Tensor]:
+    """Indices (out_size, 2) of the two neighbours of each position, and their weights in units of 1 /
+    ``steps``: integers in float64, which add up to ``steps``."""
     whole, rest, denominator = exact_positions(in_size, out_size, align_corners, device)
     # Exact: quotients of integers that are exact in float64.
-    weight = torch.floor((512 * rest + denominator).to(torch.float64) / (2 * denominator)).to(torch.float32)
+    weight = torch.floor((2 * steps * rest + denominator).to(torch.float64) / (2 * denominator))
     weight = torch.where(whole < 0, torch.zeros_like(weight), weight)
-    return whole.clamp(0, in_size - 1), (whole + 1).clamp(0, in_size - 1), weight
+    neighbours = torch.stack([whole, whole + 1], 1).clamp(0, in_size - 1)
+    return neighbours, torch.stack([steps - weight, weight], 1)
 
 
 @primitive

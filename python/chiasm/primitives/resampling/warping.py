@@ -22,8 +22,9 @@ def check_sampling(mode: str, padding_mode: str) -> None:
 
 
 def check_source(src: Tensor, mode: str, padding_mode: str, name: str) -> None:
-    """Raise unless ``src`` is an image (B, C, H, W), floating point or uint8, that these modes can read."""
-    check_pixels(src, name)
+    """Raise unless ``src`` is an image (B, C, H, W), floating point, uint8, int16 or uint16, that these modes
+    can read."""
+    check_pixels(src, name, True)
     check_sampling(mode, padding_mode)
 
 
@@ -44,10 +45,10 @@ def check_matrices(value: Tensor, rows: int, columns: int, name: str) -> None:
 def position_dtype(dtype: torch.dtype) -> torch.dtype:
     """The dtype of positions in images of ``dtype``: half precision would be off by whole pixels.
 
-    Positions in images of bytes are float64: they are rounded to fractions of a pixel, and engines compute
+    Positions in images of integers are float64: they are rounded to fractions of a pixel, and engines compute
     them with different errors.
     """
-    if dtype == torch.float64 or dtype == torch.uint8:
+    if dtype in [torch.float64, torch.uint8, torch.int16, torch.uint16]:
         return torch.float64
     return torch.float32
 
@@ -164,22 +165,28 @@ def resample_bytes(
     align_corners: bool,
     fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``resample_image`` for bytes. Positions are rounded to 1/32 pixel, or to pixels for "nearest", half to
-    even. Sums are rounded half up and saturated. ``fill_value`` is rounded to bytes, half to even.
+    """``resample_image`` for integers of 8 or 16 bits. Positions are rounded, half to even: to 1/32 pixel,
+    for "bilinear" and 16 bits to 1/65536 pixel, and for "nearest" to pixels. Sums are rounded half up and
+    saturated. ``fill_value`` is rounded to integers, half to even, and saturated.
 
     1/32 pixel is the step of OpenCV's remap of 8 bits, version 4.6 (INTER_BITS = 5). Bilinear weights are
-    then multiples of 1/2^10, whose sums are exact in float32, and bicubic weights multiples of 1/2^34, whose
-    sums are exact in float64.
+    then multiples of 1/2^10, whose sums of bytes are exact in float32, and bicubic weights multiples of
+    1/2^34, whose sums are exact in float64. So are sums of 16 bits by bilinear weights of 1/2^32; a step of
+    1/32 pixel would cost them the lower half of their bits.
     """
     steps = 1.0 if mode == "nearest" else 32.0
+    if mode == "bilinear" and src.dtype != torch.uint8:
+        steps = 65536.0
     # Further away nothing changes; NaN stays NaN.
     at_x = torch.round(x.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
     at_y = torch.round(y.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
-    exact = in_planes(src).to(torch.float64 if mode == "bicubic" else torch.float32)
+    short = src.dtype == torch.uint8 and mode != "bicubic"
+    exact = in_planes(src).to(torch.float32 if short else torch.float64)
     if padding_mode == "fill" and fill_value is not None:
         check_fill(fill_value)
         # The fill is subtracted before sampling, so that the zeros outside the image stand for it.
-        level = known_or(torch.round(fill_value.to(exact.dtype)), 0.0).clamp(0.0, 255.0)[:, None, None]
+        low, high = pixel_range(src)
+        level = known_or(torch.round(fill_value.to(exact.dtype)), 0.0).clamp(low, high)[:, None, None]
         sums = resample_floating(exact - level, at_x, at_y, mode, "zeros", align_corners, None) + level
     else:
         beyond = "zeros" if padding_mode == "fill" else padding_mode
@@ -229,7 +236,7 @@ def resample_image(
             by default.
         align_corners: whether "reflection" mirrors at the corner pixels' centres, else at the outer edges.
     """
-    if src.dtype == torch.uint8:
+    if not src.is_floating_point():
         return resample_bytes(src, x, y, mode, padding_mode, align_corners, fill_value)
     return resample_floating(src, x, y, mode, padding_mode, align_corners, fill_value)
 
