@@ -354,7 +354,7 @@ def test_curves_are_their_formulas_rounded_to_even() -> None:
         (lambda x: rgb_to_grayscale(x, torch.ones(3)), TypeError, "rgb_weights: expected None"),
         (lambda x: rgb_to_grayscale(x[:, :2]), ValueError, r"image: expected shape \(\*, 3, H, W\)"),
         (lambda x: invert(x, torch.tensor(255.0)), TypeError, "max_val: expected None"),
-        (lambda x: threshold(x.to(torch.int64), 3.0), TypeError, "input: expected a floating-point or uint8"),
+        (lambda x: threshold(x.to(torch.int64), 3.0), TypeError, "input: expected a floating-point, uint8"),
     ],
 )
 def test_what_has_no_meaning_on_bytes_says_so(call, error: type[Exception], words: str) -> None:

@@ -1,4 +1,4 @@
-"""Images of 16 bits, as of depth cameras and scanners: interpolated, against OpenCV and SciPy."""
+"""Images of 16 bits, as of depth cameras and scanners: interpolation and thresholds, against OpenCV and SciPy."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import torch
 from scipy.ndimage import map_coordinates
 from torch import Tensor
 
+from chiasm.enhance import threshold
+from chiasm.filters import in_range
 from chiasm.geometry.calibration import undistort_image
 from chiasm.geometry.transform import (
     center_crop,
@@ -213,9 +215,49 @@ def test_polar_coordinates_are_opencvs(dtype: str) -> None:
     assert off(made, expected[None]) <= NEAR[dtype]
 
 
+# --- thresholds ---------------------------------------------------------------------------------------------
+
+
+@DTYPES
+@pytest.mark.parametrize("kind", ["binary", "binary_inv", "trunc", "tozero", "tozero_inv"])
+@pytest.mark.parametrize("limit", [-40000.0, -1.5, 0.0, 1234.0, 20000.7, 32767.0, 65535.0, 1e5])
+def test_threshold_is_opencvs(dtype: str, kind: str, limit: float) -> None:
+    planes = noise(dtype)
+    if kind == "trunc" and limit < np.iinfo(dtype).min:
+        assert threshold(tensor(planes), limit, 0.0, kind).unique().tolist() == [np.iinfo(dtype).min]
+        return  # OpenCV gives 0, as if the type were unsigned
+    code = getattr(cv2, f"THRESH_{kind.upper()}")
+    for maxval in (30000.0, 1e6, 100.6):
+        expected = [cv2.threshold(plane, limit, maxval, code)[1] for plane in planes]
+        assert off(threshold(tensor(planes), limit, maxval, kind), expected) == 0
+        many = threshold(tensor(planes), torch.tensor([limit]), torch.tensor([maxval]), kind)
+        assert off(many, expected) == 0
+
+
+@DTYPES
+def test_in_range_is_opencvs(dtype: str) -> None:
+    planes = noise(dtype)
+    low, high = (-9000, 1000), (20000, 30000)
+    image = planes.transpose(1, 2, 0).copy()
+    expected = cv2.inRange(image, low, high)
+    assert 0 < expected.mean() < 255
+    x = tensor(planes)
+    mask = in_range(x, [float(n) for n in low], [float(n) for n in high], True)
+    assert mask.dtype == torch.uint8
+    np.testing.assert_array_equal(mask[0, 0].numpy(), expected)
+    kept = in_range(x, torch.tensor(low), torch.tensor(high))
+    assert off(kept, np.where(expected, planes, 0)) == 0
+
+
+# --- TorchScript --------------------------------------------------------------------------------------------
+
+
 def test_they_script() -> None:
     x = tensor(noise("uint16"))
     scripted = torch.jit.script(resize)
     assert torch.equal(scripted(x, (9, 11)), resize(x, (9, 11)))
     turn = torch.from_numpy(TURN[None, :2])
     assert torch.equal(torch.jit.script(warp_affine)(x, turn, SIZE), warp_affine(x, turn, SIZE))
+    assert torch.equal(torch.jit.script(threshold)(x, 900.0, 65535.0), threshold(x, 900.0, 65535.0))
+    bounds = torch.tensor([900.0, 100.0]), torch.tensor([30000.0, 60000.0])
+    assert torch.equal(torch.jit.script(in_range)(x, *bounds), in_range(x, *bounds))

@@ -7,8 +7,10 @@ from torch import Tensor
 
 from ..primitives.core.broadcasting import per_sample
 from ..primitives.core.checks import check_choice, check_values
+from ..primitives.core.pixels import pixel_range
 from ..primitives.images.histograms import quantize_u8
 from ..primitives.images.tables import levels, looked_up
+from ..primitives.numbers.rounding import known_or
 
 
 def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
@@ -96,11 +98,11 @@ def threshold(
     """Compare with a threshold, like OpenCV's ``threshold``.
 
     Unlike in Kornia, the type is a string. Where x > thresh: "binary" gives maxval (else 0), "binary_inv" 0
-    (else maxval), "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x). For uint8, "trunc"
-    gives thresh rounded down.
+    (else maxval), "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x). For integers,
+    "trunc" gives thresh rounded down, and maxval is rounded; both saturate.
 
     Args:
-        input: (B, *), floating point or uint8.
+        input: (B, *), floating point, uint8, int16 or uint16.
         thresh: a number, a scalar tensor or (B,), one for each sample.
         maxval: like thresh; read by the binary types only.
         type: "binary", "binary_inv", "trunc", "tozero" or "tozero_inv".
@@ -109,20 +111,25 @@ def threshold(
         Tensor of the input's shape and dtype.
 
     Raises:
-        TypeError: if input is neither floating point nor uint8.
+        TypeError: if input is not of a type as above.
         ValueError: if type is unknown or the shape of thresh or maxval is not as above.
 
     Example:
         >>> threshold(torch.tensor([[0.25, 0.75]]), 0.5, 1.0)
         tensor([[0., 1.]])
     """
-    check_values(input, "input")
+    check_values(input, "input", True)
     check_choice(type, ["binary", "binary_inv", "trunc", "tozero", "tozero_inv"], "type")
-    if input.dtype == torch.uint8:
-        made = _compared(levels(input, 255.0), thresh, maxval, type)
-        # Bytes above a fraction come down to the level below it.
-        return looked_up(input, torch.floor(made) if type == "trunc" else made, 255.0)
-    return _compared(input, thresh, maxval, type)
+    if input.is_floating_point():
+        return _compared(input, thresh, maxval, type)
+    short = input.dtype == torch.uint8
+    made = _compared(levels(input, 255.0) if short else input.to(torch.float64), thresh, maxval, type)
+    if type == "trunc":
+        made = torch.floor(made)  # integers above a fraction come down to the level below it
+    if short:
+        return looked_up(input, made, 255.0)
+    least, largest = pixel_range(input)
+    return known_or(torch.round(made), 0.0).clamp(least, largest).to(input.dtype)
 
 
 def _compared(input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor], type: str) -> Tensor:

@@ -36,15 +36,16 @@ def in_range(
     become 0.
 
     Args:
-        input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        input: (B, C, H, W), (C, H, W) or (H, W), floating point, uint8, int16 or uint16.
         lower, upper: C numbers, or tensors (C,) or (B, C); pixels equal to a bound are inside.
-        return_mask: return a mask instead: 1 (for uint8 255) inside and 0 outside.
+        return_mask: return a mask instead: 1 (for integers 255) inside and 0 outside.
 
     Returns:
-        (B, C, H, W), or the mask (B, 1, H, W) in input's dtype.
+        (B, C, H, W) of input's dtype, or the mask (B, 1, H, W), for integers uint8, otherwise of input's
+        dtype.
 
     Raises:
-        TypeError: if input is neither floating point nor uint8.
+        TypeError: if input is not of a type as above.
         ValueError: if a shape is not as above.
 
     Example:
@@ -57,14 +58,18 @@ def in_range(
 def _in_range_of_batch(
     input: Tensor, lower: Union[List[float], Tensor], upper: Union[List[float], Tensor], return_mask: bool
 ) -> Tensor:
-    check_pixels(input, "input")
-    if input.dtype == torch.uint8:
-        low, high = _bound(lower, input, torch.float32, "lower"), _bound(upper, input, torch.float32, "upper")
+    check_pixels(input, "input", True)
+    short = input.dtype == torch.uint8
+    pixels = input if short or input.is_floating_point() else input.to(torch.float32)  # exact for 16 bits
+    dtype = torch.float32 if short else pixels.dtype
+    low, high = _bound(lower, input, dtype, "lower"), _bound(upper, input, dtype, "upper")
+    if short:
         mask = mask_in_range(input, low, high)
         return mask if return_mask else masked_pixels(input, mask)
-    low, high = _bound(lower, input, input.dtype, "lower"), _bound(upper, input, input.dtype, "upper")
-    mask = ((input >= low) & (input <= high)).to(input.dtype).amin(1, keepdim=True)
-    return mask if return_mask else input * mask
+    mask = ((pixels >= low) & (pixels <= high)).to(dtype).amin(1, keepdim=True)
+    if not return_mask:
+        return (pixels * mask).to(input.dtype)
+    return mask if input.is_floating_point() else (255.0 * mask).to(torch.uint8)
 
 
 def _bound(bound: Union[List[float], Tensor], input: Tensor, dtype: torch.dtype, name: str) -> Tensor:

@@ -9,7 +9,7 @@ from PIL import Image
 from torch import Generator, Tensor
 
 from ..peer import Call, Peer, opencv
-from ..spec import ErrorInput, Frames, Spec, TensorSpec, Tolerance, image
+from ..spec import PIXELS, ErrorInput, Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add, rejected
 
 OUTPUT = [TensorSpec("output", layout="NCHW")]
@@ -428,6 +428,7 @@ for _type in ("binary", "binary_inv", "trunc", "tozero", "tozero_inv"):
             peer=_threshold(_type),
             reference="OpenCV threshold",
             frames=Frames(
+                PIXELS,
                 ranges={"thresh": (70.0, 180.0), "maxval": (100.0, 255.0)},
                 # For bytes, OpenCV rounds the limit down to an integer.
                 peer=_threshold(_type, atol=float(_type == "trunc")),

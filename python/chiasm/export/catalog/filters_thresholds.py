@@ -9,7 +9,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import Peer, opencv
-from ..spec import Frames, Spec, TensorSpec, image
+from ..spec import PIXELS, Frames, Spec, TensorSpec, image
 from . import STENCIL, add, rejected
 from .filters import SAME
 
@@ -27,6 +27,7 @@ add(
         peer=opencv(lambda cv2, x, low, high: cv2.copyTo(x, cv2.inRange(x, low, high)), sizes={"C": 3}),
         reference="OpenCV inRange",
         frames=Frames(
+            PIXELS,
             ranges={"lower": (0.0, 80.0), "upper": (170.0, 255.0)},
             peer=opencv(
                 lambda cv2, x, low, high: cv2.copyTo(x, cv2.inRange(x, low, high)),
