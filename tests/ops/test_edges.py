@@ -57,6 +57,17 @@ def test_scharr_equals_opencv(normalized: bool) -> None:
     np.testing.assert_allclose(scharr(x, normalized, 0.0), per_plane(x, magnitude), atol=3e-5 * scale)
 
 
+@pytest.mark.parametrize("smooth, mode", [((3, 10, 3), "scharr"), ((1, 1, 1), "prewitt")])
+def test_derivatives_are_sums_of_smoothed_differences(smooth: tuple[int, ...], mode: str) -> None:
+    x = photo(2, 3, 17, 22, torch.float64)
+    along = np.outer(smooth, [-1, 0, 1]) / (2 * sum(smooth))
+    for normalized, factor in ((True, 1), (False, 2 * sum(smooth))):
+        actual = spatial_gradient(x, mode, normalized=normalized)
+        for k, kernel in enumerate((along, along.T)):
+            expected = per_plane(x, lambda p, kernel=kernel: ndi.correlate(p, kernel, mode="nearest"))
+            np.testing.assert_allclose(actual[:, :, k], factor * expected, atol=1e-12)
+
+
 def test_unnormalized_kernels() -> None:
     # On a ramp, Prewitt's kernels give 2 * 3, and Roberts' a diagonal difference of 1 in both directions.
     ramp = torch.arange(6.0).expand(1, 1, 5, 6)

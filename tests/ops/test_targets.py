@@ -199,6 +199,7 @@ def bytes_sampled(*of: Any) -> list[Example]:
 
 
 TAPS = [0.25, 0.5, 0.25]
+GRADIENTS = ("sobel", "diff", "scharr", "prewitt")
 FIVE = [0.1, 0.2, 0.4, 0.2, 0.1]
 HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 
@@ -251,7 +252,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (x, TAPS, [0.5, 0.5], stride) for x in images(t) for stride in (1, 2, 3)
     ],
     "derivatives.first_derivatives": lambda t: [
-        (x, mode, scaled) for x in images(t) for mode in ("sobel", "diff") for scaled in (True, False)
+        (x, mode, scaled) for x in images(t) for mode in GRADIENTS for scaled in (True, False)
     ],
     "derivatives.sobel_magnitude": lambda t: [
         (x, scaled, 1e-6) for x in images(t) for scaled in (True, False)
@@ -599,7 +600,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (x, normalized) for x in bytes_and_words()[:2] for normalized in (True, False)
     ],
     "derivatives.derivatives_of_bytes": lambda t: [
-        (x, mode) for x in bytes_and_words()[:2] for mode in ("sobel", "diff")
+        (x, mode) for x in bytes_and_words()[:2] for mode in GRADIENTS
     ],
     "masks.mask_in_range": lambda t: [
         (x, low - 20.0, low + high)

@@ -1,4 +1,4 @@
-"""Images of 16 bits, as of depth cameras and scanners: interpolation and thresholds, against OpenCV and SciPy."""
+"""Images of 16 bits, of depth cameras and scanners: interpolation and thresholds against OpenCV and SciPy."""
 
 from __future__ import annotations
 

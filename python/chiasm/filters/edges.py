@@ -3,7 +3,9 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_pixels
+from ..primitives.core.layout import in_planes
+from ..primitives.filters.derivatives import smoothed_differences
 from ..primitives.filters.padding import stencil
 
 
@@ -13,24 +15,24 @@ def scharr(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
     of the edge direction.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         normalized: divide the kernels by 32, so that the result is in intensity per pixel; OpenCV does not.
             scikit-image's ``scharr`` is sqrt(2) times the normalized result.
-        eps: keeps the derivative finite where the gradient is zero.
+        eps: keeps the derivative finite where the gradient is zero; not used for uint8.
 
     Returns:
-        (B, C, H, W), sqrt(dx^2 + dy^2 + eps).
+        (B, C, H, W), sqrt(dx^2 + dy^2 + eps), for uint8 rounded to the nearest integer (halves to even) and
+        saturated.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D.
 
     Example:
         >>> scharr(torch.arange(5.0).expand(1, 1, 5, 5), eps=0.0)[0, 0, 2]
         tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
     """
-    check_image(input, "input")
-    return _magnitude(input, (1, 1), (1, 1), "replicate", 3.0, 10.0, 1.0 / 32.0 if normalized else 1.0, eps)
+    return _length(input, 3.0, 10.0, 32.0 if normalized else 1.0, eps)
 
 
 def prewitt(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
@@ -39,24 +41,24 @@ def prewitt(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
     J. M. S. Prewitt, Object enhancement and extraction, 1970.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         normalized: divide the kernels by 6, so that the result is in intensity per pixel. scikit-image's
             ``prewitt`` is sqrt(2) times the normalized result.
-        eps: keeps the derivative finite where the gradient is zero.
+        eps: keeps the derivative finite where the gradient is zero; not used for uint8.
 
     Returns:
-        (B, C, H, W), sqrt(dx^2 + dy^2 + eps).
+        (B, C, H, W), sqrt(dx^2 + dy^2 + eps), for uint8 rounded to the nearest integer (halves to even) and
+        saturated.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D.
 
     Example:
         >>> prewitt(torch.arange(5.0).expand(1, 1, 5, 5), eps=0.0)[0, 0, 2]
         tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
     """
-    check_image(input, "input")
-    return _magnitude(input, (1, 1), (1, 1), "replicate", 1.0, 1.0, 1.0 / 6.0 if normalized else 1.0, eps)
+    return _length(input, 1.0, 1.0, 6.0 if normalized else 1.0, eps)
 
 
 def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
@@ -66,25 +68,46 @@ def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
     corner of its pixel. The border is replicated.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         normalized: divide the differences by sqrt(2), the pixels' distance, so that the result is in
             intensity per pixel, as in scikit-image's ``roberts``.
-        eps: keeps the derivative finite where the gradient is zero.
+        eps: keeps the derivative finite where the gradient is zero; not used for uint8.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), for uint8 rounded to the nearest integer and saturated.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D.
 
     Example:
         >>> roberts(torch.arange(4.0).expand(1, 1, 3, 4), eps=0.0)[0, 0, 0]
         tensor([1., 1., 1., 0.])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
+    scale = 0.5 if normalized else 1.0
     # The cross needs no margin before the image; a stencil has the same margin at both ends of its rows.
-    return _cross(input, (1, 1), (1, 1), "replicate", 0.5 if normalized else 1.0, eps)
+    if input.dtype == torch.uint8:
+        exact = in_planes(input).to(torch.float64)
+        return _rounded(_cross(exact, (1, 1), (1, 1), "replicate", scale, 0.0), 1.0)
+    return _cross(input, (1, 1), (1, 1), "replicate", scale, eps)
+
+
+def _length(input: Tensor, side: float, middle: float, divisor: float, eps: float) -> Tensor:
+    check_pixels(input, "input")
+    if input.dtype == torch.uint8:
+        # Sums of squares reach 2^25, beyond the whole numbers of float32.
+        exact = in_planes(input).to(torch.float64)
+        return _rounded(_magnitude(exact, (1, 1), (1, 1), "replicate", side, middle, 1.0, 0.0), divisor)
+    return _magnitude(input, (1, 1), (1, 1), "replicate", side, middle, 1.0 / divisor, eps)
+
+
+def _rounded(lengths: Tensor, divisor: float) -> Tensor:
+    """Lengths, float64, divided and rounded to bytes. Roots of whole numbers that are not whole are further
+    from a half than their rounding error, and a quotient of whole numbers is exact at halves; the divisor is
+    a tensor, because some devices replace division by a number with multiplication."""
+    quotient = lengths / torch.full([1], divisor, dtype=torch.float64, device=lengths.device)
+    return torch.round(quotient).clamp(max=255.0).to(torch.uint8)
 
 
 @stencil
@@ -98,12 +121,6 @@ def _cross(p: Tensor, scale: float, eps: float) -> Tensor:
 
 @stencil
 def _magnitude(p: Tensor, side: float, middle: float, scale: float, eps: float) -> Tensor:
-    height, width = p.size(2) - 2, p.size(3) - 2
-    top, centre, bottom = p[:, :, 0:height], p[:, :, 1 : height + 1], p[:, :, 2 : height + 2]
-    smooth = (top + bottom) * side + centre * middle
-    slope = bottom - top
-    dx = (smooth[..., 2 : width + 2] - smooth[..., 0:width]) * scale
-    dy = (
-        (slope[..., 0:width] + slope[..., 2 : width + 2]) * side + slope[..., 1 : width + 1] * middle
-    ) * scale
+    dx, dy = smoothed_differences(p, side, middle)
+    dx, dy = dx * scale, dy * scale
     return torch.sqrt(dx * dx + dy * dy + eps)

@@ -18,16 +18,18 @@ from ..primitives.filters.padding import stencil
 def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normalized: bool = True) -> Tensor:
     """First or second derivatives; the border is replicated.
 
-    First order: "sobel" is the 3x3 Sobel operator, "diff" the central difference. Second order: "sobel" is a
-    5x5 kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs: these are the
+    First order: "sobel", "scharr" and "prewitt" are 3x3 operators, whose smoothing is 1, 2, 1, or 3, 10, 3
+    (H. Scharr, Optimale Operatoren in der digitalen Bildverarbeitung, 2000), or 1, 1, 1 (J. M. S. Prewitt,
+    Object enhancement and extraction, 1970); "diff" is the central difference. Second order: "sobel" is a 5x5
+    kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs: these are the
     mathematical signs for d2/dx2 and d2/dy2 of "diff", and the opposite signs for the others.
 
-    For uint8, the first derivatives (not normalized) are int16; those of "sobel" equal OpenCV's ``Sobel``
-    with CV_16S.
+    For uint8, the first derivatives (not normalized) are int16; those of "sobel" and "scharr" equal OpenCV's
+    ``Sobel`` and ``Scharr`` with CV_16S.
 
     Args:
         input: (B, C, H, W), floating point or uint8.
-        mode: "sobel" or "diff".
+        mode: "sobel" or "diff"; for the first order also "scharr" or "prewitt".
         order: 1 or 2; must be 1 for uint8.
         normalized: divide each kernel by the sum of its absolute values, so that first derivatives are in
             intensity per pixel; must be False for uint8.
@@ -46,9 +48,9 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
         tensor([1., 0.])
     """
     check_pixels(input, "input")
-    check_choice(mode, ["sobel", "diff"], "mode")
     if order != 1 and order != 2:
         raise ValueError(f"order: expected 1 or 2, got {order}")
+    check_choice(mode, ["sobel", "diff", "scharr", "prewitt"] if order == 1 else ["sobel", "diff"], "mode")
     if input.dtype == torch.uint8:
         if order != 1:
             raise ValueError(f"order: expected 1 on bytes, got {order}")

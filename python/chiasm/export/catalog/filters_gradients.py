@@ -46,32 +46,40 @@ add(
 )
 
 
-def _derivatives(scale: float, depth: str = "CV_32F"):
+def _derivatives(operator: str, scale: float, depth: str = "CV_32F") -> Peer:
     def call(cv2: Any, x: Any):
-        return [
-            cv2.Sobel(x, getattr(cv2, depth), d, 1 - d, ksize=3, scale=scale, borderType=cv2.BORDER_REPLICATE)
-            for d in (1, 0)
-        ]
+        options = {"scale": scale, "borderType": cv2.BORDER_REPLICATE}
+        return [getattr(cv2, operator)(x, getattr(cv2, depth), d, 1 - d, **options) for d in (1, 0)]
 
-    return call
+    return opencv(call, "planes")
 
 
-add(
-    Spec(
-        "filters.spatial_gradient",
-        [image()],
-        [TensorSpec("output", description="d/dx and d/dy")],
-        config={"mode": "sobel", "order": 1, "normalized": True},
-        symbols=STENCIL,
-        special_values=_ZERO_TAPS,
-        peer=opencv(_derivatives(1 / 8), "planes"),
-        also=({"mode": "diff", "normalized": False}, {"order": 2}, {"mode": "diff", "order": 2}),
-        reference="OpenCV Sobel(BORDER_REPLICATE)",
-        frames=Frames(config={"normalized": False}, peer=opencv(_derivatives(1, "CV_16S"), "planes")),
-        picture="derivatives",
-        errors=(*rejected_words("mode"), *rejected("order", "1 or 2", 3)),
+for _name, _operator, _scale, _also in (
+    (
+        "spatial_gradient",
+        "Sobel",
+        1 / 8,
+        ({"mode": "diff", "normalized": False}, {"order": 2}, {"mode": "diff", "order": 2}),
+    ),
+    ("spatial_gradient_scharr", "Scharr", 1 / 32, ({"mode": "prewitt"},)),
+):
+    add(
+        Spec(
+            f"filters.{_name}",
+            [image()],
+            [TensorSpec("output", description="d/dx and d/dy")],
+            config={"mode": _operator.lower(), "order": 1, "normalized": True},
+            symbols=STENCIL,
+            special_values=_ZERO_TAPS,
+            peer=_derivatives(_operator, _scale),
+            also=_also,
+            reference=f"OpenCV {_operator}(BORDER_REPLICATE)",
+            frames=Frames(config={"normalized": False}, peer=_derivatives(_operator, 1, "CV_16S")),
+            picture="derivatives",
+            errors=(*rejected_words("mode"), *rejected("order", "1 or 2", 3)),
+        ),
+        fn="filters.spatial_gradient",
     )
-)
 
 
 def _differences(ndimage: Any, x: np.ndarray) -> np.ndarray:
@@ -117,22 +125,23 @@ add(
 # --- edges --------------------------------------------------------------------------------------------------
 
 
-def _scikit(operator: str, scale: float) -> Peer:
+def _scikit(operator: str, scale: float, of_bytes: bool = False) -> Peer:
     return Peer(
         "skimage.filters",
         lambda filters, x: getattr(filters, operator)(x),
         "planes",
         edge=1,
-        atol=2e-3,
-        after=lambda magnitude: magnitude * scale,
+        atol=0 if of_bytes else 2e-3,
+        before=(lambda x: (x.astype(np.float64),)) if of_bytes else None,
+        after=lambda magnitude: (magnitude * scale).round(6).round() if of_bytes else magnitude * scale,
     )
 
 
-for _name, _reference, _peer in (
+for _name, _reference, _scale in (
     # scikit-image takes the mean of the squares of two derivatives, but not of the diagonal ones.
-    ("scharr", "OpenCV Scharr, scikit-image scharr", _scikit("scharr", math.sqrt(0.5))),
-    ("prewitt", "scikit-image prewitt", _scikit("prewitt", math.sqrt(0.5))),
-    ("roberts", "scikit-image roberts", _scikit("roberts", 1.0)),
+    ("scharr", "OpenCV Scharr, scikit-image scharr", math.sqrt(0.5)),
+    ("prewitt", "scikit-image prewitt", math.sqrt(0.5)),
+    ("roberts", "scikit-image roberts", 1.0),
 ):
     add(
         Spec(
@@ -140,8 +149,9 @@ for _name, _reference, _peer in (
             [image()],
             [TensorSpec("output", layout="NCHW", description="gradient magnitude")],
             symbols=STENCIL,
-            peer=_peer,
+            peer=_scikit(_name, _scale),
             reference=_reference,
+            frames=Frames(peer=_scikit(_name, _scale, True)),
         )
     )
 

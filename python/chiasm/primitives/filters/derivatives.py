@@ -24,17 +24,33 @@ def first_derivatives(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, T
         height, width = p.size(2) - 2, p.size(3) - 2
         dx = p[:, :, 1 : height + 1, 2 : width + 2] - p[:, :, 1 : height + 1, 0:width]
         dy = p[:, :, 2 : height + 2, 1 : width + 1] - p[:, :, 0:height, 1 : width + 1]
-        scale = 0.5 if normalized else 1.0
-    else:
+        scale = 0.5
+    elif mode == "sobel":
         dx, dy = sobel_sums(p)
-        scale = 0.125 if normalized else 1.0
+        scale = 0.125
+    elif mode == "scharr":
+        dx, dy = smoothed_differences(p, 3.0, 10.0)
+        scale = 1.0 / 32.0
+    else:
+        dx, dy = smoothed_differences(p, 1.0, 1.0)
+        scale = 1.0 / 6.0
+    if not normalized:
+        scale = 1.0
     return dx * scale, dy * scale
+
+
+_SMOOTHING = {
+    "diff": ([0.0, 1.0, 0.0], 0.5),
+    "sobel": ([1.0, 2.0, 1.0], 0.125),
+    "scharr": ([3.0, 10.0, 3.0], 1.0 / 32.0),
+    "prewitt": ([1.0, 1.0, 1.0], 1.0 / 6.0),
+}
 
 
 # ONNX Runtime has no Conv for other types on the CPU.
 @first_derivatives.lowering("onnx", when=lambda p, *_: p.dtype == torch.float32)
 def _one_convolution(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, Tensor]:
-    smooth, scale = ([0.0, 1.0, 0.0], 0.5) if mode == "diff" else ([1.0, 2.0, 1.0], 0.125)
+    smooth, scale = _SMOOTHING[mode]
     across = torch.tensor(smooth, dtype=p.dtype, device=p.device) * (scale if normalized else 1.0)
     along = torch.tensor([-1.0, 0.0, 1.0], dtype=p.dtype, device=p.device)
     kernels = torch.stack([across[:, None] * along, along[:, None] * across])[:, None]
@@ -51,6 +67,19 @@ def sobel_sums(p: Tensor) -> Tuple[Tensor, Tensor]:
     return (
         smooth[..., 2 : width + 2] - smooth[..., 0:width],
         slope[..., 0:width] + 2.0 * slope[..., 1 : width + 1] + slope[..., 2 : width + 2],
+    )
+
+
+def smoothed_differences(p: Tensor, side: float, middle: float) -> Tuple[Tensor, Tensor]:
+    """Differences of the second neighbours along one axis, smoothed along the other by ``side``, ``middle``,
+    ``side``, without a scale, of an image padded by one pixel."""
+    height, width = p.size(2) - 2, p.size(3) - 2
+    top, centre, bottom = p[:, :, 0:height], p[:, :, 1 : height + 1], p[:, :, 2 : height + 2]
+    smooth = (top + bottom) * side + centre * middle
+    slope = bottom - top
+    return (
+        smooth[..., 2 : width + 2] - smooth[..., 0:width],
+        (slope[..., 0:width] + slope[..., 2 : width + 2]) * side + slope[..., 1 : width + 1] * middle,
     )
 
 
