@@ -15,6 +15,7 @@ from torch import Tensor
 from chiasm.contrib import (
     connected_components,
     connected_components_union_find,
+    connected_components_with_stats,
     distance_transform,
     distance_transform_edt,
 )
@@ -63,6 +64,56 @@ def test_iterations_are_bounded() -> None:
     path = torch.from_numpy(spiral(40, 41)).float()[None, None]
     counts = [connected_components(path, n).unique().numel() - 1 for n in (0, 1, 2, 10)]
     assert counts[0] == path.sum() and counts[0] > counts[1] > counts[2] > counts[3] == 1
+
+
+def by_opencv(plane: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """OpenCV's labels in the order of their first pixels, and the statistics in this order."""
+    count, labels, stats, centroids = cv2.connectedComponentsWithStats((plane > 0).astype(np.uint8))
+    found, first = np.unique(labels, return_index=True)
+    shapes = found[np.argsort(first)]
+    order = np.concatenate([[0], shapes[shapes > 0]])
+    if (labels > 0).all():
+        stats[0], centroids[0] = 0, 0  # OpenCV leaves a background without pixels undefined
+    assert sorted(order) == list(range(count))
+    return np.argsort(order)[labels], stats[order], centroids[order]
+
+
+def with_stats() -> list[Tensor]:
+    x = photo(2, 2, 61, 74)
+    winding = (torch.rand(1, 1, 23, 130, generator=torch.Generator().manual_seed(3)) < 0.4).float()
+    hard = torch.from_numpy(np.stack(hard_masks(40, 41))).float()[:, None]
+    return [
+        (x > x.mean((2, 3), keepdim=True)).float(),
+        winding,
+        hard,
+        torch.zeros(1, 1, 9, 8),
+        torch.ones(1, 1, 8, 9),
+    ]
+
+
+@pytest.mark.parametrize("image", with_stats())
+@pytest.mark.parametrize("slots", [1, 7, 900])
+def test_statistics_are_opencvs(image: Tensor, slots: int) -> None:
+    labels, count, boxes, centroids = connected_components_with_stats(image, slots)
+    for b, c in np.ndindex(*image.shape[:2]):
+        named, stats, means = by_opencv(image[b, c].numpy())
+        np.testing.assert_array_equal(labels[b, c], named)
+        assert count[b, c] == len(stats)
+        rows = min(slots, len(stats))
+        np.testing.assert_array_equal(boxes[b, c, :rows], stats[:rows])
+        np.testing.assert_array_equal(centroids[b, c, :rows], means[:rows])
+        assert not boxes[b, c, rows:].any() and not centroids[b, c, rows:].any()
+
+
+def test_statistics_of_bytes_and_masks() -> None:
+    image = with_stats()[0]
+    expected = connected_components_with_stats(image)
+    frame = (200 * image).to(torch.uint8).permute(0, 2, 3, 1).contiguous().permute(0, 3, 1, 2)
+    scripted = torch.jit.script(connected_components_with_stats)
+    for op in (connected_components_with_stats, scripted):
+        for given in (frame, image > 0, image.double()):
+            for made, wanted in zip(op(given), expected, strict=True):
+                assert torch.equal(made, wanted) and made.dtype == wanted.dtype
 
 
 # --- distances ----------------------------------------------------------------------------------------------

@@ -1,7 +1,11 @@
 """Ops that fit no other family."""
 
 from ..primitives.core.modules import ModuleForm, lazy_modules
-from .connected_components import connected_components, connected_components_union_find
+from .connected_components import (
+    connected_components,
+    connected_components_union_find,
+    connected_components_with_stats,
+)
 from .diamond_square import diamond_square
 from .distance_transform import distance_transform, distance_transform_edt
 from .histogram import histogram_matching, interp
@@ -13,6 +17,7 @@ __all__ = [
     "combine_tensor_patches",
     "connected_components",
     "connected_components_union_find",
+    "connected_components_with_stats",
     "diamond_square",
     "distance_transform",
     "distance_transform_edt",

@@ -6,6 +6,7 @@ from torch import Tensor, nn
 
 from .connected_components import connected_components as connected_components
 from .connected_components import connected_components_union_find as connected_components_union_find
+from .connected_components import connected_components_with_stats as connected_components_with_stats
 from .diamond_square import diamond_square as diamond_square
 from .distance_transform import distance_transform as distance_transform
 from .distance_transform import distance_transform_edt as distance_transform_edt
@@ -55,6 +56,17 @@ class ConnectedComponentsUnionFind(nn.Module):
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
+
+class ConnectedComponentsWithStats(nn.Module):
+    """`connected_components_with_stats` as a module: Label the 8-connected components of a binary image,
+    and measure them, like OpenCV's ``connectedComponentsWithStats``: the same components, boxes, areas
+    and centroids. Labels count from the background's, 0, in the order of the components' first pixels,
+    row by row; OpenCV's order differs."""
+
+    max_labels: int
+    def __init__(self, max_labels: int = 256) -> None: ...
+    def forward(self, image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class DiamondSquare(nn.Module):
     """`diamond_square` as a module: Plasma noise by midpoint displacement: random heights on a coarse
@@ -126,6 +138,7 @@ __all__ = [
     "CombineTensorPatches",
     "ConnectedComponents",
     "ConnectedComponentsUnionFind",
+    "ConnectedComponentsWithStats",
     "DiamondSquare",
     "DistanceTransform",
     "DistanceTransformEdt",
@@ -136,6 +149,7 @@ __all__ = [
     "combine_tensor_patches",
     "connected_components",
     "connected_components_union_find",
+    "connected_components_with_stats",
     "diamond_square",
     "distance_transform",
     "distance_transform_edt",

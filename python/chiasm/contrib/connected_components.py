@@ -1,11 +1,15 @@
-"""Connected component labelling."""
+"""Connected component labelling, and statistics of the components."""
+
+from typing import Tuple
 
 import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import in_batch, like_given
-from ..primitives.core.checks import check_pixels
+from ..primitives.core.checks import check_pixels, check_tensor
 from ..primitives.features.connected_components import numbered_components
+from ..primitives.images.histograms import bincount
+from ..primitives.numbers.search import first_and_last
 
 
 def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
@@ -63,3 +67,74 @@ def connected_components_union_find(image: Tensor) -> Tensor:
         tensor(1)
     """
     return connected_components(image, 2147483647)
+
+
+def connected_components_with_stats(
+    image: Tensor, max_labels: int = 256
+) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Label the 8-connected components of a binary image, and measure them, like OpenCV's
+    ``connectedComponentsWithStats``: the same components, boxes, areas and centroids. Labels count from the
+    background's, 0, in the order of the components' first pixels, row by row; OpenCV's order differs.
+
+    The number of rows for components is fixed, since the sizes of an exported program's outputs must not
+    depend on data. A component whose label is not below ``max_labels`` has no row.
+
+    Args:
+        image: (B, C, H, W), floating point, uint8 or bool; pixels above 0 are set. Every plane is labelled
+            separately.
+        max_labels: the number K of rows, the background's included, 1 to 32767.
+
+    Returns:
+        The labels (B, C, H, W), int64. The number of labels (B, C), int64, the background's included: it may
+        be above K. For each label, (B, C, K, 5), int64: the left column, the top row, the width, the height
+        and the number of pixels; and (B, C, K, 2), float64: the mean x and y of the pixels. Rows of labels
+        without pixels are 0.
+
+    Raises:
+        TypeError: if image is not of a type as above.
+        ValueError: if image is not 4-D, or max_labels is not in its range.
+
+    Example:
+        >>> x = torch.tensor([[[[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]]])
+        >>> labels, count, boxes, centroids = connected_components_with_stats(x, 4)
+        >>> labels[0, 0]
+        tensor([[1, 0, 2],
+                [1, 0, 2]])
+        >>> count.item(), boxes[0, 0, 2], centroids[0, 0, 2]
+        (3, tensor([2, 0, 1, 2, 2]), tensor([2.0000, 0.5000], dtype=torch.float64))
+    """
+    check_tensor(image, "image")
+    if image.dtype == torch.bool:
+        image = image.to(torch.uint8)
+    check_pixels(image, "image")
+    if max_labels < 1 or max_labels > 32767:
+        raise ValueError(f"max_labels: expected 1 to 32767, got {max_labels}")
+    batch, channels, height, width = image.size(0), image.size(1), image.size(2), image.size(3)
+    named = connected_components_union_find(image).flatten(0, 1).flatten(1)
+    pixel = torch.arange(height * width, device=image.device)
+    opened = (named == pixel + 1).to(torch.int64).cumsum(1)
+    # A background pixel reads any number, for which 0 is then put.
+    label = torch.where(named > 0, opened.gather(1, (named - 1).clamp(min=0)), torch.zeros_like(named))
+    count = opened[:, -1] + 1
+    slot = label.clamp(max=max_labels).reshape(-1, height, width)
+    column, row = torch.arange(width, device=image.device), torch.arange(height, device=image.device)
+    left, across, area, x = _extent(slot * width + column, max_labels, width)
+    top, down, _, y = _extent(slot * height + row[:, None], max_labels, height)
+    boxes = torch.stack([left, top, across, down, area], -1)
+    return (
+        label.reshape(batch, channels, height, width),
+        count.reshape(batch, channels),
+        boxes.reshape(batch, channels, max_labels, 5),
+        torch.stack([x, y], -1).reshape(batch, channels, max_labels, 2),
+    )
+
+
+def _extent(place: Tensor, slots: int, size: int) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """The first place along an axis, the extent, the number of pixels and their mean place, all (N, slots),
+    from the pixels' places (N, H, W): ``size`` for each slot, and for the rest."""
+    counts = bincount(place.flatten(1), (slots + 1) * size).reshape(-1, slots + 1, size)[:, :slots]
+    area = counts.sum(-1)
+    first, last = first_and_last(counts > 0)
+    extent = torch.where(area > 0, last - first + 1, torch.zeros_like(area))
+    total = (counts.to(torch.int64) * torch.arange(size, device=place.device)).sum(-1)
+    return first, extent, area, total.to(torch.float64) / area.clamp(min=1).to(torch.float64)

@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_floating, check_not_empty, check_rank, check_tensor
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.linalg.matrices import small_matmul
+from ..primitives.numbers.search import first_and_last
 from ..primitives.resampling.resizing import resized
 from ..primitives.resampling.warping import position_dtype, resample_image
 
@@ -34,8 +35,8 @@ def masks_to_boxes(masks: Tensor) -> Tensor:
     if masks.size(1) < 1 or masks.size(2) < 1:
         raise ValueError(f"masks: expected H and W of at least 1, got {list(masks.shape)}")
     inside = masks.to(torch.bool)
-    left, right = _first_and_last(inside.any(1))
-    top, bottom = _first_and_last(inside.any(2))
+    left, right = first_and_last(inside.any(1))
+    top, bottom = first_and_last(inside.any(2))
     return torch.stack([left, top, right, bottom], 1).to(torch.float32)
 
 
@@ -139,14 +140,6 @@ def paste_masks(masks: Tensor, boxes: Tensor, size: Tuple[int, int]) -> Tensor:
     y = _in_mask(corners[:, 1:2], corners[:, 3:4], height, masks.size(2))
     x, y = torch.broadcast_tensors(x[:, None], y[:, :, None])
     return resample_image(masks, x, y, "bilinear", "zeros", False, None)
-
-
-def _first_and_last(present: Tensor) -> Tuple[Tensor, Tensor]:
-    """The first and the last index (N,) of true values in (N, L); 0 if there are none."""
-    place = torch.arange(present.size(1), device=present.device)
-    last = torch.where(present, place, torch.zeros_like(place)).amax(1)
-    first = torch.where(present, place, torch.full_like(place, present.size(1))).amin(1)
-    return torch.minimum(first, last), last
 
 
 def _in_mask(low: Tensor, high: Tensor, pixels: int, side: int) -> Tensor:

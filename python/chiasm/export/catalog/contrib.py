@@ -158,6 +158,38 @@ add(
     )
 )
 
+
+def _with_stats(cv2: Any, x: np.ndarray) -> tuple[Any, ...]:
+    count, labels, stats, centroids = cv2.connectedComponentsWithStats(x)
+    _, first = np.unique(labels, return_index=True)
+    order = np.concatenate([[0], 1 + np.argsort(first[1:])])
+    rest = ((0, max(0, 64 - count)), (0, 0))
+    rows = [np.pad(values[order][:64], rest) for values in (stats, centroids)]
+    return np.argsort(order)[labels], count, *rows
+
+
+add(
+    Spec(
+        "contrib.connected_components_with_stats",
+        [_BINARY],
+        [
+            TensorSpec("labels", layout="NCHW", description="0 where not set, else the shape's number"),
+            TensorSpec("count", description="number of labels, with the background's"),
+            TensorSpec("boxes", description="left, top, width, height, area of each label"),
+            TensorSpec("centroids", description="x and y of each label"),
+        ],
+        config={"max_labels": 64},
+        symbols=STENCIL,
+        gradients=(),
+        make_inputs=_shapes,
+        peer=opencv(_with_stats, "planes", before=_as_bytes),
+        reference="OpenCV connectedComponentsWithStats, up to the order of the labels",
+        picture="labels",
+        frames=Frames(),
+        errors=rejected("max_labels", "1 to 32767", 0, 32768),
+    )
+)
+
 add(
     Spec(
         "contrib.distance_transform",

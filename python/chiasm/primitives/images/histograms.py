@@ -57,7 +57,8 @@ def bincount(index: Tensor, bins: int) -> Tensor:
 
 @bincount.lowering("native", when=kernels.available)
 def _bincount_kernel(index: Tensor, bins: int) -> Tensor:
-    return kernels.bincount(index.to(torch.uint8 if bins <= 256 else torch.int32), bins)
+    short = isinstance(bins, int) and bins <= 256  # not for symbolic sizes, which this would limit
+    return kernels.bincount(index.to(torch.uint8 if short else torch.int32), bins)
 
 
 def mirrored(size: int, padded: int, device: torch.device) -> Tensor:

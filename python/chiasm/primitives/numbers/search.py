@@ -1,4 +1,6 @@
-"""Binary search in sorted tables."""
+"""Search in tables: sorted ones, and of truth values."""
+
+from typing import Tuple
 
 import torch
 from torch import Tensor
@@ -37,6 +39,18 @@ def _bit_by_bit(table: Tensor, x: Tensor) -> Tensor:
         found = torch.where(here, ahead, found)
         step = step // 2
     return found
+
+
+def first_and_last(present: Tensor) -> Tuple[Tensor, Tensor]:
+    """The first and the last index (*,) of true values in (*, L); 0 if there are none.
+
+    >>> first_and_last(torch.tensor([[False, True, True, False]]))
+    (tensor([1]), tensor([2]))
+    """
+    place = torch.arange(present.size(-1), device=present.device)
+    last = torch.where(present, place, torch.zeros_like(place)).amax(-1)
+    first = torch.where(present, place, torch.full_like(place, present.size(-1))).amin(-1)
+    return torch.minimum(first, last), last
 
 
 def interpolate(x: Tensor, table: Tensor, values: Tensor) -> Tensor:
