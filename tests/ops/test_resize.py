@@ -68,6 +68,30 @@ def test_lanczos_equals_pillow(size: tuple[int, int]) -> None:
     np.testing.assert_allclose(resize(x, size, "lanczos", antialias=True)[0, 0], expected, atol=1e-5)
 
 
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("channels", [1, 3])
+def test_lanczos4_equals_opencv(size: tuple[int, int], channels: int) -> None:
+    x = photo(2, channels, 37, 53)
+    for b in range(2):
+        expected = chw(cv2.resize(hwc(x, b), size[::-1], interpolation=cv2.INTER_LANCZOS4))
+        np.testing.assert_allclose(resize(x, size, "lanczos4")[b], expected, atol=2e-5)
+        image = np.rint(255 * hwc(x, b)).astype(np.uint8)
+        levels = chw(cv2.resize(image, size[::-1], interpolation=cv2.INTER_LANCZOS4).astype(np.int32))
+        made = resize(torch.from_numpy(np.ascontiguousarray(chw(image)))[None], size, "lanczos4")[0]
+        assert made.dtype == torch.uint8 and np.abs(made.numpy() - levels).max() <= 1
+
+
+def test_lanczos4_is_the_kernel_of_four_lobes() -> None:
+    x = photo(1, 2, 20, 31, torch.float64)
+    place = (np.arange(70) + 0.5) * 31 / 70 - 0.5
+    pixel = np.floor(place)[:, None] + np.arange(-3, 5)
+    apart = place[:, None] - pixel
+    weight = np.sinc(apart) * np.sinc(apart / 4)
+    weight /= weight.sum(1, keepdims=True)
+    expected = (x.numpy()[..., pixel.clip(0, 30).astype(int)] * weight).sum(-1)
+    np.testing.assert_allclose(resize(x, (20, 70), "lanczos4"), expected, atol=1e-12)
+
+
 @pytest.mark.parametrize("size", [(37, 53), (36, 52), (20, 30), (10, 13), (5, 53), (1, 1)])
 @pytest.mark.parametrize("channels", [1, 3])
 def test_area_equals_opencv_where_it_reduces(size: tuple[int, int], channels: int) -> None:

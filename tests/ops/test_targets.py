@@ -50,9 +50,9 @@ def signed_taps(count: int) -> Tensor:
     return (integers(3000000, count, 3) - 500000).to(torch.float64)
 
 
-def quarters(count: int) -> Tensor:
-    """Four weights in units of 1/2^11 for each of ``count`` pixels, some negative."""
-    return (integers(1000, count, 4) - 300).to(torch.float64)
+def quarters(count: int, taps: int) -> Tensor:
+    """Weights in units of 1/2^11 for each of ``count`` pixels, some negative."""
+    return (integers(1000, count, taps) - 300).to(torch.float64)
 
 
 def turned(x: Tensor) -> Tensor:
@@ -420,6 +420,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
             for size in ((7, 20), (4, 3))
             for mode in ("area", "lanczos")
         ]
+        + [(x, 7, 20, "lanczos4", corners, False) for x in images(t) for corners in (True, False)]
     ),
     "subsampled.subsampled_to_rgb": lambda t: [
         (luma[:, :1], chroma[:, :2, :5, :4].contiguous(memory_format=layout), WEIGHTS, swapped)
@@ -629,7 +630,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in bytes_and_words()[:2]
     ],
     "resizing.summed_bytes": lambda t: [
-        (x, integers(9, 7, 4), quarters(7), integers(13, 30, 4), quarters(30)) for x in bytes_and_words()[:2]
+        (x, integers(9, 7, taps), quarters(7, taps), integers(13, 30, taps), quarters(30, taps))
+        for x in bytes_and_words()[:2]
+        for taps in (4, 8)
     ],
     "resizing.resampled": lambda t: [
         (x, integers(9, 7, 3), numbers(t, 7, 3), integers(8, 30, 3), numbers(t, 30, 3)) for x in images(t)

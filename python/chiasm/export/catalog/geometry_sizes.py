@@ -45,6 +45,7 @@ def _pillow_frames(resample: str) -> Peer:
 _PEERS = {
     "bilinear": _resized("INTER_LINEAR"),
     "bicubic": _resized("INTER_CUBIC"),
+    "lanczos4": _resized("INTER_LANCZOS4"),
     "nearest": _resized("INTER_NEAREST"),
     "bilinear_antialias": _pillow("BILINEAR"),
     "bicubic_antialias": _pillow("BICUBIC"),
@@ -66,6 +67,7 @@ _FRAMES = {
         PIXELS, reference="OpenCV resize(INTER_LINEAR_EXACT)", peer=_resized("INTER_LINEAR_EXACT")
     ),
     "bicubic": Frames(reference="OpenCV resize(INTER_CUBIC)", peer=_resized("INTER_CUBIC", atol=1)),
+    "lanczos4": Frames(reference="OpenCV resize(INTER_LANCZOS4)", peer=_resized("INTER_LANCZOS4", atol=1)),
     "nearest": Frames(
         (*PIXELS, "float32"),
         reference="OpenCV resize(INTER_NEAREST)",
@@ -76,6 +78,7 @@ _FRAMES = {
 for _name, _config in {
     "bilinear": {"interpolation": "bilinear"},
     "bicubic": {"interpolation": "bicubic"},
+    "lanczos4": {"interpolation": "lanczos4"},
     "nearest": {"interpolation": "nearest"},
     "bilinear_antialias": {"interpolation": "bilinear", "antialias": True},
     "bicubic_antialias": {"interpolation": "bicubic", "antialias": True},

@@ -10,6 +10,7 @@ from ...primitives.core.checks import check_choice, check_pair, check_pixels
 from ...primitives.resampling.resizing import (
     area_means,
     cubic_bytes,
+    lanczos_bytes,
     resized,
     resized_bytes,
     resized_bytes_antialias,
@@ -33,14 +34,17 @@ def resize(
     Without antialias, "bicubic" has a = -0.75 (PyTorch, OpenCV), with antialias -0.5 (PyTorch, Pillow).
     "nearest" uses pixel floor(i * in / out) in exact arithmetic; PyTorch rounds the ratio to float32. "area"
     is the mean over the area that a pixel of the output covers, like OpenCV's INTER_AREA for a reduction.
+    "lanczos4" weighs 8 x 8 pixels by sinc(d) sinc(d / 4), scaled to add up to 1 along each axis, as OpenCV's
+    INTER_LANCZOS4 does (K. Turkowski, Filters for Common Resampling Tasks, Graphics Gems I, 1990); "lanczos"
+    has three lobes, as in Pillow.
 
     For uint8, "bilinear" without antialias has weights in multiples of 1/256 and is rounded (halves up); it
     is identical to OpenCV's INTER_LINEAR_EXACT. With antialias, weights are multiples of 1/2^22 and the
     result is rounded (halves up) after each axis; it is identical to Pillow's ``Image.resize`` of the rows
     and then of the columns. (Pillow resizes the columns first if this is faster.) "area" is the exact mean,
-    and "bicubic" without antialias has weights in multiples of 1/2^11; both are rounded once (halves up) and
-    differ from OpenCV's by at most one level. So do, for int16 and uint16, "area" and "bilinear" without
-    antialias, which has weights in multiples of 1/2^18.
+    and "bicubic" without antialias and "lanczos4" have weights in multiples of 1/2^11; they are rounded once
+    (halves up) and differ from OpenCV's by at most one level. So do, for int16 and uint16, "area" and
+    "bilinear" without antialias, which has weights in multiples of 1/2^18.
 
     Args:
         input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; for "nearest", "area", and
@@ -48,11 +52,12 @@ def resize(
         size: (height, width) of the output, or one number for ``side``; then the other side keeps the aspect
             ratio. Either may come from another tensor's shape, which makes the output size dynamic in
             exported graphs.
-        interpolation: "nearest", "bilinear", "bicubic", "area", or with antialias "lanczos" (three lobes).
+        interpolation: "nearest", "bilinear", "bicubic", "area", "lanczos4", or with antialias "lanczos".
         align_corners: True aligns the centres of the corner pixels, False the outer edges. None is False.
             "area" must have False or None.
         side: the side whose length a single size gives: "short", "long", "vert" or "horz".
-        antialias: stretch the filter by the reduction factor (not for "nearest"; "area" always does).
+        antialias: stretch the filter by the reduction factor (not for "nearest" and "lanczos4"; "area" always
+            does).
 
     Returns:
         (B, C, height, width).
@@ -82,9 +87,11 @@ def _resize_of_batch(
 ) -> Tensor:
     linear = interpolation == "bilinear" and not antialias
     check_pixels(input, "input", interpolation == "nearest" or interpolation == "area" or linear)
-    check_choice(interpolation, ["nearest", "bilinear", "bicubic", "area", "lanczos"], "interpolation")
+    check_choice(
+        interpolation, ["nearest", "bilinear", "bicubic", "area", "lanczos4", "lanczos"], "interpolation"
+    )
     check_choice(side, ["short", "long", "vert", "horz"], "side")
-    if antialias and (interpolation == "nearest" or interpolation == "area"):
+    if antialias and interpolation in ["nearest", "area", "lanczos4"]:
         raise ValueError(f"antialias: expected False for interpolation '{interpolation}', got True")
     if not antialias and interpolation == "lanczos":
         raise ValueError("antialias: expected True for interpolation 'lanczos', got False")
@@ -102,6 +109,8 @@ def _resize_of_batch(
             return area_means(input, height, width)
         if antialias:
             return resized_bytes_antialias(input, height, width, interpolation, corners)
+        if interpolation == "lanczos4":
+            return lanczos_bytes(input, height, width, corners)
         if interpolation == "bicubic":
             return cubic_bytes(input, height, width, corners)
         if input.dtype == torch.uint8:

@@ -17,6 +17,7 @@ from .taps import (
     area_table,
     cubic_weights,
     exact_positions,
+    lanczos_weights,
     nearest_index,
     source_positions,
     weight_dtype,
@@ -28,8 +29,8 @@ from .warping import rounded_pixels
 def resized(
     x: Tensor, height: int, width: int, interpolation: str, align_corners: bool, antialias: bool
 ) -> Tensor:
-    """(B, C, H, W) as (B, C, height, width); ``interpolation`` is "nearest", "bilinear" or "bicubic", with
-    ``antialias`` "bilinear", "bicubic", "lanczos" or "area"."""
+    """(B, C, H, W) as (B, C, height, width); ``interpolation`` is "nearest", "bilinear", "bicubic" or
+    "lanczos4", with ``antialias`` "bilinear", "bicubic", "lanczos" or "area"."""
     if antialias:
         sides = [x.size(2), x.size(3)]
         (rows, down), (columns, across) = [
@@ -38,13 +39,17 @@ def resized(
         return resampled(x, rows, down, columns, across)
     if interpolation == "nearest":
         return resized_nearest(x, height, width)
+    if interpolation == "lanczos4":
+        rows, down = _lanczos_table(x.size(2), height, align_corners, weight_dtype(x), x.device)
+        columns, across = _lanczos_table(x.size(3), width, align_corners, weight_dtype(x), x.device)
+        return resampled(x, rows, down.to(x.dtype), columns, across.to(x.dtype))
     if interpolation == "bilinear":
         return _bilinear(x, height, width, align_corners)
     return _bicubic_axis(_bicubic_axis(x, width, align_corners, 3), height, align_corners, 2)
 
 
 def _has_resize(x: Tensor, height: int, width: int, interpolation: str, *_: object) -> bool:
-    return kernels.has_kernel(x) and interpolation not in ("area", "lanczos")
+    return kernels.has_kernel(x) and interpolation not in ("area", "lanczos", "lanczos4")
 
 
 resized.lowering("native", when=_has_resize)(kernels.resize)
@@ -166,10 +171,17 @@ def cubic_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tens
     return summed_bytes(x, rows, down, columns, across)
 
 
+def lanczos_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
+    """Bytes (B, C, H, W) as (B, C, height, width), by ``lanczos_weights`` in 1/2^11."""
+    rows, down = _lanczos_table(x.size(2), height, align_corners, torch.float64, x.device)
+    columns, across = _lanczos_table(x.size(3), width, align_corners, torch.float64, x.device)
+    return summed_bytes(x, rows, torch.round(2048.0 * down), columns, torch.round(2048.0 * across))
+
+
 @primitive
 def summed_bytes(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
-    """``resampled`` of bytes by four weights along each axis, which are multiples of 1/2^11. Rounded once,
-    half up, and saturated. The sums are integers, exact in float64.
+    """``resampled`` of bytes by weights that are multiples of 1/2^11. Rounded once, half up, and saturated.
+    The sums are integers, exact in float64.
 
     >>> x, first = torch.tensor([[[[10, 20]]]], dtype=torch.uint8), torch.zeros(1, 4, dtype=torch.int64)
     >>> once, half = torch.tensor([[2048.0, 0, 0, 0]]), torch.tensor([[1024.0, 1024, 0, 0]])
@@ -180,7 +192,7 @@ def summed_bytes(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across:
     return torch.floor(sums * (1.0 / 4194304.0) + 0.5).clamp(0.0, 255.0).to(torch.uint8)
 
 
-@summed_bytes.lowering("native", when=kernels.available)
+@summed_bytes.lowering("native", when=lambda x, rows, *_: kernels.available(x) and rows.size(1) == 4)
 def _summed_bytes_kernel(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
     pixels, step = as_rows(x)
     down, across = down.to(torch.int64), across.to(torch.int64)
@@ -195,6 +207,15 @@ def _cubic_table(
     weights = torch.stack(cubic_weights(rest.to(torch.float64) / denominator, -0.75), 1)
     neighbours = whole[:, None] + torch.arange(-1, 3, device=device)
     return neighbours.clamp(0, in_size - 1), torch.round(2048.0 * weights)
+
+
+def _lanczos_table(
+    in_size: int, out_size: int, align_corners: bool, dtype: torch.dtype, device: torch.device
+) -> Tuple[Tensor, Tensor]:
+    """Indices (out_size, 8) of the neighbours of each position, and their weights."""
+    whole, fraction = source_positions(in_size, out_size, align_corners, dtype, device)
+    neighbours = whole[:, None] + torch.arange(-3, 5, device=device)
+    return neighbours.clamp(0, in_size - 1), lanczos_weights(fraction)
 
 
 def resized_bytes_antialias(

@@ -88,13 +88,20 @@ def cubic_kernel(distance: Tensor, a: float) -> Tensor:
     return torch.where(d < 1.0, near, torch.where(d < 2.0, far, torch.zeros_like(d)))
 
 
-def lanczos_kernel(distance: Tensor) -> Tensor:
-    """sinc(x) sinc(x / 3) of a nonnegative distance, zero from 3 on.
+def lanczos_kernel(distance: Tensor, lobes: float) -> Tensor:
+    """sinc(x) sinc(x / lobes) of a nonnegative distance, zero from ``lobes`` on.
 
     K. Turkowski, Filters for Common Resampling Tasks, Graphics Gems I, 1990.
     """
-    lobes = _sinc(distance) * _sinc(distance / 3.0)
-    return torch.where(distance < 3.0, lobes, torch.zeros_like(lobes))
+    weight = _sinc(distance) * _sinc(distance / lobes)
+    return torch.where(distance < lobes, weight, torch.zeros_like(weight))
+
+
+def lanczos_weights(t: Tensor) -> Tensor:
+    """Weights (n, 8) of the neighbours at distances 3 + t, ..., t, 1 - t, ..., 4 - t under the kernel of four
+    lobes, which add up to 1."""
+    weight = lanczos_kernel((t[:, None] - torch.arange(-3, 5, device=t.device)).abs(), 4.0)
+    return weight / weight.sum(1, keepdim=True)
 
 
 def _sinc(x: Tensor) -> Tensor:
@@ -142,7 +149,7 @@ def antialias_table(
     elif radius == 2:
         weight = cubic_kernel(distance, -0.5)
     else:
-        weight = lanczos_kernel(distance)
+        weight = lanczos_kernel(distance, 3.0)
     weight = torch.where(pixel < in_size, weight, torch.zeros_like(weight))
     index = pixel.to(torch.int64).clamp(max=in_size - 1)
     return index, weight / weight.sum(1, keepdim=True)
