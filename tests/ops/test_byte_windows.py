@@ -13,6 +13,7 @@ from torch import Tensor
 from chiasm.enhance import sharpness
 from chiasm.filters import adaptive_threshold, filter2d, filter2d_separable, unsharp_mask
 from chiasm.geometry.transform import (
+    build_pyramid,
     pyrdown,
     pyrup,
     remap,
@@ -52,6 +53,16 @@ def test_levels_of_pyramids_of_floats_are_opencvs(height: int, width: int) -> No
     small = x[..., :4, :5].requires_grad_()
     assert torch.autograd.gradcheck(lambda p: pyrdown(p, sampling="alternate"), (small[..., :3, :3],))
     assert torch.autograd.gradcheck(lambda p: pyrup(p, sampling="alternate"), (small[..., :3, :3],))
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_pyramids_are_opencvs(channels: int) -> None:
+    image = frame(37, 53, channels)
+    half = cv2.pyrDown(image)
+    expected = [image, half, cv2.pyrDown(half)]
+    for x in both_layouts(image):
+        for level, wanted in zip(build_pyramid(x, 3, sampling="alternate"), expected, strict=True):
+            np.testing.assert_array_equal(as_frame(level).squeeze(), wanted.squeeze())
 
 
 BORDERS = [
@@ -383,6 +394,8 @@ def test_polar_views_are_nearly_opencvs() -> None:
     ("call", "error", "words"),
     [
         (lambda x: pyrdown(x), TypeError, "input: expected a floating-point tensor"),
+        (lambda x: build_pyramid(x, 2), TypeError, "input: expected a floating-point tensor"),
+        (lambda x: build_pyramid(x, 2, sampling="other"), ValueError, "sampling: expected one of"),
         (lambda x: pyrup(x), TypeError, "input: expected a floating-point tensor"),
         (lambda x: pyrdown(x, factor=3.0, sampling="alternate"), ValueError, "factor: expected 2 with"),
         (lambda x: pyrdown(x, sampling="other"), ValueError, "sampling: expected one of"),
@@ -400,7 +413,7 @@ def test_polar_views_are_nearly_opencvs() -> None:
             "block_size: expected at most 255",
         ),
         (lambda x: adaptive_threshold(x, 9.0, rounded=False), ValueError, "rounded: expected True for bytes"),
-        (lambda x: rotate(x.int(), torch.zeros(1)), TypeError, "expected a floating-point or uint8 tensor"),
+        (lambda x: rotate(x.int(), torch.zeros(1)), TypeError, "expected a floating-point, uint8, int16 or"),
     ],
 )
 def test_what_has_no_meaning_on_bytes_says_so(call, error: type[Exception], words: str) -> None:

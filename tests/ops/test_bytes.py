@@ -32,7 +32,7 @@ from chiasm.filters import (
     sobel,
     spatial_gradient,
 )
-from chiasm.geometry.transform import hflip, resize, rot180, vflip
+from chiasm.geometry.transform import hflip, resize, rot180, transpose, vflip
 
 SIZES = [(37, 53), (8, 120), (1, 1), (64, 9)]
 
@@ -303,6 +303,19 @@ def test_flips_are_opencvs(dtype: type[np.generic]) -> None:
             result = flip(x)
             assert result.dtype == x.dtype
             np.testing.assert_array_equal(result[0].permute(1, 2, 0).numpy(), cv2.flip(image, code))
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.uint16, np.float32])
+def test_transpose_is_opencvs(dtype: type[np.generic]) -> None:
+    image = (frame(13, 17).astype(np.int32) * 100).astype(dtype)
+    for x in both_layouts(image):
+        result = transpose(x)
+        assert result.dtype == x.dtype
+        np.testing.assert_array_equal(result[0].permute(1, 2, 0).numpy(), cv2.transpose(image))
+        left = cv2.rotate(image, cv2.ROTATE_90_COUNTERCLOCKWISE)
+        np.testing.assert_array_equal(transpose(hflip(x))[0].permute(1, 2, 0).numpy(), left)
+        right = cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE)
+        np.testing.assert_array_equal(hflip(transpose(x))[0].permute(1, 2, 0).numpy(), right)
 
 
 @pytest.mark.parametrize(

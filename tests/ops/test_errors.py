@@ -119,6 +119,7 @@ WRONG = [
     ),
     (lambda: transform.invert_affine_transform(EYE), ValueError, "matrix: expected shape"),
     (lambda: transform.projection_from_Rt(EYE, EYE), ValueError, r"tvec: expected shape \(\*, 3, 1\)"),
+    (lambda: transform.transpose(X[0, 0, 0]), ValueError, r"input: expected shape \(\*, H, W\)"),
     (lambda: transform.hflip(X[0, 0, 0]), ValueError, r"input: expected shape \(\*, H, W\)"),
     (lambda: transform.crop_and_resize(X, EYE, (4, 4)), ValueError, r"boxes: expected shape \(B, 4, 2\)"),
     (lambda: transform.crop_by_boxes(X, EYE, EYE), ValueError, r"src_box: expected shape \(B, 4, 2\)"),

@@ -178,6 +178,16 @@ for _name, _axis in (("hflip", 1), ("vflip", 0), ("rot180", -1)):
         frames=Frames(PIXELS, peer=_flip),
     )
 
+_transpose = opencv(lambda cv2, x: cv2.transpose(x), sizes={"C": 3})
+add_transform(
+    "transpose",
+    [image()],
+    "OpenCV transpose",
+    fn="transpose",
+    peer=_transpose,
+    frames=Frames(PIXELS, peer=_transpose),
+)
+
 # --- borders ------------------------------------------------------------------------------------------------
 
 _MARGINS = {"top": 3, "bottom": 5, "left": 7, "right": 2}
@@ -224,6 +234,11 @@ def _halved(cv2: Any, x: Any) -> Any:
 def _pyramid(cv2: Any, x: Any) -> tuple[Any, ...]:
     half = _halved(cv2, x)
     return x, half, _halved(cv2, half)
+
+
+def _alternate_pyramid(cv2: Any, x: Any) -> tuple[Any, ...]:
+    half = cv2.pyrDown(x)
+    return x, half, cv2.pyrDown(half)
 
 
 add_transform(
@@ -278,6 +293,9 @@ add_transform(
     symbols=_HALVES,
     special_values=ZERO_WEIGHTS,
     outputs=_LEVELS,
+    frames=Frames(
+        config={"sampling": "alternate"}, reference="OpenCV pyrDown", peer=opencv(_alternate_pyramid)
+    ),
     errors=rejected("max_level", "a positive number", 0),
 )
 

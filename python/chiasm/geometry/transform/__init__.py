@@ -13,7 +13,7 @@ from .crop import (
 )
 from .crop3d import center_crop3d, crop_and_resize3d, crop_by_boxes3d
 from .elastic import elastic_transform2d
-from .flips import hflip, rot180, vflip
+from .flips import hflip, rot180, transpose, vflip
 from .homography_warp import HomographyWarper, homography_warp, warp_grid
 from .matrices import (
     get_affine_matrix2d,
@@ -98,6 +98,7 @@ __all__ = [
     "scale",
     "shear",
     "translate",
+    "transpose",
     "vflip",
     "warp_affine",
     "warp_affine3d",

@@ -24,6 +24,7 @@ from .crop3d import crop_by_boxes3d as crop_by_boxes3d
 from .elastic import elastic_transform2d as elastic_transform2d
 from .flips import hflip as hflip
 from .flips import rot180 as rot180
+from .flips import transpose as transpose
 from .flips import vflip as vflip
 from .homography_warp import HomographyWarper as HomographyWarper
 from .homography_warp import homography_warp as homography_warp
@@ -91,13 +92,20 @@ class BuildLaplacianPyramid(nn.Module):
     def __call__(self, input: Tensor) -> List[Tensor]: ...
 
 class BuildPyramid(nn.Module):
-    """`build_pyramid` as a module: Gaussian pyramid: the image, and the results of repeated
-    ``pyrdown``."""
+    """`build_pyramid` as a module: Gaussian pyramid: the image, and the results of repeated ``pyrdown``.
+    With sampling "alternate" it is OpenCV's ``buildPyramid``, identical for uint8."""
 
     max_level: int
     border_type: str
     align_corners: bool
-    def __init__(self, max_level: int, border_type: str = "reflect", align_corners: bool = False) -> None: ...
+    sampling: str
+    def __init__(
+        self,
+        max_level: int,
+        border_type: str = "reflect",
+        align_corners: bool = False,
+        sampling: str = "bilinear",
+    ) -> None: ...
     def forward(self, input: Tensor) -> List[Tensor]: ...
     def __call__(self, input: Tensor) -> List[Tensor]: ...
 
@@ -664,6 +672,14 @@ class Translate(nn.Module):
     def forward(self, tensor: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor) -> Tensor: ...
 
+class Transpose(nn.Module):
+    """`transpose` as a module: Swap the axes of images, like ``cv2.transpose``: pixel (i, j) of the
+    output is pixel (j, i) of input. After ``hflip`` it is a rotation by 90 degrees counterclockwise,
+    before it one clockwise."""
+    def __init__(self) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
 class Vflip(nn.Module):
     """`vflip` as a module: Flip images vertically (top to bottom)."""
     def __init__(self) -> None: ...
@@ -855,6 +871,7 @@ __all__ = [
     "Shear",
     "Similarity",
     "Translate",
+    "Transpose",
     "Vflip",
     "WarpAffine",
     "WarpAffine3d",
@@ -907,6 +924,7 @@ __all__ = [
     "scale",
     "shear",
     "translate",
+    "transpose",
     "vflip",
     "warp_affine",
     "warp_affine3d",

@@ -1,4 +1,4 @@
-"""Flips and the rotation by 180 degrees."""
+"""Flips, the rotation by 180 degrees, and the transpose."""
 
 from torch import Tensor
 
@@ -67,6 +67,29 @@ def rot180(input: Tensor) -> Tensor:
     """
     _check_planes(input)
     return flip(input, True, True)
+
+
+def transpose(input: Tensor) -> Tensor:
+    """Swap the axes of images, like ``cv2.transpose``: pixel (i, j) of the output is pixel (j, i) of input.
+    After ``hflip`` it is a rotation by 90 degrees counterclockwise, before it one clockwise.
+
+    Args:
+        input: (*, H, W), of any dtype.
+
+    Returns:
+        (*, W, H).
+
+    Raises:
+        ValueError: if input has fewer than two dimensions.
+
+    Example:
+        >>> transpose(torch.tensor([[1, 2, 3], [4, 5, 6]]))
+        tensor([[1, 4],
+                [2, 5],
+                [3, 6]])
+    """
+    _check_planes(input)
+    return input.transpose(-2, -1).contiguous()
 
 
 def _check_planes(input: Tensor) -> None:

@@ -56,13 +56,11 @@ def pyrdown(
         tensor([ 8, 20, 40, 60, 73], dtype=torch.uint8)
     """
     check_border(border_type)
-    check_choice(sampling, ["bilinear", "alternate"], "sampling")
+    _check_sampled(input, sampling)
     if sampling == "alternate":
-        check_pixels(input, "input")
         if factor != 2.0:
             raise ValueError(f"factor: expected 2 with sampling 'alternate', got {factor}")
         return blurred_and_thinned(input, border_type)
-    check_image(input, "input")
     if not factor > 0.0:
         raise ValueError(f"factor: expected a positive number, got {factor}")
     over, under = as_ratio(factor)
@@ -107,49 +105,62 @@ def pyrup(
         tensor([10, 12, 15, 16], dtype=torch.uint8)
     """
     check_border(border_type)
-    check_choice(sampling, ["bilinear", "alternate"], "sampling")
+    _check_sampled(input, sampling)
     if sampling == "alternate":
-        check_pixels(input, "input")
         if border_type != "reflect":
             raise ValueError(
                 f"border_type: expected 'reflect' with sampling 'alternate', got '{border_type}'"
             )
         return spread_and_blurred(input)
-    check_image(input, "input")
     return resized_and_blurred(
         input, 2 * input.size(2), 2 * input.size(3), align_corners, _binomial(), border_type
     )
 
 
+def _check_sampled(input: Tensor, sampling: str) -> None:
+    """Raise unless ``sampling`` is known, and ``input`` is an image that it takes."""
+    check_choice(sampling, ["bilinear", "alternate"], "sampling")
+    if sampling == "alternate":
+        check_pixels(input, "input")
+    else:
+        check_image(input, "input")
+
+
 def build_pyramid(
-    input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False
+    input: Tensor,
+    max_level: int,
+    border_type: str = "reflect",
+    align_corners: bool = False,
+    sampling: str = "bilinear",
 ) -> List[Tensor]:
-    """Gaussian pyramid: the image, and the results of repeated ``pyrdown``.
+    """Gaussian pyramid: the image, and the results of repeated ``pyrdown``. With sampling "alternate" it is
+    OpenCV's ``buildPyramid``, identical for uint8.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point, or with sampling "alternate" also uint8.
         max_level: number of images.
-        border_type, align_corners: as in :func:`pyrdown`.
+        border_type, align_corners, sampling: as in :func:`pyrdown`.
 
     Returns:
-        max_level images (B, C, H, W), (B, C, H // 2, W // 2), ...
+        max_level images (B, C, H, W), (B, C, H // 2, W // 2), ...; with sampling "alternate", halves are
+        rounded up.
 
     Raises:
-        TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, max_level is not positive, the border is not as above or the image is
-            too small.
+        TypeError: if input is not of a type as above.
+        ValueError: if input is not 4-D, max_level is not positive, the border or the sampling is not as
+            above, or the image is too small.
 
     Example:
         >>> [list(level.shape[2:]) for level in build_pyramid(torch.ones(1, 3, 24, 32), 3)]
         [[24, 32], [12, 16], [6, 8]]
     """
-    check_image(input, "input")
+    _check_sampled(input, sampling)
     check_border(border_type)
     if max_level < 1:
         raise ValueError(f"max_level: expected a positive number, got {max_level}")
     levels = [input.clone()]  # a clone, since ONNX has one name for a value and the input already has its own
     for i in range(max_level - 1):
-        levels.append(pyrdown(levels[i], border_type, align_corners))
+        levels.append(pyrdown(levels[i], border_type, align_corners, 2.0, sampling))
     return levels
 
 
