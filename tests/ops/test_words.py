@@ -18,7 +18,9 @@ from chiasm.geometry.transform import (
     center_crop,
     crop_by_transform_mat,
     remap,
+    rescale,
     resize,
+    resize_to_be_divisible,
     rotate,
     warp_affine,
     warp_perspective,
@@ -84,6 +86,13 @@ def test_resize_is_the_rounded_interpolation(dtype: str, corners: bool) -> None:
     exact = torch.nn.functional.interpolate(x, SIZE, mode="bilinear", align_corners=corners)[0]
     # a half by rounding, and an eighth along each axis by weights in 1/2^18
     assert off(resize(tensor(planes), SIZE, align_corners=corners), exact) <= 0.75
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16"])
+def test_a_factor_or_a_multiple_is_a_size(dtype: str) -> None:
+    x = torch.from_numpy((noise("uint16") >> 8).astype(dtype))[None]
+    assert rescale(x, (2.0, 0.5)).equal(resize(x, (74, 14)))
+    assert resize_to_be_divisible(x, 8, "nearest").equal(resize(x, (40, 32), "nearest"))
 
 
 @DTYPES

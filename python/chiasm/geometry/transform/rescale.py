@@ -5,7 +5,7 @@ from typing import Optional, Tuple, Union
 from torch import Tensor
 
 from ...primitives.core.broadcasting import in_batch, like_given
-from ...primitives.core.checks import check_image
+from ...primitives.core.checks import check_pixels
 from ...primitives.core.window_sizes import as_ratio
 from .resize import resize
 
@@ -20,7 +20,7 @@ def rescale(
     """Resize images by a factor; sizes are rounded down.
 
     Args:
-        input: (B, C, H, W), (C, H, W) or (H, W), floating point.
+        input: (B, C, H, W), (C, H, W) or (H, W), of a type that :func:`resize` takes.
         factor: positive, one for both axes or (vertical, horizontal). It is replaced by the nearest ratio of
             integers up to 65536, so that 0.3 of 10 pixels are 3.
         interpolation, align_corners, antialias: as in :func:`resize`.
@@ -29,7 +29,7 @@ def rescale(
         (B, C, floor(factor * H), floor(factor * W)).
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is not of a type as above.
         ValueError: if input is not 4-D, a factor is not positive, no pixel is left, or a choice is not one of
             resize's.
 
@@ -49,7 +49,7 @@ def _rescale_of_batch(
     align_corners: Optional[bool],
     antialias: bool,
 ) -> Tensor:
-    check_image(input, "input")
+    check_pixels(input, "input", True)
     if isinstance(factor, float):
         down, across = factor, factor
     else:
@@ -77,7 +77,7 @@ def resize_to_be_divisible(
     """Resize images to the nearest sizes that are divisible by a number.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), of a type that :func:`resize` takes.
         divisible_factor: the number.
         interpolation, align_corners, antialias: as in :func:`resize`.
         side: for compatibility with Kornia; ignored, since both sizes are determined.
@@ -87,7 +87,7 @@ def resize_to_be_divisible(
         divisible_factor rounded to the nearest, halves to even.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is not of a type as above.
         ValueError: if input is not 4-D, divisible_factor is not positive, no pixel is left, or a choice is
             not one of resize's.
 
@@ -95,7 +95,7 @@ def resize_to_be_divisible(
         >>> resize_to_be_divisible(torch.ones(1, 3, 30, 50), 16).shape
         torch.Size([1, 3, 32, 48])
     """
-    check_image(input, "input")
+    check_pixels(input, "input", True)
     if divisible_factor < 1:
         raise ValueError(f"divisible_factor: expected a positive number, got {divisible_factor}")
     size = (
