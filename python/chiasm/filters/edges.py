@@ -116,7 +116,8 @@ def _cross(p: Tensor, scale: float, eps: float) -> Tensor:
     upper, lower = p[:, :, 1 : height + 1, 1:], p[:, :, 2 : height + 2, 1:]
     first = upper[..., :width] - lower[..., 1:]
     second = upper[..., 1:] - lower[..., :width]
-    return torch.sqrt((first * first + second * second) * scale + eps)
+    # The scale is a power of two; before the sum, so that float16 can represent sums of squares of levels.
+    return torch.sqrt(first * (first * scale) + second * (second * scale) + eps)
 
 
 @stencil
