@@ -640,6 +640,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "resizing.area_means": lambda t: [
         (x, *size) for x in bytes_and_words() for size in ((4, 17), (5, 6), (30, 40))
     ],
+    "flips.transposed": lambda t: [(x,) for x in (*bytes_and_words(), *images(t), numbers(t, 9, 8))],
     "resizing.resized_nearest": lambda t: [(x, 5, 30) for x in (*bytes_and_words(), *images(t))],
     "tables.table_entries": lambda t: [
         (x, integers(256, x.size(0), 256).to(torch.uint8))

@@ -3,7 +3,7 @@
 from torch import Tensor
 
 from ...primitives.core.checks import check_rank, check_tensor
-from ...primitives.resampling.flips import flip
+from ...primitives.resampling.flips import flip, transposed
 
 
 def hflip(input: Tensor) -> Tensor:
@@ -89,7 +89,7 @@ def transpose(input: Tensor) -> Tensor:
                 [3, 6]])
     """
     _check_planes(input)
-    return input.transpose(-2, -1).contiguous()
+    return transposed(input)
 
 
 def _check_planes(input: Tensor) -> None:

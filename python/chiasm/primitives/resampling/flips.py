@@ -1,12 +1,13 @@
-"""Mirror images."""
+"""Mirror images, and the transpose."""
 
 from typing import List
 
 import torch
 from torch import Tensor
 
-from ..core.layout import as_rows, from_rows
+from ..core.layout import as_rows, from_rows, in_frames, in_planes, interleaved
 from ..core.lowering import primitive
+from ..core.materialise import materialised
 from ..kernels import operators as kernels
 
 
@@ -33,3 +34,16 @@ def _flip_kernel(x: Tensor, along: bool, down: bool) -> Tensor:
         return from_rows(kernels.flip(rows, step, along, down), x)
     planes = x.reshape(-1, x.size(-2), x.size(-1))
     return kernels.flip(planes, 1, along, down).reshape(x.shape)
+
+
+@primitive
+def transposed(x: Tensor) -> Tensor:
+    """(*, H, W) as (*, W, H)."""
+    return x.transpose(-2, -1).contiguous()
+
+
+# In a frame, compiled code would move the values of a pixel one by one.
+@transposed.lowering("native", when=lambda x: kernels.has_pixel_kernel(x) and x.dim() == 4 and interleaved(x))
+def _transposed_frames(x: Tensor) -> Tensor:
+    planes = materialised(in_planes(x).transpose(-2, -1).contiguous(), 0)
+    return in_frames(planes).permute(0, 3, 1, 2)
