@@ -446,6 +446,11 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "placing.placed_bytes": lambda t: [
         (x, torch.tensor([1, 0, 1]), integers(20, 3, 8), 9, 20, 7) for x in bytes_and_words()[:2]
     ],
+    "placing.filled_beside": lambda t: [
+        (x, torch.tensor(box), 7.0)
+        for x in bytes_and_words()[:2]
+        for box in ([2, 1, 5, 3], [-2, 3, 9, 90], [0, 0, 90, 90])
+    ],
     "placing.scaled_bytes": lambda t: [(x, [2, 0], [0.5, 2.0], [-1.0, 3.0]) for x in bytes_and_words()[:2]],
     "boxes.kept_boxes": lambda t: [
         (torch.cat([numbers(t, 2, 9, 2), 1 + numbers(t, 2, 9, 3)[..., :2]], -1), integers(2, 2, 9), 0.4, 5)

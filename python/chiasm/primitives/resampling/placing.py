@@ -5,11 +5,13 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..core.layout import as_rows, interleaved
+from ..core.layout import as_rows, in_planes, interleaved
 from ..core.lowering import primitive
 from ..filters.fixed_point import rounded_sums
 from ..images.color_planes import as_pixels
 from ..kernels import operators as kernels
+from .resizing import resampled, resampled_bytes
+from .taps import covered_pixels, filter_radius, filter_weights
 
 
 @primitive
@@ -80,10 +82,88 @@ def _placed_kernel(x: Tensor, images: Tensor, boxes: Tensor, height: int, width:
     return made.unflatten(2, [width, step]).permute(0, 3, 1, 2)
 
 
+def placed_filtered(
+    x: Tensor,
+    box: Tensor,
+    least: Tuple[int, int],
+    height: int,
+    width: int,
+    pad: float,
+    interpolation: str,
+    antialias: bool,
+) -> Tensor:
+    """All of each image (B, C, H, W), resized by a filter and placed in (B, C, height, width), with ``pad``
+    around it: bytes of bytes, else float32, which is not rounded.
+
+    ``box`` (4,), int64: left, top, width and height of the place, which may reach beyond the output.
+    ``least``: numbers that the place's height and width are not below; the count of the filter's taps follows
+    from them, because a size cannot follow from a tensor. ``interpolation`` is "bilinear" or "area", with
+    ``antialias`` also "bicubic" or "lanczos".
+
+    >>> x = torch.tensor([10, 20, 30, 40], dtype=torch.uint8).reshape(1, 1, 1, 4)
+    >>> placed_filtered(x, torch.tensor([1, 0, 2, 1]), (1, 2), 1, 4, 9.0, "area", False)
+    tensor([[[[ 9, 15, 35,  9]]]], dtype=torch.uint8)
+    """
+    to = box.to(torch.float64)
+    rows, down = _filter(x.size(2), height, to[1::2], least[0], interpolation, antialias)
+    columns, across = _filter(x.size(3), width, to[0::2], least[1], interpolation, antialias)
+    if x.dtype == torch.uint8:
+        steps = 4194304.0
+        made = resampled_bytes(x, rows, torch.round(down * steps), columns, torch.round(across * steps))
+    else:
+        levels = in_planes(x).to(torch.float32)
+        made = resampled(levels, rows, down.to(torch.float32), columns, across.to(torch.float32))
+    return filled_beside(made, box, pad)
+
+
+@primitive
+def filled_beside(x: Tensor, box: Tensor, pad: float) -> Tensor:
+    """Images (B, C, H, W) with ``pad`` wherever a pixel is not in ``box`` (4,): left, top, width, height.
+
+    >>> filled_beside(torch.zeros(1, 1, 1, 4), torch.tensor([1, 0, 2, 1]), 7.0)
+    tensor([[[[7., 0., 0., 7.]]]])
+    """
+    inside = _inside(x.size(2), box[1::2])[:, None] & _inside(x.size(3), box[0::2])
+    return torch.where(inside, x, torch.full([1], pad, dtype=x.dtype, device=x.device))
+
+
+def _inside(size: int, place: Tensor) -> Tensor:
+    i = torch.arange(size, device=place.device) - place[:1]
+    return (i >= 0) & (i < place[1:])
+
+
+# Compiled tensor code takes the values of a frame one by one.
+@filled_beside.lowering("native", when=lambda x, *_: kernels.available(x) and x.dtype == torch.uint8)
+def _filled_kernel(x: Tensor, box: Tensor, pad: float) -> Tensor:
+    images = torch.arange(x.size(0), device=x.device)
+    boxes = torch.cat([box, box])[None].expand(x.size(0), -1)
+    return placed_bytes(x, images, boxes, x.size(2), x.size(3), int(pad))
+
+
+def _filter(
+    in_size: int, out_size: int, place: Tensor, least: int, interpolation: str, antialias: bool
+) -> Tuple[Tensor, Tensor]:
+    """For each pixel of an axis of the output: indices and weights (out_size, taps), in float64. The image
+    comes to ``place`` (2,), a begin and a size. Outside, weights are 0."""
+    begin, length = place[:1], place[1:]
+    i = torch.arange(out_size, device=place.device).to(torch.float64) - begin
+    reduction = (in_size + least - 1) // least
+    if interpolation == "area":
+        index, parts = covered_pixels(i, length, in_size, reduction + 1)
+        weight = parts / in_size
+    else:
+        factor = in_size / length
+        stretch = factor.clamp(min=1.0) if antialias else torch.ones_like(factor)
+        taps = 2 * filter_radius(interpolation) * reduction + 2 if antialias else 2
+        index, weight = filter_weights(i, factor, stretch, in_size, taps, interpolation)
+    inside = _inside(out_size, place)
+    return index, torch.where(inside[:, None], weight, torch.zeros_like(weight))
+
+
 @primitive
 def scaled_bytes(x: Tensor, order: List[int], scale: List[float], offset: List[float]) -> Tensor:
     """(B, n, H, W), float32: the channels of bytes (B, C, H, W) with the numbers ``order``, each times its
-    ``scale`` plus its ``offset``.
+    ``scale`` plus its ``offset``. Also of other numbers, for which there is no kernel.
 
     >>> x = torch.tensor([10, 20, 30], dtype=torch.uint8).reshape(1, 3, 1, 1)
     >>> scaled_bytes(x, [2, 0], [0.5, 2.0], [0.0, 1.0]).flatten()
@@ -95,7 +175,7 @@ def scaled_bytes(x: Tensor, order: List[int], scale: List[float], offset: List[f
     return torch.stack(planes, -3)
 
 
-@scaled_bytes.lowering("native", when=kernels.available)
+@scaled_bytes.lowering("native", when=lambda x, *_: kernels.available(x) and x.dtype == torch.uint8)
 def _scaled_kernel(x: Tensor, order: List[int], scale: List[float], offset: List[float]) -> Tensor:
     pixels, is_frame = as_pixels(x)
     numbers = torch.tensor(order, dtype=torch.int32)

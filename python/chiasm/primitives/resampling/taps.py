@@ -114,12 +114,20 @@ def _sinc(x: Tensor) -> Tensor:
 def area_table(in_size: int, out_size: int, device: torch.device) -> Tuple[Tensor, Tensor]:
     """The pixels (out_size, taps) that each output pixel covers, and how much of each, in units of 1 /
     out_size: integers in float64, which add up to ``in_size``."""
-    begin = torch.arange(out_size, device=device)[:, None] * in_size
-    first = torch.floor(begin.to(torch.float64) / out_size).to(torch.int64)
-    pixel = first + torch.arange((in_size + out_size - 1) // out_size + 1, device=device)
-    end = torch.minimum((pixel + 1) * out_size, begin + in_size)
-    covered = (end - torch.maximum(pixel * out_size, begin)).clamp(min=0)
-    return pixel.clamp(max=in_size - 1), covered.to(torch.float64)
+    place = torch.arange(out_size, device=device).to(torch.float64)
+    length = torch.ones([1], dtype=torch.float64, device=device) * out_size
+    return covered_pixels(place, length, in_size, (in_size + out_size - 1) // out_size + 1)
+
+
+def covered_pixels(place: Tensor, length: Tensor, in_size: int, taps: int) -> Tuple[Tensor, Tensor]:
+    """``area_table`` for the pixels with the numbers ``place`` (n,) of an output of ``length`` (1,) pixels,
+    both whole numbers in float64: (n, taps) each."""
+    begin = place[:, None] * in_size
+    first = torch.floor(begin / length)
+    pixel = first + torch.arange(taps, device=place.device)
+    end = torch.minimum((pixel + 1.0) * length, begin + in_size)
+    covered = (end - torch.maximum(pixel * length, begin)).clamp(min=0.0)
+    return pixel.clamp(0, in_size - 1).to(torch.int64), covered
 
 
 def antialias_table(
@@ -130,19 +138,33 @@ def antialias_table(
     "bilinear" is the triangle, "bicubic" Keys' cubic with a = -0.5, "lanczos" has three lobes; weights are
     cut off at the image's border and normalised, as in Pillow's ``Image.resize``.
     """
-    radius = 1 if shape == "bilinear" else (2 if shape == "bicubic" else 3)
     one = torch.ones([1], dtype=dtype, device=device)
     if align_corners:
         factor = one * (in_size - 1) / larger(out_size - 1, 1)
     else:
         factor = one * in_size / out_size
-    stretch = factor.clamp(min=1.0)
-    centre = (torch.arange(out_size, device=device).to(dtype) + 0.5) * factor
-    first = torch.floor(centre - radius * stretch + 0.5).clamp(min=0.0)
     # Twice the support, rounded up, plus the partial pixel at either end. It is computed in integers, so that
     # it may be a symbolic size.
-    taps = 2 * radius * ((in_size + out_size - 1) // out_size) + 2
-    pixel = first[:, None] + torch.arange(taps, device=device).to(dtype)
+    taps = 2 * filter_radius(shape) * ((in_size + out_size - 1) // out_size) + 2
+    place = torch.arange(out_size, device=device).to(dtype)
+    return filter_weights(place, factor, factor.clamp(min=1.0), in_size, taps, shape)
+
+
+def filter_radius(shape: str) -> int:
+    """How far the filter of ``antialias_table`` reaches, before it is stretched."""
+    return 1 if shape == "bilinear" else (2 if shape == "bicubic" else 3)
+
+
+def filter_weights(
+    place: Tensor, factor: Tensor, stretch: Tensor, in_size: int, taps: int, shape: str
+) -> Tuple[Tensor, Tensor]:
+    """``antialias_table`` for the output's pixels with the numbers ``place`` (n,): (n, taps) each. ``factor``
+    (1,) is the reduction, ``stretch`` (1,) what the filter is stretched by. A pixel that reaches no pixel has
+    weights NaN."""
+    radius = filter_radius(shape)
+    centre = (place + 0.5) * factor
+    first = torch.floor(centre - radius * stretch + 0.5).clamp(min=0.0)
+    pixel = first[:, None] + torch.arange(taps, device=place.device).to(place.dtype)
     distance = (pixel + 0.5 - centre[:, None]).abs() / stretch
     if radius == 1:
         weight = (1.0 - distance).clamp(min=0.0)
@@ -151,7 +173,7 @@ def antialias_table(
     else:
         weight = lanczos_kernel(distance, 3.0)
     weight = torch.where(pixel < in_size, weight, torch.zeros_like(weight))
-    index = pixel.to(torch.int64).clamp(max=in_size - 1)
+    index = pixel.clamp(max=in_size - 1).to(torch.int64)
     return index, weight / weight.sum(1, keepdim=True)
 
 
