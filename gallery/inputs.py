@@ -89,6 +89,8 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
         made = rarer(made)
     if tensor.range == (0, 255):
         made = made * 255.0
+    if tensor.dtype == "uint16":
+        made = (made * 65535.0).round().to(torch.uint16)
     if "uint8" in (tensor.dtype, spec.variants()[0] if tensor.dtype == "T" else ""):
         made = (made if tensor.range == (0, 255) else made * 255.0).round().to(torch.uint8)
     if tensor.layout == "HWC":

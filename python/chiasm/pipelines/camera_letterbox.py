@@ -9,7 +9,8 @@ from torch import Tensor
 
 from ..color.camera import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, yuyv_to_rgb
 from ..primitives.core.checks import check_not_empty, check_tensor
-from .letterbox import Numbers, letterbox
+from .letterbox import letterbox
+from .network_input import Numbers
 
 
 def letterbox_nv12(

@@ -1,23 +1,24 @@
-"""Conversion of frames of any size to the input of a network: letterboxes, centre crops, and crops of
-boxes."""
+"""Conversion of frames of any size to the input of a network: letterboxes, borders, centre crops, and crops
+of boxes."""
 
-from typing import List, Tuple
+from typing import Tuple
 
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import (
-    check_choice,
-    check_integer,
-    check_last,
-    check_pair,
-    check_rank,
-    check_tensor,
-    check_triple,
+from ..primitives.core.checks import check_choice, check_integer, check_last, check_rank
+from ..primitives.resampling.placing import placed_bytes
+from ..primitives.resampling.taps import larger, smaller
+from .network_input import (
+    Numbers,
+    check_filter,
+    check_frame,
+    check_size,
+    check_value,
+    network_input,
+    placed_frames,
+    sides,
 )
-from ..primitives.resampling.placing import placed_bytes, scaled_bytes
-
-Numbers = Tuple[float, float, float]
 
 
 def letterbox(
@@ -28,6 +29,11 @@ def letterbox(
     mean: Numbers = (0.0, 0.0, 0.0),
     std: Numbers = (1.0, 1.0, 1.0),
     color: str = "bgr",
+    fit: str = "pad",
+    interpolation: str = "bilinear",
+    antialias: bool = False,
+    dtype: str = "float32",
+    layout: str = "NCHW",
 ) -> Tuple[Tensor, Tensor]:
     """Convert frames to the input of a detector: resize into ``size`` with the aspect ratio kept, fill the
     rest. The result is RGB, in [0, 1], normalized. The shorter side of the resized image is round(ratio *
@@ -35,23 +41,34 @@ def letterbox(
     authors (resize, copyMakeBorder). Pixels are resized by bilinear interpolation with weights in multiples
     of 1/256 and rounded, as in OpenCV's INTER_LINEAR_EXACT.
 
+    With ``antialias``, or the interpolation "area", a pixel is a mean over all pixels that it stands for, as
+    in ``geometry.transform.resize``: with weights in multiples of 1/2^22, and rounded after each axis.
+    Frames of 16 bits are resized in float32, and not rounded.
+
     Args:
-        frame: (B, H, W, 3), uint8; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.
+        frame: (B, H, W, 3), uint8 or uint16; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.
         size: height and width of the result.
-        value: the value of the pixels beside the image, 0 to 255.
+        value: the value of the pixels beside the image, 0 to 255; with uint16, 257 times that.
         anchor: the position of the image: "center" or "top_left".
         mean: the means of red, green and blue, for values in [0, 1].
         std: the standard deviations of red, green and blue, for values in [0, 1].
         color: the order of a frame's channels: "bgr" as in OpenCV, "rgb", "bgra" or "rgba", of which alpha
             is not read, or "gray".
+        fit: "pad" as above, or "stretch": the image fills the result, the aspect ratio is not kept.
+        interpolation: "bilinear" or "area"; with antialias "bilinear", "bicubic" or "lanczos", Pillow's.
+        antialias: stretch the filter by the reduction factor (not for "area", which always does).
+        dtype: that of the result: "float32", "float16", or "uint8" for levels, 0 to 255, that are not
+            normalized: mean and std must then be zeros and ones, and frame uint8.
+        layout: that of the result: "NCHW" or "NHWC".
 
     Returns:
-        (B, 3, height, width), float32, and (B, 3, 3), float32: the transform from coordinates in the result
-        to coordinates in the frame, in pixels, where (0, 0) is the outer corner of the first pixel. Use it
-        with ``geometry.bbox.transform_bbox`` and ``geometry.linalg.transform_points``.
+        (B, 3, height, width), or (B, height, width, 3) for "NHWC", and (B, 3, 3), float32: the transform
+        from coordinates in the result to coordinates in the frame, in pixels, where (0, 0) is the outer
+        corner of the first pixel. Use it with ``geometry.bbox.transform_bbox`` and
+        ``geometry.linalg.transform_points``.
 
     Raises:
-        TypeError: if frame is not uint8.
+        TypeError: if frame is neither uint8 nor uint16.
         ValueError: if frame is not of the shape above or has no pixels, a size is not positive, value is no
             byte, a standard deviation is not above 0, or a choice is not as above.
 
@@ -60,20 +77,93 @@ def letterbox(
         >>> image.shape, to_frame[0, 1]
         (torch.Size([1, 3, 640, 640]), tensor([   0.,    2., -280.]))
     """
-    _check_frame(frame, size, value, color)
+    check_frame(frame, color, True)
+    check_size(size)
+    check_value(value)
     check_choice(anchor, ["center", "top_left"], "anchor")
-    height, width = _sides(frame)
-    target_height, target_width = float(size[0]), float(size[1])
-    ratio = torch.minimum(target_height / height, target_width / width)
-    resized_height = torch.round(height * ratio).clamp(min=1.0)
-    resized_width = torch.round(width * ratio).clamp(min=1.0)
+    check_choice(fit, ["pad", "stretch"], "fit")
+    check_filter(interpolation, antialias)
+    height, width = sides(frame)
+    one = torch.ones_like(height)
+    target_height, target_width = one * size[0], one * size[1]
+    if fit == "stretch":
+        least = size
+        to = [torch.zeros_like(one), torch.zeros_like(one), target_width, target_height]
+    else:
+        ratio = torch.minimum(target_height / height, target_width / width)
+        resized_height = torch.round(height * ratio).clamp(min=1.0)
+        resized_width = torch.round(width * ratio).clamp(min=1.0)
+        # The same, rounded down, in numbers.
+        least = (
+            larger(smaller(size[0], frame.size(1) * size[1] // frame.size(2)), 1),
+            larger(smaller(size[1], frame.size(2) * size[0] // frame.size(1)), 1),
+        )
+        top, left = torch.zeros_like(height), torch.zeros_like(width)
+        if anchor == "center":
+            top = torch.floor((target_height - resized_height) * 0.5)
+            left = torch.floor((target_width - resized_width) * 0.5)
+        to = [left, top, resized_width, resized_height]
+    placed, to_frame = placed_frames(frame, to, least, size, value, interpolation, antialias)
+    return network_input(placed, mean, std, color, dtype, layout), to_frame
+
+
+def pad_to_multiple(
+    frame: Tensor,
+    multiple: int = 32,
+    value: int = 114,
+    anchor: str = "center",
+    mean: Numbers = (0.0, 0.0, 0.0),
+    std: Numbers = (1.0, 1.0, 1.0),
+    color: str = "bgr",
+    dtype: str = "float32",
+    layout: str = "NCHW",
+) -> Tuple[Tensor, Tensor]:
+    """Convert frames to the input of a network that takes any multiple of its stride: no pixel is resized;
+    the sides become the next multiples, and the rest is filled. The result is RGB, in [0, 1], normalized.
+
+    Args:
+        frame: (B, H, W, 3), uint8 or uint16; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.
+        multiple: what height and width of the result are multiples of.
+        value: the value of the pixels beside the image, 0 to 255; with uint16, 257 times that.
+        anchor: the position of the image: "center" (half of the rest, rounded down, lies before it) or
+            "top_left".
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
+        color: the order of a frame's channels: "bgr", "rgb", "bgra", "rgba" or "gray".
+        dtype: that of the result, as in ``letterbox``: "float32", "float16" or "uint8".
+        layout: that of the result: "NCHW" or "NHWC".
+
+    Returns:
+        (B, 3, height, width), or (B, height, width, 3) for "NHWC", and (B, 3, 3), float32: to the frame, as
+        in ``letterbox``.
+
+    Raises:
+        TypeError: if frame is neither uint8 nor uint16.
+        ValueError: if frame is not of the shape above or has no pixels, multiple is not positive, value is
+            no byte, a standard deviation is not above 0, or a choice is not as in ``letterbox``.
+
+    Example:
+        >>> pad_to_multiple(torch.zeros(1, 427, 640, 3, dtype=torch.uint8))[0].shape
+        torch.Size([1, 3, 448, 640])
+    """
+    check_frame(frame, color, True)
+    check_integer(multiple, "multiple")
+    if not (multiple >= 1 and multiple % 1 == 0):
+        raise ValueError(f"multiple: expected a positive whole number, got {multiple}")
+    check_value(value)
+    check_choice(anchor, ["center", "top_left"], "anchor")
+    size = (
+        (frame.size(1) + multiple - 1) // multiple * multiple,
+        (frame.size(2) + multiple - 1) // multiple * multiple,
+    )
+    height, width = sides(frame)
     top, left = torch.zeros_like(height), torch.zeros_like(width)
     if anchor == "center":
-        top = torch.floor((target_height - resized_height) * 0.5)
-        left = torch.floor((target_width - resized_width) * 0.5)
-    boxes = _whole_frames(frame, [left, top, resized_width, resized_height])
-    images = torch.arange(frame.size(0), device=frame.device)
-    return _network_input(frame, images, boxes, size, value, mean, std, color), _to_frame(boxes)
+        top = torch.floor((torch.ones_like(top) * size[0] - height) * 0.5)
+        left = torch.floor((torch.ones_like(left) * size[1] - width) * 0.5)
+    least = (frame.size(1), frame.size(2))
+    placed, to_frame = placed_frames(frame, [left, top, width, height], least, size, value)
+    return network_input(placed, mean, std, color, dtype, layout), to_frame
 
 
 def center_crop(
@@ -83,46 +173,63 @@ def center_crop(
     mean: Numbers = (0.485, 0.456, 0.406),
     std: Numbers = (0.229, 0.224, 0.225),
     color: str = "bgr",
+    interpolation: str = "bilinear",
+    antialias: bool = False,
+    dtype: str = "float32",
+    layout: str = "NCHW",
 ) -> Tuple[Tensor, Tensor]:
     """Convert frames to the input of a classifier: resize the shorter side to ``shortest``, then crop the
     centre. The result is RGB, in [0, 1], normalized, by default with ImageNet's numbers.
 
     The longer side becomes shortest * longer / shorter, rounded down, and the crop begins at half of the
     remaining pixels, halves to even, as in torchvision's Resize and CenterCrop. Pixels are resized as in
-    ``letterbox``; pixels outside a frame that is smaller than the crop are black.
+    ``letterbox``, with ``antialias`` as torchvision does with images of Pillow; pixels outside a frame that
+    is smaller than the crop are black.
 
     Args:
-        frame: (B, H, W, 3), uint8; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.
+        frame: (B, H, W, 3), uint8 or uint16; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.
         size: height and width of the result.
         shortest: the shorter side of the resized frame, in pixels.
         mean: the means of red, green and blue, for values in [0, 1].
         std: the standard deviations of red, green and blue, for values in [0, 1].
         color: the order of a frame's channels: "bgr", "rgb", "bgra", "rgba" or "gray".
+        interpolation: as in ``letterbox``: "bilinear", "area", "bicubic" or "lanczos".
+        antialias: stretch the filter by the reduction factor, as in ``letterbox``.
+        dtype: that of the result, as in ``letterbox``: "float32", "float16" or "uint8".
+        layout: that of the result: "NCHW" or "NHWC".
 
     Returns:
-        (B, 3, height, width), float32, and (B, 3, 3), float32: to the frame, as in ``letterbox``.
+        (B, 3, height, width), or (B, height, width, 3) for "NHWC", and (B, 3, 3), float32: to the frame, as
+        in ``letterbox``.
 
     Raises:
-        TypeError: if frame is not uint8.
+        TypeError: if frame is neither uint8 nor uint16.
         ValueError: if frame is not of the shape above, a size is not positive, a standard deviation is not
-            above 0, or color is none of these.
+            above 0, or a choice is not as in ``letterbox``.
 
     Example:
         >>> center_crop(torch.zeros(2, 480, 640, 3, dtype=torch.uint8))[0].shape
         torch.Size([2, 3, 224, 224])
     """
-    _check_frame(frame, size, 0, color)
+    check_frame(frame, color, True)
+    check_size(size)
     if shortest < 1:
         raise ValueError(f"shortest: expected a positive number, got {shortest}")
-    height, width = _sides(frame)
+    check_filter(interpolation, antialias)
+    height, width = sides(frame)
     shorter = torch.minimum(height, width)
     resized_height = torch.floor(height * float(shortest) / shorter)
     resized_width = torch.floor(width * float(shortest) / shorter)
     top = torch.round((float(size[0]) - resized_height) * 0.5)
     left = torch.round((float(size[1]) - resized_width) * 0.5)
-    boxes = _whole_frames(frame, [left, top, resized_width, resized_height])
-    images = torch.arange(frame.size(0), device=frame.device)
-    return _network_input(frame, images, boxes, size, 0, mean, std, color), _to_frame(boxes)
+    to = [left, top, resized_width, resized_height]
+    # The same in numbers.
+    least_height = frame.size(1) * shortest // smaller(frame.size(1), frame.size(2))
+    least_width = frame.size(2) * shortest // smaller(frame.size(1), frame.size(2))
+    placed, to_frame = placed_frames(
+        frame, to, (least_height, least_width), size, 0, interpolation, antialias
+    )
+    return network_input(placed, mean, std, color, dtype, layout), to_frame
 
 
 def crop_boxes(
@@ -132,6 +239,8 @@ def crop_boxes(
     mean: Numbers = (0.485, 0.456, 0.406),
     std: Numbers = (0.229, 0.224, 0.225),
     color: str = "bgr",
+    dtype: str = "float32",
+    layout: str = "NCHW",
 ) -> Tensor:
     """Crop boxes of one frame and resize each to ``size``, as a batch for the next network. The aspect ratio
     is not kept. The result is RGB, in [0, 1], normalized, by default with ImageNet's numbers. Corners are
@@ -145,14 +254,16 @@ def crop_boxes(
         mean: the means of red, green and blue, for values in [0, 1].
         std: the standard deviations of red, green and blue, for values in [0, 1].
         color: the order of a frame's channels: "bgr", "rgb", "bgra", "rgba" or "gray".
+        dtype: that of the result, as in ``letterbox``: "float32", "float16" or "uint8".
+        layout: that of the result: "NCHW" or "NHWC".
 
     Returns:
-        (N, 3, height, width), float32.
+        (N, 3, height, width), or (N, height, width, 3) for "NHWC".
 
     Raises:
         TypeError: if frame is not uint8 or boxes is not floating point.
         ValueError: if frame is not of the shape above, boxes is not (N, 4), a size is not positive, a
-            standard deviation is not above 0, or color is none of these.
+            standard deviation is not above 0, or a choice is not as in ``letterbox``.
 
     Example:
         >>> frame = torch.zeros(480, 640, 3, dtype=torch.uint8)
@@ -160,7 +271,8 @@ def crop_boxes(
         torch.Size([1, 3, 224, 224])
     """
     check_rank(frame, 3, "(H, W, 3)", "frame")
-    _check_frame(frame[None], size, 0, color)
+    check_frame(frame[None], color, False)
+    check_size(size)
     check_rank(boxes, 2, "(N, 4)", "boxes")
     check_last(boxes, 4, "boxes")
     known = torch.where(boxes.abs() < float("inf"), boxes, torch.zeros_like(boxes))
@@ -169,77 +281,6 @@ def crop_boxes(
     extent = (corners[:, 2:] - first).clamp(min=1)
     target = torch.tensor([[0, 0, size[1], size[0]]], device=frame.device).expand(boxes.size(0), -1)
     images = torch.zeros_like(corners[:, 0])
-    placed = torch.cat([first, extent, target], 1)
-    return _network_input(frame[None], images, placed, size, 0, mean, std, color)
-
-
-def _check_frame(frame: Tensor, size: Tuple[int, int], value: int, color: str) -> None:
-    check_tensor(frame, "frame")
-    if frame.dtype != torch.uint8:
-        raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
-    channels = _channels(color)
-    if frame.dim() != 4 or frame.size(3) != channels:
-        raise ValueError(f"frame: expected shape (B, H, W, {channels}), got {list(frame.shape)}")
-    if frame.size(1) < 1 or frame.size(2) < 1:
-        raise ValueError(f"frame: expected at least one pixel, got {list(frame.shape)}")
-    check_pair(size, "size")
-    if size[0] < 1 or size[1] < 1:
-        raise ValueError(f"size: expected positive numbers, got ({size[0]}, {size[1]})")
-    check_integer(value, "value")
-    if not (value >= 0 and value <= 255 and value % 1 == 0):
-        raise ValueError(f"value: expected a whole number from 0 to 255, got {value}")
-
-
-def _channels(color: str) -> int:
-    """The number of a frame's channels."""
-    check_choice(color, ["bgr", "rgb", "bgra", "rgba", "gray"], "color")
-    return 1 if color == "gray" else len(color)
-
-
-def _sides(frame: Tensor) -> Tuple[Tensor, Tensor]:
-    """Height and width as tensors, so that computations with them do not fix a size in exports."""
-    one = torch.ones([1], dtype=torch.float64, device=frame.device)
-    return one * frame.size(1), one * frame.size(2)
-
-
-def _whole_frames(frame: Tensor, to: List[Tensor]) -> Tensor:
-    """Boxes (B, 8), as `placed_bytes` takes them: all of each frame, which comes to left, top, width and
-    height."""
-    height, width = _sides(frame)
-    zero = torch.zeros_like(height)
-    box = torch.cat([zero, zero, width, height] + to)
-    return box.to(torch.int64)[None].expand(frame.size(0), -1)
-
-
-def _network_input(
-    frame: Tensor,
-    images: Tensor,
-    boxes: Tensor,
-    size: Tuple[int, int],
-    value: int,
-    mean: Numbers,
-    std: Numbers,
-    color: str,
-) -> Tensor:
-    check_triple(mean, "mean")
-    check_triple(std, "std")
-    scale: List[float] = []
-    offset: List[float] = []
-    for m, s in zip(mean, std):
-        if not s > 0.0:
-            raise ValueError(f"std: expected numbers above 0, got {std}")
-        scale.append(1.0 / (255.0 * s))
-        offset.append(-m / s)
-    placed = placed_bytes(frame.permute(0, 3, 1, 2), images, boxes, size[0], size[1], value)
-    order = [0, 1, 2] if color.startswith("rgb") else [2, 1, 0]
-    return scaled_bytes(placed, [0, 0, 0] if color == "gray" else order, scale, offset)
-
-
-def _to_frame(boxes: Tensor) -> Tensor:
-    """(B, 3, 3): the transform from the placed boxes back to the boxes that are read."""
-    numbers = boxes.to(torch.float64)
-    across, down = numbers[:, 2] / numbers[:, 6], numbers[:, 3] / numbers[:, 7]
-    zero, one = torch.zeros_like(across), torch.ones_like(across)
-    left, top = numbers[:, 0] - numbers[:, 4] * across, numbers[:, 1] - numbers[:, 5] * down
-    rows = torch.stack([across, zero, left, zero, down, top, zero, zero, one], 1)
-    return rows.reshape(-1, 3, 3).to(torch.float32)
+    places = torch.cat([first, extent, target], 1)
+    placed = placed_bytes(frame[None].permute(0, 3, 1, 2), images, places, size[0], size[1], 0)
+    return network_input(placed, mean, std, color, dtype, layout)

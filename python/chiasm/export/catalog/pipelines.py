@@ -13,7 +13,7 @@ from . import STENCIL, add, rejected, rejected_sizes
 from .color_camera import in_one_buffer
 from .feature_detection import blobs
 
-_STD = rejected("std", "numbers above 0", (math.nan, 1.0, 1.0))
+STD = rejected("std", "numbers above 0", (math.nan, 1.0, 1.0))
 
 #: ImageNet's, red, green, blue
 _MEAN_LEVELS = tuple(255 * m for m in (0.485, 0.456, 0.406))
@@ -50,7 +50,7 @@ add(
             "batch",
         ),
         reference="OpenCV resize and blobFromImage",
-        errors=_STD,
+        errors=STD,
     )
 )
 
@@ -77,35 +77,42 @@ add(
 )
 
 
-_FRAMES = TensorSpec("frame", ("B", "H", "W", 3), "uint8", "NHWC", "BGR", (0, 255), "frames")
-_INPUT = TensorSpec("output", layout="NCHW", color="RGB", description="input of a network")
-_TO_FRAME = TensorSpec("to_frame", description="from coordinates in the output to those in the frame")
+FRAMES = TensorSpec("frame", ("B", "H", "W", 3), "uint8", "NHWC", "BGR", (0, 255), "frames")
+INPUT = TensorSpec("output", layout="NCHW", color="RGB", description="input of a network")
+TO_FRAME = TensorSpec("to_frame", description="from coordinates in the output to those in the frame")
+
+
+def fitted(cv2: Any, frame: np.ndarray, size: tuple[int, ...] = (640, 640)):
+    """The method of YOLO's authors, up to the conversion to planes, and the transform back. chiasm uses
+    INTER_LINEAR_EXACT and may differ by a level."""
+    height, width = frame.shape[:2]
+    ratio = min(size[0] / height, size[1] / width)
+    new_width, new_height = max(round(width * ratio), 1), max(round(height * ratio), 1)
+    left, top = (size[1] - new_width) // 2, (size[0] - new_height) // 2
+    inner = cv2.resize(frame, (new_width, new_height), interpolation=cv2.INTER_LINEAR)
+    below, beside = size[0] - new_height - top, size[1] - new_width - left
+    grey = (114 if frame.dtype == np.uint8 else 114 * 257,) * 3
+    whole = cv2.copyMakeBorder(inner, top, below, left, beside, cv2.BORDER_CONSTANT, value=grey)
+    across, down = width / new_width, height / new_height
+    to_frame = np.array([[across, 0, -left * across], [0, down, -top * down], [0, 0, 1]], np.float32)
+    return whole, to_frame
 
 
 def _opencv_letterbox(cv2: Any, frame: Any):
-    """The method of YOLO's authors; chiasm uses INTER_LINEAR_EXACT and may differ by a level."""
-    height, width = frame.shape[:2]
-    ratio = min(640 / height, 640 / width)
-    new_width, new_height = max(round(width * ratio), 1), max(round(height * ratio), 1)
-    left, top = (640 - new_width) // 2, (640 - new_height) // 2
-    inner = cv2.resize(frame, (new_width, new_height), interpolation=cv2.INTER_LINEAR)
-    below, beside = 640 - new_height - top, 640 - new_width - left
-    whole = cv2.copyMakeBorder(inner, top, below, left, beside, cv2.BORDER_CONSTANT, value=(114, 114, 114))
-    across, down = width / new_width, height / new_height
-    to_frame = np.array([[across, 0, -left * across], [0, down, -top * down], [0, 0, 1]], np.float32)
+    whole, to_frame = fitted(cv2, frame)
     return cv2.dnn.blobFromImage(whole, 1 / 255, swapRB=True)[0], to_frame
 
 
 add(
     Spec(
         "pipelines.letterbox",
-        [_FRAMES],
-        [_INPUT, _TO_FRAME],
+        [FRAMES],
+        [INPUT, TO_FRAME],
         peer=opencv(_opencv_letterbox, "samples", atol=1.001 / 255),
         reference="OpenCV resize, copyMakeBorder, blobFromImage",
         errors=(
             *rejected_sizes("size"),
-            *_STD,
+            *STD,
             ErrorInput("size", (5,), "size: expected 2 numbers, got 1"),
             ErrorInput("mean", (0.0,), "mean: expected 3 numbers, got 1"),
             *rejected("value", "a whole number from 0 to 255", 1.5),
@@ -131,7 +138,7 @@ for _name, _channels, _code in (("rgba", 4, "COLOR_RGBA2BGR"), ("gray", 1, "COLO
                     "frame", ("B", "H", "W", _channels), "uint8", "NHWC", _name.upper(), (0, 255), "frames"
                 )
             ],
-            [_INPUT, _TO_FRAME],
+            [INPUT, TO_FRAME],
             config={"color": _name},
             peer=_opencv_letterbox_of(_code),
             reference="OpenCV cvtColor, resize, copyMakeBorder, blobFromImage",
@@ -183,7 +190,7 @@ for _name, _parts, _peer in (
         Spec(
             f"pipelines.letterbox_{_name}",
             _parts,
-            [_INPUT, _TO_FRAME],
+            [INPUT, TO_FRAME],
             symbols={} if _name == "yuyv" else {"UH": (1, 32768), "UW": (1, 32768)},
             peer=_peer,
             reference="OpenCV cvtColor, resize, copyMakeBorder, blobFromImage",
@@ -192,8 +199,8 @@ for _name, _parts, _peer in (
 add(
     Spec(
         "pipelines.center_crop",
-        [_FRAMES],
-        [_INPUT, _TO_FRAME],
+        [FRAMES],
+        [INPUT, TO_FRAME],
         reference="OpenCV resize and slices",
         errors=(
             *rejected_sizes("size"),
@@ -216,7 +223,7 @@ add(
     Spec(
         "pipelines.crop_boxes",
         [frame(), TensorSpec("boxes", ("N", 4), "float32", description="x1, y1, x2, y2 in pixels")],
-        [_INPUT],
+        [INPUT],
         config={"size": (64, 48)},
         symbols={"N": (1, 1 << 16)},
         gradients=(),
