@@ -15,6 +15,7 @@ from datetime import date
 
 import cv2
 import numpy as np
+from PIL import Image
 
 import chiasm.runtime
 from tools.columns import wrapped
@@ -24,6 +25,31 @@ from .wheel import interleaved
 
 PAGE = ROOT / "docs" / "benchmarks_letterbox.md"
 BUNDLES = ("pipelines.letterbox", "pipelines.letterbox_nv12")
+#: With other settings: what they give, and the same by OpenCV.
+SETTINGS: dict[str, tuple[str, Callable[[np.ndarray], np.ndarray]]] = {
+    "pipelines.letterbox.stretch": ("BGR, stretched", lambda x: planes(linear(x, (SIDE, SIDE)))),
+    "pipelines.letterbox.uint8_nhwc": (
+        "BGR, to uint8 RGB",
+        lambda x: cv2.cvtColor(bordered(x, linear), cv2.COLOR_BGR2RGB),
+    ),
+    "pipelines.letterbox.float16": ("BGR, to float16", lambda x: blob(x).astype(np.float16)),
+    "pipelines.letterbox.antialias": (
+        "BGR, antialiased (resized by Pillow)",
+        lambda x: planes(bordered(x, antialiased)),
+    ),
+    "pipelines.letterbox.uint16": (
+        "BGR of 16 bits",
+        lambda x: planes(bordered(x, linear).astype(np.float32), 1 / 65535),
+    ),
+    "pipelines.pad_to_multiple": ("BGR, padded to 1088 x 1920", lambda x: planes(padded(x))),
+    "pipelines.center_crop.antialias": (
+        "BGR, ImageNet's recipe (resized by Pillow)",
+        lambda x: (planes(cropped(x)) - MEAN) * BY,
+    ),
+}
+#: ImageNet's, red, green, blue
+MEAN = np.array([0.485, 0.456, 0.406], np.float32)[:, None, None]
+BY = (1 / np.array([0.229, 0.224, 0.225], np.float32))[:, None, None]
 SIDE = 640
 HD = (1080, 1920)
 #: heights and widths of the frames in a batch of different sizes
@@ -40,7 +66,7 @@ MIXED = (
 
 
 def main() -> int:
-    export_bundles(BUNDLES, ("native",))
+    export_bundles((*BUNDLES, *SETTINGS), ("native",))
     rows = [row for threads in sorted({1, cores()}) for row in measured(threads)]
     PAGE.write_text(wrapped(page(rows)))
     print(f"wrote {PAGE.relative_to(ROOT)}")
@@ -89,6 +115,10 @@ def measure(threads: int) -> list[dict]:
         "1080p, NV12": (one(nv12, luma, chroma), {"steps": converted}),
         "16 frames of 8 sizes, BGR": (mixed(), {"steps": blobs}),
     }
+    for bundle, (what, steps) in SETTINGS.items():
+        given = frame if "uint16" not in bundle else frame.astype(np.uint16) * 257
+        ours = one(chiasm.runtime.open(bundle_path(bundle)), given)
+        contenders[f"1080p, {what}"] = ours, {"steps": lambda steps=steps, given=given: steps(given)}
     rows = []
     for name, (ours, theirs) in contenders.items():
         times = interleaved([ours, *theirs.values()])
@@ -98,17 +128,45 @@ def measure(threads: int) -> list[dict]:
     return rows
 
 
-def blob(frame: np.ndarray) -> np.ndarray:
-    """The method of YOLO's authors: resize, copyMakeBorder, and OpenCV's own conversion to planes of
-    floats."""
+def linear(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    return cv2.resize(image, size, interpolation=cv2.INTER_LINEAR)
+
+
+def antialiased(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    return np.asarray(Image.fromarray(image).resize(size, Image.Resampling.BILINEAR))
+
+
+def bordered(frame: np.ndarray, resize: Callable[[np.ndarray, tuple[int, int]], np.ndarray]) -> np.ndarray:
+    """The method of YOLO's authors: resize, copyMakeBorder."""
     height, width = frame.shape[:2]
     ratio = min(SIDE / height, SIDE / width)
     size = round(width * ratio), round(height * ratio)
     left, top = (SIDE - size[0]) // 2, (SIDE - size[1]) // 2
-    inner = cv2.resize(frame, size, interpolation=cv2.INTER_LINEAR)
     edges = top, SIDE - size[1] - top, left, SIDE - size[0] - left
-    whole = cv2.copyMakeBorder(inner, *edges, cv2.BORDER_CONSTANT, value=(114, 114, 114))
-    return cv2.dnn.blobFromImage(whole, 1 / 255, swapRB=True)
+    grey = (114 if frame.dtype == np.uint8 else 114 * 257,) * 3
+    return cv2.copyMakeBorder(resize(frame, size), *edges, cv2.BORDER_CONSTANT, value=grey)
+
+
+def padded(frame: np.ndarray) -> np.ndarray:
+    below, beside = -frame.shape[0] % 32, -frame.shape[1] % 32
+    edges = below // 2, below - below // 2, beside // 2, beside - beside // 2
+    return cv2.copyMakeBorder(frame, *edges, cv2.BORDER_CONSTANT, value=(114,) * 3)
+
+
+def cropped(frame: np.ndarray) -> np.ndarray:
+    """torchvision's Resize and CenterCrop, of 256 and 224 pixels, of frames wider than high."""
+    width = 256 * frame.shape[1] // frame.shape[0]
+    left = round((width - 224) / 2)
+    return antialiased(frame, (width, 256))[16:240, left : left + 224]
+
+
+def planes(image: np.ndarray, by: float = 1 / 255) -> np.ndarray:
+    """OpenCV's own conversion to planes of floats."""
+    return cv2.dnn.blobFromImage(image, by, swapRB=True)
+
+
+def blob(frame: np.ndarray) -> np.ndarray:
+    return planes(bordered(frame, linear))
 
 
 def padded_blob(frame: np.ndarray) -> np.ndarray:
@@ -126,8 +184,9 @@ def page(rows: list[dict]) -> str:
         "# Benchmark of letterboxes",
         "",
         f"Made by `make bench WHAT=letterbox` on {date.today()}: {cpu()}, {cores()} cores, shared with",
-        f"other work. Frames of bytes become planes of {SIDE} x {SIDE} float32, in Python; chiasm and the",
-        f"wheel of OpenCV {cv2.__version__} (with IPP) take turns in one process; medians in milliseconds.",
+        f"other work. Frames of bytes become planes of {SIDE} x {SIDE} float32, or what the row says, in",
+        f"Python; chiasm and the wheel of OpenCV {cv2.__version__} (with IPP) take turns in one process;",
+        "medians in milliseconds.",
         "*Steps* are `cvtColor` if needed, `resize`, `copyMakeBorder`, `blobFromImage`; *blob* is",
         "`blobFromImageWithParams`. *Times as fast* is the time of the faster of these over chiasm's.",
         "Frames of different sizes are one call of `run_each` with chiasm, and a loop with OpenCV.",
