@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..peer import NEAR_BYTES, Peer, opencv
-from ..spec import Frames, InputMaker, Spec, TensorSpec, Tolerance, image
+from ..spec import PIXELS, Frames, InputMaker, Spec, TensorSpec, Tolerance, image
 from . import add
 from .rigid import linalg, uniform
 
@@ -368,6 +368,6 @@ add(
         peer=opencv(_undistorted, atol=1e-3, share=1e-3, sizes={"C": 3}),
         reference="OpenCV undistort",
         picture="depth images",
-        frames=Frames(peer=opencv(_undistorted, atol=NEAR_BYTES, share=2e-3, sizes={"C": 3})),
+        frames=Frames(PIXELS, peer=opencv(_undistorted, atol=NEAR_BYTES, share=2e-3, sizes={"C": 3})),
     )
 )
