@@ -10,6 +10,7 @@ import skimage.filters
 import torch
 from borders import SHAPES, per_plane
 from photos import photo
+from test_bytes import SIZES, as_frame, both_layouts, frame
 
 from chiasm.filters import (
     filter2d,
@@ -73,6 +74,43 @@ def test_unnormalized_kernels() -> None:
     ramp = torch.arange(6.0).expand(1, 1, 5, 6)
     assert prewitt(ramp, False, 0.0)[0, 0, 2, 2] == 6
     assert roberts(ramp, False, 0.0)[0, 0, 2, 2] == torch.tensor(2.0).sqrt()
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_scharr_is_opencvs(channels: int, height: int, width: int) -> None:
+    image = frame(height, width, channels)
+    image[: height // 2] = image[: height // 2] // 128 * 255  # the largest differences too
+    border = cv2.BORDER_REPLICATE
+    both = [cv2.Scharr(image, cv2.CV_16S, dx, 1 - dx, borderType=border) for dx in (1, 0)]
+    dx, dy = (each.reshape(image.shape).astype(np.float64) for each in both)
+    length = np.sqrt(dx * dx + dy * dy)
+    for x in both_layouts(image):
+        result = spatial_gradient(x, "scharr", normalized=False)
+        assert result.dtype == torch.int16
+        np.testing.assert_array_equal(result[0, :, 0].permute(1, 2, 0).numpy(), dx)
+        np.testing.assert_array_equal(result[0, :, 1].permute(1, 2, 0).numpy(), dy)
+        np.testing.assert_array_equal(as_frame(scharr(x)), np.rint(length / 32))
+        np.testing.assert_array_equal(as_frame(scharr(x, False)), np.minimum(np.rint(length), 255))
+
+
+@pytest.mark.parametrize("low", [False, True])
+def test_prewitt_and_roberts_are_the_lengths_of_derivatives(low: bool) -> None:
+    image = frame(13, 17)
+    image //= 32 if low else 1  # roots that are halves
+    whole = image.astype(np.float64)
+    planes = np.moveaxis(whole, 2, 0)
+    dx, dy = (np.stack([ndi.prewitt(p, i, mode="nearest") for p in planes], 2) for i in (1, 0))
+    length = np.sqrt(dx * dx + dy * dy)
+    wide = np.pad(whole, ((0, 1), (0, 1), (0, 0)), "edge")
+    cross = (wide[:-1, :-1] - wide[1:, 1:]) ** 2 + (wide[:-1, 1:] - wide[1:, :-1]) ** 2
+    for x in both_layouts(image):
+        derivatives = spatial_gradient(x, "prewitt", normalized=False)[0].permute(1, 2, 3, 0).numpy()
+        np.testing.assert_array_equal(derivatives, np.stack([dx, dy]))
+        np.testing.assert_array_equal(as_frame(prewitt(x)), np.rint(length / 6))
+        np.testing.assert_array_equal(as_frame(prewitt(x, False)), np.minimum(np.rint(length), 255))
+        np.testing.assert_array_equal(as_frame(roberts(x)), np.rint(np.sqrt(cross / 2)))
+        np.testing.assert_array_equal(as_frame(roberts(x, False)), np.minimum(np.rint(np.sqrt(cross)), 255))
 
 
 @pytest.mark.parametrize("op", [scharr, prewitt, roberts])
