@@ -24,7 +24,7 @@
 #include "tensor.h"
 
 namespace __gnu_cxx {
-void __freeres();
+void __freeres();  // NOLINT(bugprone-reserved-identifier): the name is libstdc++'s
 }
 
 namespace chiasm::artifact {

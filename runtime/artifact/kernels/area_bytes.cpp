@@ -105,10 +105,11 @@ struct Covered {
 
 void parts_of_windows(const uint8_t* x, int64_t n, int64_t height, int64_t width, int64_t new_height,
                       int64_t new_width, int64_t step, uint8_t* out) {
-  const Covered down(height, new_height), across(width / step, new_width);
+  const int64_t columns = width / step;
+  const Covered down(height, new_height), across(columns, new_width);
   const int64_t room = whole_lines<uint32_t>(width);
   const auto memory = new_lines<uint32_t>(room * omp_get_max_threads());
-  const double area = static_cast<double>(height) * static_cast<double>(width / step);
+  const double area = static_cast<double>(height) * static_cast<double>(columns);
   const double scale = 1 / (2 * area), bias = area + 0.5;
 #pragma omp parallel for
   for (int64_t i = 0; i < n * new_height; ++i) {

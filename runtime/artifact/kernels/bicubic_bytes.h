@@ -45,16 +45,6 @@ constexpr CubicWeights kCubic;
 struct Order {
   alignas(16) uint8_t bytes[2][16];
 
-  // For four channels of pixels of `step` bytes.
-  static constexpr Order of_channels(int step) {
-    return made([=](int lane, int pixel) { return pixel * step + lane; });
-  }
-  // For four positions with four pixels each.
-  static constexpr Order of_positions() {
-    return made([](int lane, int pixel) { return 4 * lane + pixel; });
-  }
-
- private:
   template <class Place>
   static constexpr Order made(const Place& place) {
     Order order{};
@@ -64,6 +54,15 @@ struct Order {
         word[0] = static_cast<uint8_t>(place(lane, k)), word[1] = 255;
       }
     return order;
+  }
+
+  // For four channels of pixels of `step` bytes.
+  static constexpr Order of_channels(int step) {
+    return made([=](int lane, int pixel) { return pixel * step + lane; });
+  }
+  // For four positions with four pixels each.
+  static constexpr Order of_positions() {
+    return made([](int lane, int pixel) { return 4 * lane + pixel; });
   }
 };
 
@@ -97,7 +96,7 @@ struct Bicubic : Places {
           for (; i < last; ++i) {
             uint8_t made[4];
             read_pixel<kStep>(image + index[i], s.row(), i, made);
-            if (i + 1 < n)
+            if (i + 1 < n)  // NOLINT(bugprone-branch-clone): the same for four channels alone
               std::memcpy(out + i * kStep, made, 4);  // the next position overwrites the excess byte
             else
               std::memcpy(out + i * kStep, made, kStep);

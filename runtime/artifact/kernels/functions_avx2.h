@@ -4,9 +4,11 @@
 
 #include "lanes.h"
 
+// NOLINTBEGIN(bugprone-reserved-identifier): the names are glibc's
 extern "C" __m256d _ZGVdN4v_exp(__m256d);
 extern "C" __m256d _ZGVdN4vv_atan2(__m256d, __m256d);
 extern "C" __m256 _ZGVdN8vv_atan2f(__m256, __m256);
+// NOLINTEND(bugprone-reserved-identifier)
 
 namespace chiasm::kernels {
 

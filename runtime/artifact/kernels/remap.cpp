@@ -223,10 +223,12 @@ void extract_patches(const T* pixels, int64_t rows, int64_t channels, int64_t le
                      int64_t side, T* out) {
   const int64_t area = side * side;
   std::vector<T> across(static_cast<size_t>(area)), down(across);  // a patch's pixels in its frame
-  for (int64_t k = 0; k < area; ++k) {
-    across[static_cast<size_t>(k)] = static_cast<T>(2 * (k % side) + 1) / static_cast<T>(side) - 1;
-    down[static_cast<size_t>(k)] = static_cast<T>(2 * (k / side) + 1) / static_cast<T>(side) - 1;
-  }
+  for (int64_t y = 0; y < side; ++y)
+    for (int64_t x = 0; x < side; ++x) {
+      const auto k = static_cast<size_t>(y * side + x);
+      across[k] = static_cast<T>(2 * x + 1) / static_cast<T>(side) - 1;
+      down[k] = static_cast<T>(2 * y + 1) / static_cast<T>(side) - 1;
+    }
 #pragma omp parallel for
   for (int64_t i = 0; i < rows * frames_per_row; ++i) {
     const int64_t row = i / frames_per_row, frame = i % frames_per_row;
