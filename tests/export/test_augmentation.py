@@ -17,7 +17,10 @@ from chiasm.augmentation import (
     AugmentationSequential,
     RandomAffine,
     RandomHorizontalFlip,
+    RandomIoUCrop,
     RandomResizedCrop,
+    RandomZoomOut,
+    ScaleJitter,
     random_color_jitter,
 )
 from chiasm.data import DataError, Map
@@ -70,6 +73,42 @@ def test_every_backend_gives_eager_s_images(pipeline: nn.Module, bundle: Path, b
     off = (found - expected).abs()
     assert off.max() <= 2.5 * level
     assert (off > 1e-4).float().mean() < 0.001
+
+
+class Detected(nn.Module):
+    """What a detector trains on: images of a drawn size on a canvas, or a crop that keeps a box."""
+
+    def __init__(self, crops: bool) -> None:
+        super().__init__()
+        self.crops = crops
+        self.scale = AugmentationSequential(
+            ScaleJitter((20, 20), (0.5, 1.5), canvas=30), RandomZoomOut(canvas=40, p=0.7)
+        )
+        self.crop = RandomIoUCrop(size=(20, 24))
+
+    def forward(self, input: Tensor, boxes: Tensor, seed: Tensor) -> Tensor:
+        if self.crops:
+            return self.crop.forward(input, seed, self.crop.draw_among(boxes, seed, list(input.shape)))
+        return self.scale.forward(input, seed)
+
+
+@pytest.mark.parametrize("crops", [False, True])
+def test_drawn_sizes_on_a_canvas_and_crops_by_overlap_deploy(crops: bool, tmp_path: Path) -> None:
+    inputs = [
+        image("input"),
+        TensorSpec("boxes", ("B", 3, 4), range=(0.0, 8.0)),
+        TensorSpec("seed", ("B",), "int64", range=(-(2**62), 2**62)),
+    ]
+    module, images = Detected(crops), torch.rand(3, 3, 21, 25)
+    tolerances = {"float32": Tolerance(1e-4, 1e-4)}
+    bundle = export(module, Spec("my.detected", inputs, gradients=(), tolerances=tolerances), tmp_path)
+    boxes = torch.tensor([[[1.0, 2.0, 9.0, 12.0], [3.0, 3.0, 20.0, 20.0], [15.0, 1.0, 24.0, 9.0]]])
+    boxes, seed = boxes.expand(3, -1, -1).contiguous(), torch.tensor([5, -7, 2**40])
+    expected = module(images, boxes, seed)
+    for backend in ("native", "onnx", "torch"):
+        method = runtime.open(str(bundle)).method("forward", backend=backend)
+        found = torch.as_tensor(method(images.numpy(), boxes.numpy(), seed.numpy()))
+        torch.testing.assert_close(found, expected, atol=1e-5, rtol=1e-5)
 
 
 class Photos(Dataset):

@@ -289,3 +289,10 @@ def test_steps_of_a_sequence() -> None:
     assert augment[0] is flip
     assert augment[-1] is identity
     assert list(augment) == [flip, identity]
+
+
+def test_boxes_narrower_than_a_pixel_keep_their_width() -> None:
+    flip = A.AugmentationSequential(A.RandomHorizontalFlip(p=1.0), data_keys=["input", "bbox_xyxy"])
+    boxes = torch.tensor([[[0.0, 0.0, 0.0, 0.0], [3.0, 2.0, 3.25, 8.0], [3.0, 2.0, 9.0, 8.0]]])
+    expected = torch.stack([16 - boxes[..., 2], boxes[..., 1], 16 - boxes[..., 0], boxes[..., 3]], -1)
+    assert flip(photos(1), boxes)[1].equal(expected)

@@ -42,7 +42,9 @@ MOVING: dict[str, Any] = {
     "RandomRotation3D": (10.0,),
     "RandomRotation90": ((0, 3),),
     "RandomShear": (10.0,),
+    "RandomShortestSize": (8,),
     "Resize": (8,),
+    "ScaleJitter": ((8, 8),),
     "SmallestMaxSize": (8,),
 }
 MADE = [

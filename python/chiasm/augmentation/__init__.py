@@ -32,6 +32,7 @@ from .displacement import (
     random_thin_plate_spline,
 )
 from .distort import random_photometric_distort
+from .drawn_sizes import RandomShortestSize, ScaleJitter
 from .erasing import RandomErasing, random_erasing
 from .flip import RandomHorizontalFlip, RandomVerticalFlip, random_horizontal_flip, random_vertical_flip
 from .flip3d import (
@@ -42,6 +43,7 @@ from .flip3d import (
     random_horizontal_flip3d,
     random_vertical_flip3d,
 )
+from .iou_crop import RandomIoUCrop, SanitizeBoundingBoxes
 from .jitter import random_color_jiggle, random_color_jitter
 from .levels import (
     random_auto_contrast,
@@ -108,6 +110,7 @@ from .warps3d import (
     random_rotation3d,
 )
 from .weather import random_rain, random_snow
+from .zoom_out import RandomZoomOut
 
 __all__ = [
     "AugmentationBase2D",
@@ -133,6 +136,7 @@ __all__ = [
     "RandomFisheye",
     "RandomHorizontalFlip",
     "RandomHorizontalFlip3D",
+    "RandomIoUCrop",
     "RandomJigsaw",
     "RandomMixUpV2",
     "RandomMosaic",
@@ -144,13 +148,17 @@ __all__ = [
     "RandomRotation3D",
     "RandomRotation90",
     "RandomShear",
+    "RandomShortestSize",
     "RandomThinPlateSpline",
     "RandomTranslate",
     "RandomTransplantation",
     "RandomTransplantation3D",
     "RandomVerticalFlip",
     "RandomVerticalFlip3D",
+    "RandomZoomOut",
     "Resize",
+    "SanitizeBoundingBoxes",
+    "ScaleJitter",
     "SmallestMaxSize",
     "VideoSequential",
     "aug_mix",

@@ -41,6 +41,8 @@ from .displacement import random_elastic_transform as random_elastic_transform
 from .displacement import random_fisheye as random_fisheye
 from .displacement import random_thin_plate_spline as random_thin_plate_spline
 from .distort import random_photometric_distort as random_photometric_distort
+from .drawn_sizes import RandomShortestSize as RandomShortestSize
+from .drawn_sizes import ScaleJitter as ScaleJitter
 from .erasing import RandomErasing as RandomErasing
 from .erasing import random_erasing as random_erasing
 from .flip import RandomHorizontalFlip as RandomHorizontalFlip
@@ -53,6 +55,8 @@ from .flip3d import RandomVerticalFlip3D as RandomVerticalFlip3D
 from .flip3d import random_depthical_flip3d as random_depthical_flip3d
 from .flip3d import random_horizontal_flip3d as random_horizontal_flip3d
 from .flip3d import random_vertical_flip3d as random_vertical_flip3d
+from .iou_crop import RandomIoUCrop as RandomIoUCrop
+from .iou_crop import SanitizeBoundingBoxes as SanitizeBoundingBoxes
 from .jitter import random_color_jiggle as random_color_jiggle
 from .jitter import random_color_jitter as random_color_jitter
 from .levels import random_auto_contrast as random_auto_contrast
@@ -116,6 +120,7 @@ from .warps3d import random_perspective3d as random_perspective3d
 from .warps3d import random_rotation3d as random_rotation3d
 from .weather import random_rain as random_rain
 from .weather import random_snow as random_snow
+from .zoom_out import RandomZoomOut as RandomZoomOut
 
 class ColorJiggle(IntensityAugmentationBase2D):
     """`random_color_jiggle` as a module, which draws the seeds if none are given: Change brightness (a
@@ -747,6 +752,7 @@ __all__ = [
     "RandomHorizontalFlip3D",
     "RandomHue",
     "RandomInvert",
+    "RandomIoUCrop",
     "RandomJPEG",
     "RandomJigsaw",
     "RandomLinearCornerIllumination",
@@ -774,6 +780,7 @@ __all__ = [
     "RandomSaturation",
     "RandomSharpness",
     "RandomShear",
+    "RandomShortestSize",
     "RandomSnow",
     "RandomSolarize",
     "RandomThinPlateSpline",
@@ -782,7 +789,10 @@ __all__ = [
     "RandomTransplantation3D",
     "RandomVerticalFlip",
     "RandomVerticalFlip3D",
+    "RandomZoomOut",
     "Resize",
+    "SanitizeBoundingBoxes",
+    "ScaleJitter",
     "SmallestMaxSize",
     "TrivialAugment",
     "VideoSequential",

@@ -64,21 +64,40 @@ def as_movable(key: str, value: Any) -> Any:
     return value if value.is_floating_point() else value.to(torch.float32)
 
 
-def moved_coordinates(key: str, data: Any, matrix: Tensor) -> Any:
-    """Boxes or points, mapped by homographies (B, 3, 3); a list has the boxes of one image in each place."""
+def moved_coordinates(key: str, data: Any, matrix: Tensor, edges: bool = False) -> Any:
+    """Boxes or points, mapped by homographies (B, 3, 3); a list has the boxes of one image in each place.
+    Of a box the centres of the corner pixels are mapped, with ``edges`` its edges."""
     if isinstance(data, list):
-        return [moved_coordinates(key, one[None], matrix[i : i + 1])[0] for i, one in enumerate(data)]
+        return [moved_coordinates(key, one[None], matrix[i : i + 1], edges)[0] for i, one in enumerate(data)]
     if key in ("keypoints", "bbox"):
         flat = data.flatten(1, -2)
         return transform_points(matrix, flat.to(torch.float64)).reshape(data.shape).to(data.dtype)
     first, second = data[..., :2].to(torch.float64), data[..., 2:].to(torch.float64)
-    # From edges to centres of corner pixels: the last pixel's coordinate is one less.
-    last = (second if key == "bbox_xyxy" else first + second) - 1.0
+    last = second if key == "bbox_xyxy" else first + second
+    # From edges to the centres of corner pixels; a box narrower than a pixel has none, and keeps its width.
+    inset = 0.5 * (last - first).amin(-1, keepdim=True).clamp(0.0, 0.0 if edges else 1.0)
+    first, last = first - 0.5 + inset, last - 0.5 - inset
     x, y = torch.stack([first[..., 0], last[..., 0]], -1), torch.stack([first[..., 1], last[..., 1]], -1)
     corners = torch.stack([x[..., [0, 1, 1, 0]], y[..., [0, 0, 1, 1]]], -1)
     moved = transform_points(matrix, corners.flatten(1, -2)).reshape(corners.shape)
-    low, high = moved.amin(-2), moved.amax(-2) + 1.0
+    low, high = moved.amin(-2) - inset + 0.5, moved.amax(-2) + inset + 0.5
     return torch.cat([low, high if key == "bbox_xyxy" else high - low], -1).to(data.dtype)
+
+
+def edges_of(key: str, boxes: Tensor) -> Tensor:
+    """Boxes (*, N, 4) as x1, y1, x2, y2. Those of "bbox" name pixels, and so can't be empty."""
+    if key == "bbox":
+        raise ValueError(
+            "data_keys: expected 'bbox_xyxy' or 'bbox_xywh' beside a step that empties boxes, got 'bbox'"
+        )
+    first, second = boxes[..., :2], boxes[..., 2:]
+    return torch.cat([first, second if key == "bbox_xyxy" else first + second], -1)
+
+
+def of_edges(key: str, edges: Tensor) -> Tensor:
+    """The inverse of ``edges_of``."""
+    first, second = edges[..., :2], edges[..., 2:]
+    return torch.cat([first, second if key == "bbox_xyxy" else second - first], -1)
 
 
 def moved_mask(

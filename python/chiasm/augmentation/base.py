@@ -37,6 +37,8 @@ class AugmentationBase(Module):
     __jit_unused_properties__: ClassVar[List[str]] = ["transform_matrix"]
     #: The number of dimensions of a batch.
     rank = 4
+    #: Whether a change moves the edges of boxes, not the centres of their corner pixels.
+    moves_edges = False
     #: The parameters of the last call.
     _params: Dict[str, Tensor]
 
@@ -84,6 +86,18 @@ class AugmentationBase(Module):
             drawn = uniform(seed[:1], 1, 1048576)[:, 0] < self.p_batch
             params["batch_prob"] = params["batch_prob"] & drawn
         return params
+
+    @torch.jit.unused
+    def draw_beside(
+        self, seed: Tensor, shape: List[int], keys: List[str], data: List[Any]
+    ) -> Dict[str, Tensor]:
+        """``draw`` within a sequence, where the parameters may depend on what belongs to the images."""
+        return self.draw(seed, shape)
+
+    @torch.jit.unused
+    def settled(self, keys: List[str], data: List[Any], params: Dict[str, Tensor]) -> List[Any]:
+        """What a sequence returns after this step, of the moved ``data``."""
+        return data
 
     def forward(self, input: Tensor, seed: Tensor, params: Optional[Dict[str, Tensor]] = None) -> Tensor:
         """The batch, changed according to ``seed`` (B,), int64, or according to ``params`` if they are

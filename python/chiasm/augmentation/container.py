@@ -13,6 +13,8 @@ from .base import AugmentationBase, draw_seeds, identity, select, shape_of
 from .crop import RandomResizedCrop
 from .cut import Cut
 from .cut3d import Cut3D
+from .drawn_sizes import Sized
+from .iou_crop import RandomIoUCrop
 from .keys import keys_of_call, on_dict, read_keys
 from .mixing import MixAugmentationBase, RandomMosaic
 from .resizing import Resize
@@ -199,6 +201,7 @@ class AugmentationSequential(Module):
         first = keys.index("input")
         if seed is None:
             seed = draw_seeds(data[first].size(0), generator).to(data[first].device)
+        check_seed(seed, data[first].size(0))
         if params is not None:
             self._check_params(params)
         self._params = []
@@ -206,10 +209,12 @@ class AugmentationSequential(Module):
         chosen = self.chosen(seeds[-1]) if self.some else None
         for i, step in enumerate(self._typed()):
             shape = list(data[first].shape)
-            given = None if params is None else params[i]
-            if given is None and chosen is not None:
-                given = {**step.draw(seeds[i], shape), "seed": seeds[i]}
-                given["batch_prob"] &= chosen[i]
+            if params is not None:
+                given = params[i]
+            else:
+                given = {**step.draw_beside(seeds[i], shape, keys, data), "seed": seeds[i]}
+                if chosen is not None:
+                    given["batch_prob"] &= chosen[i]
             image = self._changed(step, data[first], step.change(data[first], given, seeds[i]))
             self._params.append(step._params)
             matrix = _matrix(step, step._params, shape, keys)
@@ -217,6 +222,7 @@ class AugmentationSequential(Module):
                 image if n == first else self._along(step, key, value, matrix)
                 for n, (key, value) in enumerate(zip(keys, data))
             ]
+            data = step.settled(keys, data, step._params)
         return self._as_given(keys, args, data, single)
 
     def inverse(
@@ -302,7 +308,7 @@ class AugmentationSequential(Module):
         return (
             step.transform_mask(value, step._params)
             if key == "mask"
-            else moved_coordinates(key, value, matrix)
+            else moved_coordinates(key, value, matrix, step.moves_edges)
         )
 
     @property
@@ -352,7 +358,7 @@ def _chosen(
 def _changes_size(step: nn.Module) -> bool:
     if isinstance(step, RandomMosaic):
         return step.output_size is not None
-    return isinstance(step, (Cut, Cut3D, Resize, RandomResizedCrop))
+    return isinstance(step, (Cut, Cut3D, RandomIoUCrop, RandomResizedCrop, Resize, Sized))
 
 
 def _matrix(step: AugmentationBase, params: Dict[str, Tensor], shape: List[int], keys: List[str]) -> Tensor:
@@ -379,4 +385,6 @@ def _back(
         return value
     if key == "input":
         return step.inverse_transform(value, params, shape)
-    return step.inverse_mask(value, params, shape) if key == "mask" else moved_coordinates(key, value, matrix)
+    if key == "mask":
+        return step.inverse_mask(value, params, shape)
+    return moved_coordinates(key, value, matrix, step.moves_edges)

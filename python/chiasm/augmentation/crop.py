@@ -41,7 +41,7 @@ def _draw(
     return {"batch_prob": below(u[:, 0], p), "box": torch.stack([left, top, w, h], -1)}
 
 
-def _matrix(
+def resized_box(
     params: Dict[str, Tensor], shape: List[int], size: Tuple[int, int], align_corners: bool
 ) -> Tensor:
     """Maps the box (for unchanged samples, the whole image) to the output: corner pixels to corner pixels, or
@@ -104,7 +104,7 @@ def random_resized_crop(
     """
     check_batch(input, seed)
     shape = list(input.shape)
-    matrix = _matrix(_draw(seed, shape, scale, ratio, p), shape, size, align_corners)
+    matrix = resized_box(_draw(seed, shape, scale, ratio, p), shape, size, align_corners)
     return warped(input, matrix, size[0], size[1], resample, "border", align_corners)
 
 
@@ -145,7 +145,7 @@ class RandomResizedCrop(Warp):
         return _draw(seed, shape, self.scale, self.ratio, self.p)
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
-        return _matrix(params, shape, self.size, self.align_corners)
+        return resized_box(params, shape, self.size, self.align_corners)
 
     def output_size(self, shape: List[int]) -> List[int]:
         return [self.size[0], self.size[1]]

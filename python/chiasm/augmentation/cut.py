@@ -29,14 +29,18 @@ def cut(input: Tensor, corner: Tensor, size: Tuple[int, int], padding_mode: str,
     height, width = input.size(2), input.size(3)
     column = corner[:, :1] + torch.arange(size[1], device=input.device)
     row = corner[:, 1:] + torch.arange(size[0], device=input.device)
-    x = inside(column, width, padding_mode)[:, None, None, :]
-    y = inside(row, height, padding_mode)[:, None, :, None]
-    rows = torch.gather(input, 2, y.expand(-1, input.size(1), -1, width))
-    part = torch.gather(rows, 3, x.expand(-1, input.size(1), size[0], -1))
+    part = picked(input, inside(row, height, padding_mode), inside(column, width, padding_mode))
     if padding_mode != "constant":
         return part
     seen = ((row >= 0) & (row < height))[:, None, :, None] & ((column >= 0) & (column < width))[:, None, None]
     return torch.where(seen, part, torch.full_like(part, fill))
+
+
+def picked(input: Tensor, row: Tensor, column: Tensor) -> Tensor:
+    """The pixels (B, C, h, w) of images in the rows (B, h) and columns (B, w), int64."""
+    x, y = column[:, None, None, :], row[:, None, :, None]
+    rows = torch.gather(input, 2, y.expand(-1, input.size(1), -1, input.size(3)))
+    return torch.gather(rows, 3, x.expand(-1, input.size(1), row.size(1), -1))
 
 
 def beginning(drawn: Tensor, inside: int, size: int, before: int, after: int, pad_if_needed: bool) -> Tensor:
