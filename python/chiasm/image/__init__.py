@@ -5,8 +5,10 @@ from .conversion import image_to_tensor, tensor_to_image
 from .draw import draw_line, draw_point2d
 from .grid import make_grid
 from .shapes import draw_convex_polygon, draw_rectangle
+from .size import ImageSize
 
 __all__ = [
+    "ImageSize",
     "draw_convex_polygon",
     "draw_line",
     "draw_point2d",

@@ -11,6 +11,7 @@ from .draw import draw_point2d as draw_point2d
 from .grid import make_grid as make_grid
 from .shapes import draw_convex_polygon as draw_convex_polygon
 from .shapes import draw_rectangle as draw_rectangle
+from .size import ImageSize as ImageSize
 
 class DrawConvexPolygon(nn.Module):
     """`draw_convex_polygon` as a module: Fill one convex polygon in each image: all pixels whose centre
@@ -78,6 +79,7 @@ __all__ = [
     "DrawLine",
     "DrawPoint2d",
     "DrawRectangle",
+    "ImageSize",
     "ImageToTensor",
     "MakeGrid",
     "TensorToImage",

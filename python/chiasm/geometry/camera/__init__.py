@@ -7,6 +7,15 @@ from .kannala_brandt import (
     dx_distort_points_kannala_brandt,
     undistort_points_kannala_brandt,
 )
+from .models import (
+    BrownConradyModel,
+    CameraModel,
+    CameraModelBase,
+    CameraModelType,
+    KannalaBrandtK3,
+    Orthographic,
+    PinholeModel,
+)
 from .pinhole import PinholeCamera, cam2pixel, pixel2cam, project_points, unproject_points
 from .planes import (
     dx_project_points_orthographic,
@@ -19,7 +28,14 @@ from .planes import (
 from .stereo import StereoCamera
 
 __all__ = [
+    "BrownConradyModel",
+    "CameraModel",
+    "CameraModelBase",
+    "CameraModelType",
+    "KannalaBrandtK3",
+    "Orthographic",
     "PinholeCamera",
+    "PinholeModel",
     "StereoCamera",
     "cam2pixel",
     "distort_points_affine",

@@ -10,6 +10,13 @@ from .affine import undistort_points_affine as undistort_points_affine
 from .kannala_brandt import distort_points_kannala_brandt as distort_points_kannala_brandt
 from .kannala_brandt import dx_distort_points_kannala_brandt as dx_distort_points_kannala_brandt
 from .kannala_brandt import undistort_points_kannala_brandt as undistort_points_kannala_brandt
+from .models import BrownConradyModel as BrownConradyModel
+from .models import CameraModel as CameraModel
+from .models import CameraModelBase as CameraModelBase
+from .models import CameraModelType as CameraModelType
+from .models import KannalaBrandtK3 as KannalaBrandtK3
+from .models import Orthographic as Orthographic
+from .models import PinholeModel as PinholeModel
 from .pinhole import PinholeCamera as PinholeCamera
 from .pinhole import cam2pixel as cam2pixel
 from .pinhole import pixel2cam as pixel2cam
@@ -141,14 +148,21 @@ class UnprojectPointsZ1(nn.Module):
     def __call__(self, points_in_cam_canonical: Tensor) -> Tensor: ...
 
 __all__ = [
+    "BrownConradyModel",
     "Cam2pixel",
+    "CameraModel",
+    "CameraModelBase",
+    "CameraModelType",
     "DistortPointsAffine",
     "DistortPointsKannalaBrandt",
     "DxDistortPointsAffine",
     "DxDistortPointsKannalaBrandt",
     "DxProjectPointsOrthographic",
     "DxProjectPointsZ1",
+    "KannalaBrandtK3",
+    "Orthographic",
     "PinholeCamera",
+    "PinholeModel",
     "Pixel2cam",
     "ProjectPoints",
     "ProjectPointsOrthographic",
