@@ -306,3 +306,40 @@ def test_what_is_refused() -> None:
         A.RandomTransplantation(data_keys=["input"])(x)
     with pytest.raises(ValueError, match=r"mask: expected shape \(B, D, H, W\)"):
         A.random_transplantation3d(x[:, :, None], torch.zeros(8, 3, 3, 3, dtype=torch.int64), SEED, [])
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.uint8])
+def test_a_patch_mix_copies_a_square_of_the_partner(dtype: torch.dtype) -> None:
+    x, module = images(dtype), A.PatchMix(patch_size=5, data_keys=["input", "mask"])
+    made, mask = module(x, masks(), seed=SEED)
+    partner = permutation(uniform(SEED, 1)[:, 0])
+    assert module._params["partner"].tolist() == partner
+    for b, (left, top) in enumerate(module._params["corner"].tolist()):
+        assert 0 <= left <= 10 and 0 <= top <= 7
+        square = (slice(None), slice(top, top + 5), slice(left, left + 5))
+        for found, given in ((made, x), (mask, masks())):
+            expected = given[b].clone()
+            expected[square] = given[partner[b]][square]
+            assert found[b].equal(expected)
+    assert module(x, masks(), params=module._params)[0].equal(made)
+    assert torch.jit.script(module)(x, SEED).equal(made)
+    assert A.PatchMix(patch_size=5, p=0.0)(x).equal(x)
+    corner = module.draw(torch.arange(4000), [4000, 3, 12, 15])["corner"]
+    assert stats.chisquare(torch.bincount(corner[:, 0], minlength=11).numpy()).pvalue > 0.001
+    assert stats.chisquare(torch.bincount(corner[:, 1], minlength=8).numpy()).pvalue > 0.001
+
+
+def test_what_a_patch_mix_refuses() -> None:
+    for message, call in {
+        r"patch_size: expected at most the image's sides \(12, 15\), got 16": lambda: A.PatchMix()(images()),
+        "alpha, patch_size: expected positive": lambda: A.PatchMix(0.0),
+        "same_on_batch: expected False": lambda: A.PatchMix(same_on_batch=True),
+        "expected no 'class', for PatchMix": lambda: A.AugmentationSequential(
+            A.PatchMix(patch_size=3), data_keys=["input", "class"]
+        )(images(), LABEL),
+        "PatchMix: parts of images are lost": lambda: A.PatchMix(patch_size=3).inverse_transform(
+            images(), {}, []
+        ),
+    }.items():
+        with pytest.raises(ValueError, match=message):
+            call()

@@ -88,6 +88,7 @@ from .noise import (
     random_jpeg,
     random_salt_and_pepper_noise,
 )
+from .patch_mix import PatchMix
 from .patches import PatchSequential
 from .perspective import RandomPerspective, random_perspective
 from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
@@ -123,6 +124,7 @@ __all__ = [
     "IntensityAugmentationBase2D",
     "LongestMaxSize",
     "PadTo",
+    "PatchMix",
     "PatchSequential",
     "RandomAffine",
     "RandomAffine3D",

@@ -92,6 +92,7 @@ from .noise import random_channel_shuffle as random_channel_shuffle
 from .noise import random_gaussian_noise as random_gaussian_noise
 from .noise import random_jpeg as random_jpeg
 from .noise import random_salt_and_pepper_noise as random_salt_and_pepper_noise
+from .patch_mix import PatchMix as PatchMix
 from .patches import PatchSequential as PatchSequential
 from .perspective import RandomPerspective as RandomPerspective
 from .perspective import random_perspective as random_perspective
@@ -723,6 +724,7 @@ __all__ = [
     "LongestMaxSize",
     "Normalize",
     "PadTo",
+    "PatchMix",
     "PatchSequential",
     "RandAugment",
     "RandomAffine",

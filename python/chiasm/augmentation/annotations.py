@@ -85,19 +85,22 @@ def moved_coordinates(key: str, data: Any, matrix: Tensor, edges: bool = False) 
 
 
 def edges_of(key: str, boxes: Tensor) -> Tensor:
-    """Boxes (*, N, 4) as x1, y1, x2, y2. Those of "bbox" name pixels, and so can't be empty."""
-    if key == "bbox":
-        raise ValueError(
-            "data_keys: expected 'bbox_xyxy' or 'bbox_xywh' beside a step that empties boxes, got 'bbox'"
-        )
-    first, second = boxes[..., :2], boxes[..., 2:]
-    return torch.cat([first, second if key == "bbox_xyxy" else first + second], -1)
+    """Boxes (*, N, 4, 2) or (*, N, 4) as (x1, y1, x2, y2), the coordinates of their edges."""
+    if key == "bbox":  # the edge of the last pixel is one greater than its coordinate
+        return torch.cat([boxes.amin(-2), boxes.amax(-2) + 1], -1)
+    return torch.cat([boxes[..., :2], boxes[..., :2] + boxes[..., 2:]], -1) if key == "bbox_xywh" else boxes
 
 
-def of_edges(key: str, edges: Tensor) -> Tensor:
+def of_edges(key: str, boxes: Tensor) -> Tensor:
     """The inverse of ``edges_of``."""
-    first, second = edges[..., :2], edges[..., 2:]
-    return torch.cat([first, second if key == "bbox_xyxy" else second - first], -1)
+    first, second = boxes[..., :2], boxes[..., 2:]
+    if key == "bbox_xyxy":
+        return boxes
+    if key == "bbox_xywh":
+        return torch.cat([first, second - first], -1)
+    last = torch.maximum(second - 1, first)
+    x, y = torch.stack([first[..., 0], last[..., 0]], -1), torch.stack([first[..., 1], last[..., 1]], -1)
+    return torch.stack([x[..., [0, 1, 1, 0]], y[..., [0, 0, 1, 1]]], -1)
 
 
 def moved_mask(

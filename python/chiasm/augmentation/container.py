@@ -17,6 +17,7 @@ from .drawn_sizes import Sized
 from .iou_crop import RandomIoUCrop
 from .keys import keys_of_call, on_dict, read_keys
 from .mixing import MixAugmentationBase, RandomMosaic
+from .patch_mix import PatchMix
 from .resizing import Resize
 from .settings import numbers, whole_numbers
 
@@ -363,9 +364,9 @@ def _changes_size(step: nn.Module) -> bool:
 
 def _matrix(step: AugmentationBase, params: Dict[str, Tensor], shape: List[int], keys: List[str]) -> Tensor:
     """A step's homographies, if boxes or points need them; not every step can compute them."""
-    if "class" in keys and isinstance(step, RandomMosaic):
+    if "class" in keys and isinstance(step, (PatchMix, RandomMosaic)):
         raise ValueError(
-            "data_keys: expected no 'class', for RandomMosaic mixes images, and with them classes"
+            f"data_keys: expected no 'class', for {type(step).__name__} mixes images, and with them classes"
         )
     if any(key not in ("input", "mask", "class") for key in keys):
         return step.compute_transformation(params, shape)

@@ -145,9 +145,9 @@ class RandomIoUCrop(Warp):
             return self.draw(seed, shape)  # which raises
         given, key = data[place], keys[place]
         if isinstance(given, list):
-            edges = [edges_of(key, one) for one in given]
+            edges = [_edges(key, one) for one in given]
             return self.draw_among(torch.nn.utils.rnn.pad_sequence(edges, True), seed, shape)
-        return self.draw_among(edges_of(key, given), seed, shape)
+        return self.draw_among(_edges(key, given), seed, shape)
 
     @torch.jit.unused
     def settled(self, keys: List[str], data: List[Any], params: Dict[str, Tensor]) -> List[Any]:
@@ -155,7 +155,7 @@ class RandomIoUCrop(Warp):
         frame = torch.tensor([0.0, 0.0, width, height])
 
         def clipped(key: str, boxes: Tensor, is_cropped: Tensor) -> Tensor:
-            edges, whole = edges_of(key, boxes), frame.to(boxes)
+            edges, whole = _edges(key, boxes), frame.to(boxes)
             inside = _centred_within(edges, whole)[..., None]
             kept = torch.minimum(edges.clamp(min=0.0), whole[[2, 3, 2, 3]])
             made = of_edges(key, torch.where(inside, kept, torch.zeros_like(edges)))
@@ -270,10 +270,10 @@ class SanitizeBoundingBoxes(AugmentationBase):
             if not key.startswith("bbox"):
                 continue
             if isinstance(value, list):
-                kept = [self.valid(edges_of(key, one), height, width) for one in value]
+                kept = [self.valid(_edges(key, one), height, width) for one in value]
                 made[i] = [one[valid] for one, valid in zip(value, kept)]
             else:
-                valid = self.valid(edges_of(key, value), height, width)
+                valid = self.valid(_edges(key, value), height, width)
                 valid = valid.reshape(list(valid.shape) + [1] * (value.dim() - valid.dim()))
                 made[i] = torch.where(valid, value, torch.zeros_like(value))
         for i, (key, value) in enumerate(zip(keys, data)):
@@ -291,3 +291,12 @@ def _centred_within(boxes: Tensor, frame: Tensor) -> Tensor:
     """(*, N), bool: whether the centres of boxes (*, N, 4) lie strictly within frames that broadcast."""
     centre = 0.5 * (boxes[..., :2] + boxes[..., 2:])
     return ((centre > frame[..., :2]) & (centre < frame[..., 2:])).all(-1)
+
+
+def _edges(key: str, boxes: Tensor) -> Tensor:
+    """``edges_of`` boxes that may become empty, which those of "bbox", whole pixels, can't."""
+    if key == "bbox":
+        raise ValueError(
+            "data_keys: expected 'bbox_xyxy' or 'bbox_xywh' beside a step that empties boxes, got 'bbox'"
+        )
+    return edges_of(key, boxes)

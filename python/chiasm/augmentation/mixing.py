@@ -8,6 +8,7 @@ from torch import Tensor, nn
 from ..primitives.core.broadcasting import each
 from ..primitives.core.modules import Module
 from ..primitives.random.draws import uniform
+from .annotations import edges_of, of_edges
 from .base import AugmentationBase2D, as_size, draw_seeds, shape_of
 from .decisions import check_chance
 from .keys import keys_of_call, read_keys
@@ -428,8 +429,8 @@ class RandomMosaic(TileAugmentationBase):
         if not key.startswith("bbox"):
             return self.apply_transform(value, params)
         size, grid, least = self.output_size, self.mosaic_grid, self.min_bbox_size
-        seen = boxes_of_mosaic(_edges(key, value), params, shape[2], shape[3], size, grid, least)
-        return _from_edges(key, seen)
+        seen = boxes_of_mosaic(edges_of(key, value), params, shape[2], shape[3], size, grid, least)
+        return of_edges(key, seen)
 
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
@@ -440,21 +441,3 @@ def check_seeds_differ(same_on_batch: bool) -> None:
     """Raise ValueError if all samples would draw from one seed."""
     if same_on_batch:
         raise ValueError("same_on_batch: expected False, for partners are drawn by seeds that differ")
-
-
-def _edges(key: str, boxes: Tensor) -> Tensor:
-    """Boxes as (x1, y1, x2, y2), the coordinates of their edges."""
-    if key == "bbox":  # the edge of the last pixel is one greater than its coordinate
-        return torch.cat([boxes.amin(-2), boxes.amax(-2) + 1], -1)
-    return torch.cat([boxes[..., :2], boxes[..., :2] + boxes[..., 2:]], -1) if key == "bbox_xywh" else boxes
-
-
-def _from_edges(key: str, boxes: Tensor) -> Tensor:
-    first, second = boxes[..., :2], boxes[..., 2:]
-    if key == "bbox_xyxy":
-        return boxes
-    if key == "bbox_xywh":
-        return torch.cat([first, second - first], -1)
-    last = torch.maximum(second - 1, first)
-    x, y = torch.stack([first[..., 0], last[..., 0]], -1), torch.stack([first[..., 1], last[..., 1]], -1)
-    return torch.stack([x[..., [0, 1, 1, 0]], y[..., [0, 0, 1, 1]]], -1)
