@@ -109,11 +109,18 @@ def test_flat_patches_have_zeros_and_gradients() -> None:
     assert patches.grad is not None and torch.isfinite(patches.grad).all()
 
 
-@pytest.mark.parametrize(("batch", "size", "stride"), [(1, 4, 1), (3, 3, 2), (1, 1, 3)])
-def test_dense_sift(batch: int, size: int, stride: int) -> None:
+@pytest.mark.parametrize(
+    ("batch", "size", "stride", "padding"),
+    [(1, 4, 1, 0), (3, 3, 2, 0), (1, 1, 3, 0), (2, 4, 2, 3), (1, 3, 1, 4)],
+)
+def test_dense_sift(batch: int, size: int, stride: int, padding: int) -> None:
     x = photo(batch, 1, 21, 26, torch.float64)
-    described = feature.dense_sift(x, 8, 4, size, False, 0.2, stride)
-    assert described.shape == (batch, 128, (21 - 4 * size) // stride + 1, (26 - 4 * size) // stride + 1)
+    described = feature.dense_sift(x, 8, 4, size, False, 0.2, stride, padding)
+    shape = [(n + 2 * padding - 4 * size) // stride + 1 for n in (21, 26)]
+    assert list(described.shape) == [batch, 128, *shape]
+    if padding >= size // 2:
+        module = feature.DenseSIFTDescriptor(8, 4, size, False, 0.2, stride, padding - size // 2)
+        assert module(x).equal(described)
     for b in range(batch):
         length, direction = gradients(x[b, 0].numpy())
         votes = (
@@ -123,7 +130,7 @@ def test_dense_sift(batch: int, size: int, stride: int) -> None:
             * length
         )
         for i, j in ((0, 0), (1, 2), (described.size(2) - 1, described.size(3) - 1)):
-            centres = [[s * stride + (k + 0.5) * size - 0.5 for k in range(4)] for s in (i, j)]
+            centres = [[s * stride - padding + (k + 0.5) * size - 0.5 for k in range(4)] for s in (i, j)]
             near = [
                 [np.maximum(0, 1 - np.abs(np.arange(n) - c) / size) for c in cs]
                 for n, cs in zip((21, 26), centres, strict=True)
@@ -228,6 +235,7 @@ WRONG = [
         ValueError,
         r"input: expected shape \(B, 1, H, W\)",
     ),
+    (lambda: feature.dense_sift(IMAGE, padding=-1), ValueError, "padding: expected a number >= 0, got -1"),
     (
         lambda: feature.dense_sift(IMAGE, stride=0),
         ValueError,

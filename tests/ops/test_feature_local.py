@@ -12,6 +12,7 @@ from torch import Tensor, nn
 
 from chiasm import feature
 from chiasm.color import rgb_to_grayscale
+from chiasm.feature.described import sift_laf_descriptors
 
 SLOTS = 250
 
@@ -149,3 +150,38 @@ def test_a_users_own_modules_learn_through_it() -> None:
     distances.sum().backward()
     gradients = [p.grad for p in module.parameters()]
     assert all(g is not None and torch.isfinite(g).all() for g in gradients) and gradients[0].abs().max() > 0
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_sift_features_are_where_opencv_s_are_and_match_a_turned_image(turned: bool) -> None:
+    import cv2
+
+    gray = cv2.resize(cv2.imread(str(FOLDER / "astronaut.png"), cv2.IMREAD_GRAYSCALE), (200, 200))
+    grey = torch.from_numpy(gray)[None, None].float() / 255.0
+    module = feature.SIFTFeature(400, descriptor_layout="opencv")
+    lafs, scores, valid, descriptors = module(grey)
+    assert lafs.shape == (1, 400, 2, 3) and bool((scores[:, 1:] <= scores[:, :-1]).all())
+    points = feature.get_laf_center(lafs)[valid].numpy()
+    if not turned:
+        kinds: list = list(cv2.SIFT.create(contrastThreshold=0.06).detect(gray, None))
+        theirs, reach = np.array([kind.pt for kind in kinds]), np.array([3 * kind.size for kind in kinds])
+        theirs = theirs[np.minimum(theirs, 199 - theirs).min(1) > reach]  # whose frames are in the image
+        apart = np.linalg.norm(theirs[:, None] - points, axis=-1).min(1)
+        assert len(theirs) > 200 and (apart < 1.5).mean() > 0.97
+        assert_scripts(module, grey)
+        return
+    around = torch.rot90(grey, 1, (2, 3))
+    others, _, seen, described = module(around)
+    _, index = feature.only_matches(*feature.match_smnn(descriptors[valid], described[seen], 0.8))
+    x, y = points[index[:, 0].numpy()].T
+    found = feature.get_laf_center(others)[seen].numpy()[index[:, 1].numpy()]
+    apart = np.hypot(found[:, 0] - y, found[:, 1] - (199 - x))
+    assert len(apart) > 150 and (apart < 1.0).mean() > 0.95
+
+
+def test_sift_features_of_kornia_s_layout_are_the_descriptors_of_their_frames() -> None:
+    img = photo()
+    lafs, _, valid, descriptors = feature.SIFTFeatureScaleSpace(60, upright=True, rootsift=False)(img)
+    parts = sift_laf_descriptors(img, lafs, 41, False)
+    torch.testing.assert_close(descriptors[valid], parts[valid])
+    assert valid.sum() == 60 and (lafs[..., 0, 1] == 0).all()

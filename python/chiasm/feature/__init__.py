@@ -45,6 +45,7 @@ from .matching import (
 )
 from .mkd import MKDDescriptor, mkd_describe
 from .patch_modules import (
+    DenseSIFTDescriptor,
     DescriptorMatcher,
     LAFAffineShapeEstimator,
     LAFOrienter,
@@ -58,6 +59,7 @@ from .response_modules import BlobDoG, BlobDoGSingle, BlobHessian, CornerGFTT, C
 from .responses import dog_response, dog_response_single, gftt_response, hessian_response
 from .shape import adapt_laf_shape, affine_shape, dominant_orientation, orient_laf
 from .sift import convert_sift_descriptor_layout, dense_sift, mean_patch, sift_describe
+from .sift_feature import SIFTFeature, SIFTFeatureScaleSpace
 
 __all__ = [
     "BlobDoG",
@@ -65,6 +67,7 @@ __all__ = [
     "BlobHessian",
     "CornerGFTT",
     "CornerHarris",
+    "DenseSIFTDescriptor",
     "DescriptorMatcher",
     "GeometryAwareDescriptorMatcher",
     "LAFAffineShapeEstimator",
@@ -77,6 +80,8 @@ __all__ = [
     "PatchAffineShapeEstimator",
     "PatchDominantGradientOrientation",
     "SIFTDescriptor",
+    "SIFTFeature",
+    "SIFTFeatureScaleSpace",
     "ScaleSpaceDetector",
     "adapt_laf_shape",
     "affine_shape",

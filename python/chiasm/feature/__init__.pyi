@@ -42,6 +42,7 @@ from .matching import match_snn as match_snn
 from .matching import only_matches as only_matches
 from .mkd import MKDDescriptor as MKDDescriptor
 from .mkd import mkd_describe as mkd_describe
+from .patch_modules import DenseSIFTDescriptor as DenseSIFTDescriptor
 from .patch_modules import DescriptorMatcher as DescriptorMatcher
 from .patch_modules import LAFAffineShapeEstimator as LAFAffineShapeEstimator
 from .patch_modules import LAFOrienter as LAFOrienter
@@ -71,6 +72,8 @@ from .sift import convert_sift_descriptor_layout as convert_sift_descriptor_layo
 from .sift import dense_sift as dense_sift
 from .sift import mean_patch as mean_patch
 from .sift import sift_describe as sift_describe
+from .sift_feature import SIFTFeature as SIFTFeature
+from .sift_feature import SIFTFeatureScaleSpace as SIFTFeatureScaleSpace
 
 class AdaptLafShape(nn.Module):
     """`adapt_laf_shape` as a module: Adapt the shape of frames to the image, so that gradients in their
@@ -120,6 +123,7 @@ class DenseSift(nn.Module):
     rootsift: bool
     clipval: float
     stride: int
+    padding: int
     def __init__(
         self,
         num_ang_bins: int = 8,
@@ -128,6 +132,7 @@ class DenseSift(nn.Module):
         rootsift: bool = True,
         clipval: float = 0.2,
         stride: int = 1,
+        padding: int = 0,
     ) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
@@ -647,6 +652,7 @@ __all__ = [
     "CornerGFTT",
     "CornerHarris",
     "DenormalizeLaf",
+    "DenseSIFTDescriptor",
     "DenseSift",
     "DescriptorMatcher",
     "DetectKeypoints",
@@ -700,6 +706,8 @@ __all__ = [
     "PerspectiveTransformLafs",
     "RotateLaf",
     "SIFTDescriptor",
+    "SIFTFeature",
+    "SIFTFeatureScaleSpace",
     "ScaleLaf",
     "ScaleSpaceDetector",
     "SetLafOrientation",

@@ -126,6 +126,10 @@ class LocalFeature(Module):
         self.descriptor = descriptor
 
     def forward(self, img: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+        return self.described(img)
+
+    def described(self, img: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+        """``forward``, for a class that goes on from its results."""
         lafs, scores, valid = self.detector(img)
         return lafs, scores, valid, _where(valid, self.descriptor(img, lafs))
 

@@ -13,7 +13,7 @@ from .laf import get_laf_orientation, rotate_laf, set_laf_orientation
 from .matching import match_mnn, match_nn, match_smnn, match_snn, only_matches
 from .patches import patches_of
 from .shape import affine_shape, dominant_orientation, reshaped_by
-from .sift import sift_describe
+from .sift import dense_sift, sift_describe
 
 
 class SIFTDescriptor(Module):
@@ -41,6 +41,45 @@ class SIFTDescriptor(Module):
 
     def forward(self, input: Tensor) -> Tensor:
         return sift_describe(input, self.num_ang_bins, self.num_spatial_bins, self.rootsift, self.clipval)
+
+
+class DenseSIFTDescriptor(Module):
+    """``dense_sift`` of images (B, 1, H, W), whose windows lie where Kornia's do.
+
+    Args:
+        num_ang_bins, num_spatial_bins, spatial_bin_size, rootsift, clipval, stride: see ``dense_sift``.
+        padding: a window may reach beyond the image by so many pixels and half a spatial bin, rounded down.
+
+    >>> DenseSIFTDescriptor()(torch.rand(1, 1, 40, 50)).shape
+    torch.Size([1, 128, 31, 41])
+    """
+
+    def __init__(
+        self,
+        num_ang_bins: int = 8,
+        num_spatial_bins: int = 4,
+        spatial_bin_size: int = 4,
+        rootsift: bool = True,
+        clipval: float = 0.2,
+        stride: int = 1,
+        padding: int = 1,
+    ) -> None:
+        super().__init__()
+        self.num_ang_bins, self.num_spatial_bins = num_ang_bins, num_spatial_bins
+        self.spatial_bin_size, self.stride, self.padding = spatial_bin_size, stride, padding
+        self.rootsift, self.clipval = rootsift, float(clipval)
+
+    def forward(self, input: Tensor) -> Tensor:
+        return dense_sift(
+            input,
+            self.num_ang_bins,
+            self.num_spatial_bins,
+            self.spatial_bin_size,
+            self.rootsift,
+            self.clipval,
+            self.stride,
+            self.padding + self.spatial_bin_size // 2,
+        )
 
 
 class PatchDominantGradientOrientation(Module):

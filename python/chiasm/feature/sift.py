@@ -7,6 +7,7 @@ Arandjelovic, A. Zisserman, Three things everyone should know to improve object 
 from typing import List
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_image, check_tensor
@@ -68,6 +69,7 @@ def dense_sift(
     rootsift: bool = True,
     clipval: float = 0.2,
     stride: int = 1,
+    padding: int = 0,
 ) -> Tensor:
     """Dense SIFT: descriptors of upright windows on a grid over the image. There is no Gaussian weight, and
     gradients outside a window contribute to its outer spatial bins.
@@ -80,10 +82,12 @@ def dense_sift(
         spatial_bin_size: size of a spatial bin in pixels; a window is num_spatial_bins * spatial_bin_size
             pixels wide and high.
         stride: pixels from one window to the next.
+        padding: how many pixels a window may reach beyond the image, where there are no gradients.
 
     Returns:
         (B, num_ang_bins * num_spatial_bins^2, h, w), in the order of ``sift_describe``; entry (i, j) is that
-        of the window whose first pixel is (i stride, j stride), for all windows inside the image.
+        of the window whose first pixel is (i stride - padding, j stride - padding), for all windows inside
+        the padded image.
 
     Raises:
         TypeError: if input is not floating point.
@@ -101,10 +105,14 @@ def dense_sift(
         raise ValueError(
             f"spatial_bin_size, stride: expected positive numbers, got {spatial_bin_size} and {stride}"
         )
-    check_inside(input.size(2), num_spatial_bins * spatial_bin_size, "rows")
-    check_inside(input.size(3), num_spatial_bins * spatial_bin_size, "columns")
+    if padding < 0:
+        raise ValueError(f"padding: expected a number >= 0, got {padding}")
+    check_inside(input.size(2) + 2 * padding, num_spatial_bins * spatial_bin_size, "rows")
+    check_inside(input.size(3) + 2 * padding, num_spatial_bins * spatial_bin_size, "columns")
     length, direction = polar_gradient(input)
     planes = directed(length, direction, num_ang_bins)
+    if padding > 0:
+        planes = F.pad(planes, [padding, padding, padding, padding])
     rows = _placed(planes, 2, num_spatial_bins, spatial_bin_size, stride)
     places: List[Tensor] = []
     for row in rows:

@@ -444,12 +444,14 @@ class GetGaussianDiscreteKernel1d(nn.Module):
 
     kernel_size: int
     sigma: Union[float, Tensor]
+    force_even: bool
     dtype: torch.dtype
     device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: int,
         sigma: Union[float, Tensor],
+        force_even: bool = False,
         dtype: torch.dtype = ...,
         device: Optional[torch.device] = None,
     ) -> None: ...

@@ -108,19 +108,20 @@ def get_gaussian_erf_kernel1d(
 def get_gaussian_discrete_kernel1d(
     kernel_size: int,
     sigma: Union[float, Tensor],
+    force_even: bool = False,
     dtype: torch.dtype = torch.float32,
     device: Optional[torch.device] = None,
 ) -> Tensor:
     """The discrete analog of the Gaussian, exp(-t) I_n(t), t = sigma^2, normalized to sum 1.
 
     I_n are modified Bessel functions. T. Lindeberg, Scale-space for discrete signals, TPAMI 1990. It is
-    accurate for small sigmas, where a sampled Gaussian is not. Unlike in Kornia, there is no ``force_even``
-    (which would make kernel_size + 1 taps), the device is that of ``sigma`` (CPU for a float), and ``dtype``
-    is used only for a float sigma.
+    accurate for small sigmas, where a sampled Gaussian is not. The device is that of ``sigma`` (CPU for a
+    float), and ``dtype`` is used only for a float sigma.
 
     Args:
         kernel_size: number of taps, odd.
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
+        force_even: for compatibility with Kornia; it has no effect, since there is no even form.
         dtype: dtype of the kernel when sigma is a float.
         device: the device of the result, by default that of sigma.
 

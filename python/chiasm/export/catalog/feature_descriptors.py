@@ -7,7 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from ..spec import Spec, TensorSpec, Tolerance, image
-from . import add
+from . import add, rejected
 from .feature_frames import frames
 
 _PATCHES = TensorSpec("patches", ("N", 1, 16, 16), layout="NCHW", range=(0.0, 1.0), description="patches")
@@ -72,6 +72,8 @@ _add(
     TensorSpec("descriptors", layout="NCHW", description="unit vectors"),
     "sift_describe's histograms in NumPy",
     config={"rootsift": False, "stride": 3, "spatial_bin_size": 3},
+    also=({"padding": 2},),
+    errors=rejected("padding", "a number >= 0", -1),
     symbols={"H": (16, 32768), "W": (16, 32768)},
     picture="dense descriptors",
 )
