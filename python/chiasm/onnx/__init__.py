@@ -7,6 +7,7 @@ domain ``chiasm``. Any ONNX Runtime runs the function's body; a session with whi
 * `session` opens a bundle in ONNX Runtime, `register` adds the plug-in to session options of your own,
   `library` returns its path.
 * `prepend` puts a bundle in front of an existing model, `append` one after it.
+* `ONNXSequential` joins models and bundles in a row, and runs them.
 * `Node` is a bundle within a torch network, `export` writes such a network as ONNX, `embed` completes a model
   that was exported in another way.
 
@@ -28,6 +29,7 @@ from ..extras import advice
 try:
     from .merging import append, embed, prepend
     from .plugin import library, register
+    from .sequence import ONNXSequential
     from .sessions import session
 except ModuleNotFoundError as error:
     if advice(error) is None:
@@ -37,7 +39,7 @@ except ModuleNotFoundError as error:
 if TYPE_CHECKING:
     from .network import Node, export
 
-__all__ = ["Node", "append", "embed", "export", "library", "prepend", "register", "session"]
+__all__ = ["Node", "ONNXSequential", "append", "embed", "export", "library", "prepend", "register", "session"]
 
 
 def __getattr__(name: str) -> Any:

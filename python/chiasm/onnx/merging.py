@@ -65,7 +65,7 @@ def prepend(
         >>> [node.op_type for node in merged.graph.node], [i.name for i in merged.graph.input]
         (['pipelines_preprocess', 'GlobalAveragePool'], ['frame'])
     """
-    given = _loaded(model)
+    given = loaded_model(model)
     initialized = {t.name for t in given.graph.initializer}
     wanted = {v.name: v for v in given.graph.input if v.name not in initialized}
     opened = Method.open(bundle, method, dtype)
@@ -141,7 +141,7 @@ def append(
         >>> [node.op_type for node in merged.graph.node], [o.name for o in merged.graph.output]
         (['Relu', 'filters_sobel'], ['output'])
     """
-    given = _loaded(model)
+    given = loaded_model(model)
     opened = Method.open(bundle, method, dtype)
     offered = {v.name: v for v in [*given.graph.input, *given.graph.value_info, *given.graph.output]}
     pairs = _pairs_after(opened, given.graph, connect)
@@ -260,7 +260,8 @@ def _called(model: onnx.ModelProto, bundle: BundlePath, dtype: str | None) -> li
     return [Method.open(bundle, m, dtype if manifest["dtypes"] else None) for m in called]
 
 
-def _loaded(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
+def loaded_model(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
+    """A model, or the one in a file."""
     if isinstance(model, onnx.ModelProto):
         return model
     if not isinstance(model, (str, os.PathLike)):

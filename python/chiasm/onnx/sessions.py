@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .functions import read_model
@@ -64,17 +65,26 @@ def session(
         artifact = opened.fused()
     data, _ = read_model(opened, artifact)
     if fused:
+        serve([opened], options)
+    # the bytes that were checked, not the file again
+    return onnxruntime.InferenceSession(data, options, providers=list(providers or ["CPUExecutionProvider"]))
+
+
+def serve(methods: Sequence[Method], options: onnxruntime.SessionOptions) -> None:
+    """Let a session run the methods as native code, where that can be; a warning says where not, and why."""
+    served: list[Path] = []
+    for opened in methods:
         problem = _problem(opened)
         if problem:
             warnings.warn(
-                f"{opened.folder}: {method} runs as standard operators, not as native code: {problem}",
+                f"{opened.folder}: {opened.name} runs as standard operators, not as native code: {problem}",
                 RuntimeWarning,
-                stacklevel=2,
+                stacklevel=3,
             )
-        else:
-            register(options, opened.folder)
-    # the bytes that were checked, not the file again
-    return onnxruntime.InferenceSession(data, options, providers=list(providers or ["CPUExecutionProvider"]))
+        elif opened.folder not in served:
+            served.append(opened.folder)
+    if served:
+        register(options, served)
 
 
 def _problem(opened: Method) -> str:
