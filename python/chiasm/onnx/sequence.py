@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 import onnx
@@ -92,16 +92,14 @@ class ONNXSequential:
         onnx.save(self.model, os.fspath(file_path))
 
 
-def _is_bundle(given: onnx.ModelProto | BundlePath) -> bool:
+def _is_bundle(given: onnx.ModelProto | BundlePath) -> TypeGuard[BundlePath]:
     return isinstance(given, (str, os.PathLike)) and os.path.isdir(given)
 
 
 def _as_model(given: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
     """A model that may be changed."""
-    if not _is_bundle(given):
-        return at_least(loaded_model(given), 0, "")
-    assert not isinstance(given, onnx.ModelProto)
-    return at_least(fused_model(Method.open(given, "forward", None)), 0, str(given))
+    bundled = fused_model(Method.open(given, "forward", None)) if _is_bundle(given) else loaded_model(given)
+    return at_least(bundled, 0, bundled.graph.name)
 
 
 def _joined(first: onnx.ModelProto, second: onnx.ModelProto, joint: dict[str, str] | None) -> onnx.ModelProto:
