@@ -9,10 +9,12 @@ from .connected_components import (
 from .diamond_square import diamond_square
 from .distance_transform import distance_transform, distance_transform_edt
 from .histogram import histogram_matching, interp
+from .image_stitcher import ImageStitcher
 from .kmeans import KMeans, kmeans
 from .patches import combine_tensor_patches, extract_tensor_patches
 
 __all__ = [
+    "ImageStitcher",
     "KMeans",
     "combine_tensor_patches",
     "connected_components",

@@ -12,6 +12,7 @@ from .distance_transform import distance_transform as distance_transform
 from .distance_transform import distance_transform_edt as distance_transform_edt
 from .histogram import histogram_matching as histogram_matching
 from .histogram import interp as interp
+from .image_stitcher import ImageStitcher as ImageStitcher
 from .kmeans import KMeans as KMeans
 from .kmeans import kmeans as kmeans
 from .patches import combine_tensor_patches as combine_tensor_patches
@@ -144,6 +145,7 @@ __all__ = [
     "DistanceTransformEdt",
     "ExtractTensorPatches",
     "HistogramMatching",
+    "ImageStitcher",
     "Interp",
     "KMeans",
     "combine_tensor_patches",
