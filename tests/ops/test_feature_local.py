@@ -13,6 +13,7 @@ from torch import Tensor, nn
 from chiasm import feature
 from chiasm.color import rgb_to_grayscale
 from chiasm.feature.described import sift_laf_descriptors
+from chiasm.geometry.transform import ScalePyramid
 
 SLOTS = 250
 
@@ -25,7 +26,7 @@ def photo(name: str = "astronaut.png") -> Tensor:
 
 
 def detector(**others: object) -> feature.ScaleSpaceDetector:
-    return feature.ScaleSpaceDetector(SLOTS, "dog", num_octaves=2, mr_size=3, threshold=0.005, **others)
+    return feature.ScaleSpaceDetector(SLOTS, 3, response="dog", num_octaves=2, threshold=0.005, **others)
 
 
 def assert_scripts(module: nn.Module, *inputs: Tensor) -> None:
@@ -185,3 +186,36 @@ def test_sift_features_of_kornia_s_layout_are_the_descriptors_of_their_frames() 
     parts = sift_laf_descriptors(img, lafs, 41, False)
     torch.testing.assert_close(descriptors[valid], parts[valid])
     assert valid.sum() == 60 and (lafs[..., 0, 1] == 0).all()
+
+
+def test_the_detector_takes_kornia_s_keywords() -> None:
+    img = rgb_to_grayscale(photo())
+    pyramid = ScalePyramid(4, 1.5, 32, double_image=True)
+    blobs = {
+        "resp_module": feature.BlobDoG(),
+        "scale_pyr_module": pyramid,
+        "minima_are_also_good": True,
+        "scale_space_response": True,
+        "compile_modules": ["resp"],
+    }
+    for others, settings in (
+        (blobs, ("dog", 16, 4, 1.5, 6.0, 0.0, True)),
+        ({"resp_module": feature.CornerHarris(0.04)}, ("harris",)),
+        ({"resp_module": feature.CornerGFTT()}, ("gftt",)),
+        ({"resp_module": feature.BlobHessian(), "minima_are_also_good": False}, ("hessian",)),
+    ):
+        found = feature.ScaleSpaceDetector(num_features=30, **others)(img)
+        for one, expected in zip(found, feature.detect_keypoints(img, 30, *settings), strict=True):
+            assert one.equal(expected)
+    for message, others in {
+        "resp_module: expected CornerHarris": {"resp_module": feature.CornerHarris(0.05)},
+        "resp_module: expected": {"resp_module": nn.Identity()},
+        "subpix_module: expected None": {"subpix_module": nn.Identity()},
+        "minima_are_also_good: expected False for the response 'hessian'": {"minima_are_also_good": True},
+        "minima_are_also_good: expected True for the response 'dog'": {
+            **blobs,
+            "minima_are_also_good": False,
+        },
+    }.items():
+        with pytest.raises(ValueError, match=message):
+            feature.ScaleSpaceDetector(**others)

@@ -1,6 +1,8 @@
 """Kernel descriptors against the kernel itself, summed over all pairs of pixels in NumPy, and SciPy's Bessel
 functions."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import torch
@@ -138,7 +140,7 @@ def test_projection_and_power() -> None:
     np.testing.assert_allclose(
         feature.mkd_describe(patches, "cart", projection, mean, 0.3), expected, atol=1e-12
     )
-    module = feature.MKDDescriptor(13, "cart", torch.nn.Parameter(projection), mean, 0.3)
+    module = feature.MKDDescriptor(13, "cart", torch.nn.Parameter(projection), mean=mean, power=0.3)
     assert module.output_dims == 10 and set(module.state_dict()) == {"whitening"}
     torch.testing.assert_close(torch.jit.script(module)(patches), module(patches))
     np.testing.assert_allclose(module(patches).detach(), expected, atol=1e-12)
@@ -181,6 +183,7 @@ def test_frames_of_a_turned_image_match() -> None:
 
 
 PATCH = torch.zeros(1, 1, 8, 8)
+NAMED: Any = "pcawt"
 WRONG = [
     (
         lambda: feature.mkd_describe(PATCH[..., :7]),
@@ -211,6 +214,12 @@ WRONG = [
         "power: expected a positive number, got 0.0",
     ),
     (lambda: feature.MKDDescriptor(16, "both"), ValueError, "kernel_type: expected one of"),
+    (lambda: feature.MKDDescriptor(16, output_dims=0), ValueError, "output_dims: expected a positive number"),
+    (
+        lambda: feature.MKDDescriptor(16, whitening=NAMED),
+        TypeError,
+        r"whitening: expected None or a projection \(D, d\), .* got 'pcawt'",
+    ),
     (
         lambda: feature.MKDDescriptor(16)(PATCH),
         ValueError,
@@ -223,3 +232,13 @@ WRONG = [
 def test_message(call: object, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call()
+
+
+def test_the_first_dimensions_of_a_projection() -> None:
+    projection = torch.linalg.qr(torch.randn(63, 63, generator=torch.Generator().manual_seed(0)))[0]
+    module, patches = feature.MKDDescriptor(16, "cart", projection, "notredame", 20), photo(3, 1, 16, 16)
+    raw = feature.mkd_describe(patches, "cart").numpy() @ projection[:, :20].numpy()
+    np.testing.assert_allclose(module(patches), raw / np.linalg.norm(raw, axis=1, keepdims=True), atol=1e-5)
+    assert module.output_dims == 20
+    assert feature.MKDDescriptor(16, "cart", projection, output_dims=128).output_dims == 63
+    assert feature.MKDDescriptor(16, "cart", training_set="liberty", output_dims=20).output_dims == 63

@@ -8,18 +8,20 @@ nn.Module that torch.jit.script accepts; its ``forward`` must be annotated, sinc
 argument without annotation for a Tensor.
 """
 
-from typing import Optional, Tuple, Union
+from typing import List, Optional, Tuple, Union
 
 import torch
 from torch import Tensor, nn
 
 from ..color.gray import rgb_to_grayscale
+from ..geometry.transform.pyramid import ScalePyramid
 from ..primitives.core.checks import check_choice, check_image
 from ..primitives.core.modules import Module
 from .adalam import match_adalam
 from .detection import detect_keypoints
 from .laf import get_laf_center
 from .matching import match_fginn, match_mnn, match_nn, match_smnn, match_snn
+from .response_modules import response_name
 
 _MODES = ["nn", "mnn", "snn", "smnn", "fginn", "adalam"]
 
@@ -39,17 +41,24 @@ class ScaleSpaceDetector(Module):
     """A detector: ``detect_keypoints``, and the affine shape and the orientation of its frames.
 
     Args:
-        max_keypoints, response, num_octaves, n_levels, init_sigma, mr_size, threshold, double_image: see
-            ``detect_keypoints``.
-        aff_module: takes frames and the image, returns frames: for example ``AdaptLafShape()`` or a network
-            for patches. None keeps disks.
-        ori_module: the same, applied after aff_module: for example ``OrientLaf()``. None keeps upright
-            frames.
+        num_features: the number of slots, ``max_keypoints`` of ``detect_keypoints``.
+        mr_size: see ``detect_keypoints``.
+        scale_pyr_module: a ``ScalePyramid`` that sets n_levels, init_sigma and double_image, and takes all
+            octaves; it is not run, and its min_size has no effect: octaves end at 8 pixels.
+        resp_module: ``CornerHarris(0.04)``, ``CornerGFTT()``, ``BlobHessian()`` or ``BlobDoG()``, which sets
+            response; it is not run.
+        subpix_module: must be None: keypoints are refined as ``detect_keypoints`` says.
+        ori_module: takes frames and the image, returns frames, applied after aff_module: for example
+            ``OrientLaf()``. None keeps upright frames.
+        aff_module: the same, for example ``AdaptLafShape()`` or a network for patches. None keeps disks.
+        minima_are_also_good: for ``BlobDoG()`` True, otherwise False; by response, None.
+        scale_space_response, compile_modules: for compatibility with Kornia; they have no effect.
+        response, num_octaves, n_levels, init_sigma, threshold, double_image: see ``detect_keypoints``.
 
     ``forward`` takes (B, 1 or 3, H, W) and converts colours to grey; aff_module and ori_module get the
     original image.
 
-    >>> detect = ScaleSpaceDetector(5, "dog", num_octaves=2, mr_size=3)
+    >>> detect = ScaleSpaceDetector(5, mr_size=3, response="dog", num_octaves=2)
     >>> lafs, scores, valid = detect(torch.rand(1, 3, 64, 80))
     >>> lafs.shape, scores.shape, valid.shape
     (torch.Size([1, 5, 2, 3]), torch.Size([1, 5]), torch.Size([1, 5]))
@@ -57,20 +66,41 @@ class ScaleSpaceDetector(Module):
 
     def __init__(
         self,
-        max_keypoints: int = 500,
+        num_features: int = 500,
+        mr_size: float = 6.0,
+        scale_pyr_module: Optional[ScalePyramid] = None,
+        resp_module: Optional[nn.Module] = None,
+        subpix_module: Optional[nn.Module] = None,
+        ori_module: Optional[nn.Module] = None,
+        aff_module: Optional[nn.Module] = None,
+        minima_are_also_good: Optional[bool] = None,
+        scale_space_response: bool = False,
+        compile_modules: Union[bool, List[str]] = False,
+        *,
         response: str = "hessian",
         num_octaves: int = 4,
         n_levels: int = 3,
         init_sigma: float = 1.6,
-        mr_size: float = 6.0,
         threshold: float = 0.0,
         double_image: bool = False,
-        aff_module: Optional[nn.Module] = None,
-        ori_module: Optional[nn.Module] = None,
     ) -> None:
         super().__init__()
-        self.max_keypoints, self.response, self.num_octaves, self.n_levels = (
-            max_keypoints,
+        if subpix_module is not None:
+            raise ValueError(
+                f"subpix_module: expected None, the refinement of detect_keypoints, got {subpix_module}"
+            )
+        if scale_pyr_module is not None:
+            n_levels, init_sigma = scale_pyr_module.n_levels, scale_pyr_module.init_sigma
+            double_image, num_octaves = scale_pyr_module.double_image, 16
+        if resp_module is not None:
+            response = response_name(resp_module)
+        if minima_are_also_good is not None and minima_are_also_good != (response == "dog"):
+            raise ValueError(
+                f"minima_are_also_good: expected {response == 'dog'} for the response '{response}', got"
+                f" {minima_are_also_good}"
+            )
+        self.num_features, self.response, self.num_octaves, self.n_levels = (
+            num_features,
             response,
             num_octaves,
             n_levels,
@@ -89,7 +119,7 @@ class ScaleSpaceDetector(Module):
         grey = rgb_to_grayscale(img) if img.size(1) == 3 else img
         lafs, scores, valid = detect_keypoints(
             grey,
-            self.max_keypoints,
+            self.num_features,
             self.response,
             self.num_octaves,
             self.n_levels,

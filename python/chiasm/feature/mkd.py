@@ -103,16 +103,22 @@ def mkd_describe(
 
 class MKDDescriptor(Module):
     """``mkd_describe`` for patches of one size, as a module for ``LAFDescriptor``. Kornia takes the name of a
-    whitening that it downloads, and 128 of its dimensions; this class takes your own projection, or none.
+    whitening that it downloads; this class takes your own projection, or none.
 
     Args:
         patch_size: side PS of the patches.
-        kernel_type, whitening, mean, power: see ``mkd_describe``. Tensors become members: a Parameter is
-            learned with the module.
+        kernel_type, mean, power: see ``mkd_describe``.
+        whitening: see ``mkd_describe``. A tensor becomes a member, as mean does: a Parameter is learned with
+            the module.
+        training_set: for compatibility with Kornia, which takes a whitening of this name; it has no effect.
+        output_dims: how many of a projection's dimensions to keep, the first ones; None, or more than it has:
+            all. Without a projection it has no effect.
 
     >>> describe = MKDDescriptor(16, "polar")
     >>> describe(torch.rand(3, 1, 16, 16)).shape, describe.output_dims
     (torch.Size([3, 175]), 175)
+    >>> MKDDescriptor(16, "cart", torch.eye(63), output_dims=8)(torch.rand(3, 1, 16, 16)).shape
+    torch.Size([3, 8])
     """
 
     def __init__(
@@ -120,13 +126,23 @@ class MKDDescriptor(Module):
         patch_size: int = 32,
         kernel_type: str = "concat",
         whitening: Optional[Tensor] = None,
+        training_set: str = "liberty",
+        output_dims: Optional[int] = None,
         mean: Optional[Tensor] = None,
         power: float = 1.0,
     ) -> None:
         super().__init__()
         check_choice(kernel_type, ["concat", "cart", "polar"], "kernel_type")
+        if isinstance(whitening, str):
+            raise TypeError(
+                f"whitening: expected None or a projection (D, d), for no weights are here, got {whitening!r}"
+            )
+        if output_dims is not None and output_dims < 1:
+            raise ValueError(f"output_dims: expected a positive number, got {output_dims}")
+        if whitening is not None and output_dims is not None and output_dims < whitening.size(-1):
+            whitening = whitening[..., :output_dims]
         self.patch_size = patch_size
-        self.kernel_type = kernel_type
+        self.kernel_type, self.training_set = kernel_type, training_set
         self.power = float(power)
         self.output_dims = (
             {"concat": 238, "cart": 63, "polar": 175}[kernel_type]

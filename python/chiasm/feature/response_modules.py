@@ -2,7 +2,7 @@
 
 from typing import Optional, Union
 
-from torch import Tensor
+from torch import Tensor, nn
 
 from ..primitives.core.modules import Module, hold
 from .harris import harris_response
@@ -88,3 +88,19 @@ class BlobDoGSingle(Module):
 
     def forward(self, input: Tensor, sigmas: Optional[Tensor] = None) -> Tensor:
         return dog_response_single(input, self.sigma1, self.sigma2)
+
+
+def response_name(module: nn.Module) -> str:
+    """The ``response`` of ``detect_keypoints`` that a module of Kornia's detector stands for."""
+    if isinstance(module, CornerHarris) and module.k == 0.04 and module.grads_mode == "sobel":
+        return "harris"
+    if isinstance(module, CornerGFTT) and module.grads_mode == "sobel":
+        return "gftt"
+    if isinstance(module, BlobHessian) and module.grads_mode == "sobel":
+        return "hessian"
+    if isinstance(module, BlobDoG):
+        return "dog"
+    raise ValueError(
+        "resp_module: expected CornerHarris(0.04), CornerGFTT(), BlobHessian() or BlobDoG(), with"
+        f" grads_mode 'sobel', got {module}"
+    )

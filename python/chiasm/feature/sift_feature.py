@@ -44,7 +44,7 @@ class SIFTFeatureScaleSpace(LocalFeature):
         check_choice(descriptor_layout, ["kornia", "opencv"], "descriptor_layout")
         orient = PassLAF() if upright else LAFOrienter(19)
         super().__init__(
-            ScaleSpaceDetector(num_features, "dog", double_image=True, ori_module=orient),
+            ScaleSpaceDetector(num_features, ori_module=orient, response="dog", double_image=True),
             LAFDescriptor(SIFTDescriptor(41, rootsift=rootsift), 41),
         )
         self.num_features, self.upright, self.rootsift = num_features, upright, rootsift
