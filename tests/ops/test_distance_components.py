@@ -192,6 +192,27 @@ def test_convolutional_distance_by_definition(size: int, h: float) -> None:
     np.testing.assert_allclose(actual, per_plane(x, lambda p: growth_by_definition(p, size, h)), atol=1e-9)
 
 
+@pytest.mark.parametrize(("size", "h"), [(3, 0.35), (5, 0.15)])
+def test_convolutional_distance_of_volumes_by_definition(size: int, h: float) -> None:
+    x = (torch.rand(2, 1, 7, 9, 12, generator=torch.Generator().manual_seed(4)) < 0.02).double()
+    x[1, 0] = 0.0
+    actual, r = distance_transform(x, size, h), size // 2
+    offset = np.mgrid[-r : r + 1, -r : r + 1, -r : r + 1]
+    kernel = np.exp(-np.sqrt((offset**2).sum(0)) / h)
+    shape, expected = x[0, 0].numpy().copy(), np.zeros(x.shape[2:])
+    for k in range(28):
+        near = ndi.correlate(shape, kernel, mode="nearest")
+        with np.errstate(divide="ignore"):
+            beyond = np.where(near > 0, -h * np.log(near), 0.0)
+        expected += np.where(beyond > 0, k * r + beyond, 0.0)
+        shape = np.where(beyond > 0, 1.0, shape)
+    np.testing.assert_allclose(actual[0, 0], expected, atol=1e-9)
+    assert (actual[1] == 0).all() and expected.max() > 3
+    exact = ndi.distance_transform_edt(1 - x[0, 0].numpy())
+    near_by = (exact > 0) & (exact <= 1)
+    assert np.abs(expected - exact)[near_by].max() < 0.35
+
+
 def test_convolutional_distance_is_near_the_euclidean() -> None:
     x = torch.zeros(1, 1, 31, 31, dtype=torch.float64)
     x[0, 0, 15, 9] = 1.0

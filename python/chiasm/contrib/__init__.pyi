@@ -86,8 +86,8 @@ class DiamondSquare(nn.Module):
     def __call__(self, random: Tensor) -> Tensor: ...
 
 class DistanceTransform(nn.Module):
-    """`distance_transform` as a module: Approximate distance to the nearest pixel of a shape, by
-    convolutions."""
+    """`distance_transform` as a module: Approximate distance to the nearest pixel or voxel of a shape,
+    by convolutions."""
 
     kernel_size: int
     h: float

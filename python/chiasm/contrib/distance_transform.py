@@ -6,8 +6,8 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, check_pixels
-from ..primitives.features.distances import euclidean_distances, grown_distances
+from ..primitives.core.checks import check_floating, check_not_empty, check_pixels
+from ..primitives.features.distances import euclidean_distances, grown_distances, grown_distances3d
 
 
 def distance_transform_edt(image: Tensor) -> Tensor:
@@ -40,7 +40,7 @@ def distance_transform_edt(image: Tensor) -> Tensor:
 
 
 def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> Tensor:
-    """Approximate distance to the nearest pixel of a shape, by convolutions.
+    """Approximate distance to the nearest pixel or voxel of a shape, by convolutions.
 
     C. Karam, K. Sugimoto, K. Hirakawa, Fast convolutional distance transform, IEEE SPL 26(6), 2019. The shape
     grows by half a kernel in each step; the distance of a pixel that is reached in step k is k (kernel_size
@@ -48,36 +48,46 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
     ``distance_transform_edt`` is exact.
 
     Args:
-        image: (B, C, H, W), floating point, 1 on the shape and 0 elsewhere. For values outside [0, 1] the
-            result is meaningless, but the loop still ends.
+        image: (B, C, H, W) or (B, C, D, H, W), floating point, 1 on the shape and 0 elsewhere. For values
+            outside [0, 1] the result is meaningless, but the loop still ends.
         kernel_size: odd size of the kernel, at least 3.
         h: the smoothness of the minimum, > 0; smaller values are more exact until exp(-d / h) underflows.
 
     Returns:
-        (B, C, H, W), 0 on the shape and in a plane without one.
+        Tensor of the image's shape, 0 on the shape and in a plane or volume without one.
 
     Raises:
         TypeError: if image is not floating point.
-        ValueError: if image is not 4-D, or kernel_size or h is not as above.
+        ValueError: if image is neither 4-D nor 5-D, or kernel_size or h is not as above.
 
     Example:
         >>> line = torch.tensor([[[[1.0, 0.0, 0.0, 0.0]]]])
         >>> distance_transform(line, h=0.01).round()
         tensor([[[[0., 1., 2., 3.]]]])
     """
-    check_image(image, "image")
+    check_floating(image, "image")
+    if image.dim() != 4 and image.dim() != 5:
+        raise ValueError(f"image: expected shape (B, C, H, W) or (B, C, D, H, W), got {list(image.shape)}")
+    check_not_empty(image, image.dim() - 1, "image")
     if kernel_size < 3 or kernel_size % 2 == 0:
         raise ValueError(f"kernel_size: expected an odd size of at least 3, got {kernel_size}")
     if not h > 0.0:
         raise ValueError(f"h: expected a positive number, got {h}")
+    # A shape grows by at least a pixel in each step, along each axis; negative values could make it shrink
+    # and grow for ever.
+    if image.dim() == 5:
+        limit = image.size(2) + image.size(3) + image.size(4)
+        return grown_distances3d(image, limit, _taps(kernel_size, h, True), kernel_size, h)
+    return grown_distances(image, image.size(2) + image.size(3), _taps(kernel_size, h, False), kernel_size, h)
+
+
+def _taps(kernel_size: int, h: float, is_volume: bool) -> List[float]:
+    """exp(-d / h) of the distances d from the middle of a kernel, of two or three axes."""
     radius = kernel_size // 2
-    taps: List[float] = []
-    for i in range(kernel_size):
-        for j in range(kernel_size):
-            taps.append(
-                math.exp(-math.sqrt(float((i - radius) * (i - radius) + (j - radius) * (j - radius))) / h)
-            )
-    # A shape grows by at least a pixel in each step, along rows and columns; negative values could make it
-    # shrink and grow for ever.
-    limit = image.size(2) + image.size(3)
-    return grown_distances(image, limit, taps, kernel_size, h)
+    squares: List[int] = []
+    for depth in range(kernel_size if is_volume else 1):
+        for i in range(kernel_size):
+            for j in range(kernel_size):
+                along = depth - radius if is_volume else 0
+                squares.append(along * along + (i - radius) * (i - radius) + (j - radius) * (j - radius))
+    return [math.exp(-math.sqrt(float(square)) / h) for square in squares]

@@ -93,6 +93,12 @@ def _sparse(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> 
     return {"image": (torch.rand(shape, generator=generator) < 0.02).to(dtype)}
 
 
+def _sparse_volumes(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+    """Binary volumes with few voxels set."""
+    shape = (sizes["B"], sizes["C"], sizes["D"], sizes["H"], sizes["W"])
+    return {"image": (torch.rand(shape, generator=generator) < 0.01).to(dtype)}
+
+
 def _dense(generator: Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
     """Binary images with few clear pixels, at least one in every plane: distances are finite."""
     made = 1.0 - _sparse(generator, sizes, dtype)["image"]
@@ -202,6 +208,28 @@ add(
         reference="the definition in NumPy float64; SciPy distance_transform_edt to within its approximation",
         errors=rejected("h", "a positive number", math.nan),
     )
+)
+
+add(
+    Spec(
+        "contrib.distance_transform.volume",
+        [
+            TensorSpec(
+                "image",
+                ("B", "C", "D", "H", "W"),
+                layout="NCDHW",
+                range=(0.0, 1.0),
+                description="binary volumes, 1 on the shapes",
+            )
+        ],
+        [TensorSpec("output", layout="NCDHW", description="distance to the nearest shape")],
+        config={"kernel_size": 3, "h": 0.35},
+        symbols={"D": (8, 4096), "H": (8, 32768), "W": (8, 32768)},
+        gradients=(),
+        make_inputs=_sparse_volumes,
+        reference="the definition in NumPy float64, by SciPy's correlate",
+    ),
+    fn="contrib.distance_transform",
 )
 
 add(

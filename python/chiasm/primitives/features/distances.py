@@ -70,22 +70,56 @@ def _grown_distances_kernel(
 @until_stable
 def _grown(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: float) -> Tensor:
     """One step: the distances found so far, and the shape that they reach."""
-    distance, shape = state[0], state[1]
-    radius = kernel_size // 2
+    shape, radius = state[1], kernel_size // 2
     p = padded(shape, (radius, radius), (radius, radius), "replicate")
     height, width = p.size(2) - 2 * radius, p.size(3) - 2 * radius
     near = torch.zeros_like(p[:, :, :height, :width])
     for i in range(kernel_size):
         for j in range(kernel_size):
             near = near + p[:, :, i : i + height, j : j + width] * taps[i * kernel_size + j]
+    return _reached(state, k * radius, near, h)
+
+
+def grown_distances3d(shape: Tensor, limit: int, taps: List[float], kernel_size: int, h: float) -> Tensor:
+    """``grown_distances`` for volumes (B, C, D, H, W), with kernel_size^3 ``taps``.
+
+    >>> taps = [math.exp(-math.sqrt(float(i != 13)) / 0.01) for i in range(27)]
+    >>> grown_distances3d(
+    ...     torch.tensor([1.0, 0.0, 0.0]).reshape(1, 1, 3, 1, 1), 5, taps, 3, 0.01
+    ... ).round().flatten()
+    tensor([0., 1., 2.])
+    """
+    return _grown3d(torch.stack([torch.zeros_like(shape), shape]), limit, taps, kernel_size, h)[0]
+
+
+@until_stable
+def _grown3d(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: float) -> Tensor:
+    """``_grown`` for volumes."""
+    p, radius = state[1], kernel_size // 2
+    depth, height, width = p.size(2), p.size(3), p.size(4)
+    for dim in [2, 3, 4]:
+        position = torch.arange(p.size(dim) + 2 * radius, device=p.device) - radius
+        p = p.index_select(dim, position.clamp(0, p.size(dim) - 1))
+    near = torch.zeros_like(state[0])
+    for i in range(kernel_size):
+        for j in range(kernel_size):
+            for m in range(kernel_size):
+                part = p[:, :, i : i + depth, j : j + height, m : m + width]
+                near = near + part * taps[(i * kernel_size + j) * kernel_size + m]
+    return _reached(state, k * radius, near, h)
+
+
+def _reached(state: Tensor, offset: Tensor, near: Tensor, h: float) -> Tensor:
+    """The distances found so far, and the shape that they reach, after a step of ``near``, the sums of the
+    shape's pixels in the kernel."""
+    distance, shape = state[0], state[1]
     # The sum is 1 or more on the shape, and 0 out of reach.
     reached = (near > 0) & (near < 1)
     beyond = -h * torch.log(torch.where(reached, near, torch.ones_like(near)))
     found = reached & (beyond > 0)
-    offset = (k * radius).to(distance.dtype)
     return torch.stack(
         [
-            torch.where(found, distance + offset + beyond, distance),
+            torch.where(found, distance + offset.to(distance.dtype) + beyond, distance),
             torch.where(found, torch.ones_like(shape), shape),
         ]
     )
