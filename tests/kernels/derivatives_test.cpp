@@ -6,17 +6,24 @@ namespace {
 using namespace chiasm::kernels;
 
 TEST_F(Bytes, DerivativesMatchOpenCv) {
-  for (const Size& size : kSizes) {
-    const cv::Mat image = frame(size.height, size.width, 1);
-    std::vector<int16_t> out(2 * image.total());
-    sobel_derivatives(image.data, 1, size.height, size.width, out.data());
-    for (const int down : {0, 1}) {
-      cv::Mat expected;
-      cv::Sobel(image, expected, CV_16S, 1 - down, down, 3, 1, 0, cv::BORDER_REPLICATE);
-      const cv::Mat made(image.size(), CV_16S, out.data() + static_cast<size_t>(down) * image.total());
-      EXPECT_EQ(cv::norm(made, expected, cv::NORM_INF), 0) << image.size() << " " << down;
+  for (const Size& size : kSizes)
+    for (const auto& [side, centre] :
+         {std::pair(1, 2), std::pair(3, 10), std::pair(1, 1), std::pair(0, 128)}) {
+      const cv::Mat image = frame(size.height, size.width, 1);
+      std::vector<int16_t> out(2 * image.total());
+      derivatives_of_bytes(image.data, 1, size.height, size.width, side, centre, out.data());
+      const cv::Mat slope = (cv::Mat_<double>(3, 1) << -1, 0, 1),
+                    smooth = (cv::Mat_<double>(3, 1) << side, centre, side);
+      for (const int down : {0, 1}) {
+        cv::Mat expected;
+        cv::sepFilter2D(image, expected, CV_64F, down ? smooth : slope, down ? slope : smooth,
+                        cv::Point(-1, -1), 0, cv::BORDER_REPLICATE);
+        cv::Mat made;
+        cv::Mat(image.size(), CV_16S, out.data() + static_cast<size_t>(down) * image.total())
+            .convertTo(made, CV_64F);
+        EXPECT_EQ(cv::norm(made, expected, cv::NORM_INF), 0) << image.size() << " " << down << " " << centre;
+      }
     }
-  }
 }
 
 TEST_F(Bytes, MagnitudesMatchOpenCvAndRoots) {
@@ -40,9 +47,15 @@ TEST_F(Bytes, MagnitudesMatchOpenCvAndRoots) {
     }
 }
 
-KERNEL_CALL_BENCHMARK(sobel_derivatives, [] {
+KERNEL_CALL_BENCHMARK(derivatives_of_bytes_sobel, [] {
   return [frame = Frame(), out = std::vector<int16_t>(2 * 1080 * 1920 * 3)]() mutable {
-    sobel_derivatives(frame.x.data(), 3, 1080, 1920, out.data());
+    derivatives_of_bytes(frame.x.data(), 3, 1080, 1920, 1, 2, out.data());
+  };
+});
+
+KERNEL_CALL_BENCHMARK(derivatives_of_bytes_scharr, [] {
+  return [frame = Frame(), out = std::vector<int16_t>(2 * 1080 * 1920 * 3)]() mutable {
+    derivatives_of_bytes(frame.x.data(), 3, 1080, 1920, 3, 10, out.data());
   };
 });
 

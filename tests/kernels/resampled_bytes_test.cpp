@@ -149,6 +149,22 @@ TEST_F(Bytes, MirrorImagesMatchOpenCv) {
   EXPECT_EQ(out, wanted);
 }
 
+TEST_F(Bytes, TransposedImagesMatchOpenCv) {
+  for (const Size& size : kSizes)
+    for (const int channels : {1, 2, 3, 4, 6, 20}) {
+      const cv::Mat image = frame(size.height, size.width, channels);
+      cv::Mat expected, out(size.width, size.height, image.type());
+      cv::transpose(image, expected);
+      transpose_pixels(image.data, 1, size.height, size.width * channels, channels, out.data);
+      EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " x " << channels;
+    }
+  const std::vector<double> values = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12},
+                            wanted = {1, 4, 2, 5, 3, 6, 7, 10, 8, 11, 9, 12};  // two images
+  std::vector<double> out(values.size());
+  transpose_pixels(values.data(), 2, 2, 3, 1, out.data());
+  EXPECT_EQ(out, wanted);
+}
+
 template <class P>
 void expect_large_mirror_image(int64_t step, int64_t shift) {
   const int64_t width = 1021 * step, height = (int64_t{17} << 20) / (width * static_cast<int64_t>(sizeof(P)));
@@ -401,6 +417,16 @@ KERNEL_CALL_BENCHMARK(resample_bytes_half, [] {
 KERNEL_CALL_BENCHMARK(flip_along, [] {
   return [frame = Frame()]() mutable {
     flip(frame.x.data(), 1, 1080, 1920 * 3, 3, true, false, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(transpose_pixels_3, [] {
+  return [frame = Frame()]() mutable {
+    transpose_pixels(frame.x.data(), 1, 1080, 1920 * 3, 3, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(transpose_pixels_1, [] {
+  return [frame = Frame()]() mutable {
+    transpose_pixels(frame.x.data(), 1, 1080 * 3, 1920, 1, frame.out.data());
   };
 });
 KERNEL_BENCHMARK(flip_along_floats, [](const float* x, Planes p, float* out) {

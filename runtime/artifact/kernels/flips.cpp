@@ -1,4 +1,4 @@
-// Mirror images.
+// Mirror images, and transposed ones.
 #include <cstring>
 
 #include "declared/flips.h"
@@ -54,6 +54,16 @@ void reverse_streaming(const uint8_t* x, int64_t pixels, uint8_t* out) {
   hwy::FlushStream();
 }
 
+// Pixels of `bytes` each, a constant or not, of a square of the image.
+template <class Bytes>
+HWY_INLINE void transpose_square(const uint8_t* x, int64_t height, int64_t width, int64_t from_row,
+                                 int64_t to_row, Bytes bytes, uint8_t* out) {
+  for (int64_t column = 0; column < width; ++column)
+    for (int64_t y = 0; y < height; ++y)
+      std::memcpy(out + column * to_row + y * bytes, x + y * from_row + column * bytes,
+                  static_cast<size_t>(bytes));
+}
+
 }  // namespace
 
 template <class P>
@@ -82,6 +92,36 @@ void flip(const P* x, int64_t n, int64_t height, int64_t width, int64_t step, bo
   }
 }
 
+template <class P>
+void transpose_pixels(const P* x, int64_t n, int64_t height, int64_t length, int64_t step, P* out) {
+  constexpr int64_t kSide = 32;  // pixels of a square, whose rows stay in the L1 cache on both sides
+  constexpr auto size = static_cast<int64_t>(sizeof(P));
+  const int64_t width = length / step, bytes = step * size;
+  const int64_t down = (height + kSide - 1) / kSide, along = (width + kSide - 1) / kSide;
+#pragma omp parallel for
+  for (int64_t task = 0; task < n * along; ++task) {
+    const int64_t image = task / along, left = task % along * kSide, columns = std::min(kSide, width - left);
+    const auto* const from = reinterpret_cast<const uint8_t*>(x + image * height * length + left * step);
+    auto* const to = reinterpret_cast<uint8_t*>(out + (image * width + left) * height * step);
+    for (int64_t block = 0; block < down; ++block) {
+      const int64_t top = block * kSide, rows = std::min(kSide, height - top);
+      const auto move = [=](auto pixel) {
+        transpose_square(from + top * length * size, rows, columns, length * size, height * bytes, pixel,
+                         to + top * bytes);
+      };
+      if (step == 1)
+        move(std::integral_constant<int64_t, size>());
+      else if (step == 3)
+        move(std::integral_constant<int64_t, 3 * size>());
+      else if (step == 4)
+        move(std::integral_constant<int64_t, 4 * size>());
+      else
+        move(bytes);
+    }
+  }
+}
+
 CHIASM_INSTANTIATE(flip)
+CHIASM_INSTANTIATE(transpose_pixels)
 
 }  // namespace chiasm::kernels

@@ -1,5 +1,5 @@
-// What recurrent layers compute from step to step: long short-term memory (S. Hochreiter, J. Schmidhuber, Neural
-// Computation 9(8), 1997; with the forget gate of F. Gers, J. Schmidhuber, F. Cummins, 2000), and gated
+// What recurrent layers compute from step to step: long short-term memory (S. Hochreiter, J. Schmidhuber,
+// Neural Computation 9(8), 1997; with the forget gate of F. Gers, J. Schmidhuber, F. Cummins, 2000), and gated
 // recurrent units (K. Cho et al., arXiv:1406.1078, 2014), whose reset gate acts on the product, as PyTorch's.
 #include <algorithm>
 #include <vector>
@@ -70,7 +70,7 @@ void multiply_rows(const T* rows, const Weights<T>& weights, int64_t panel, Adde
 
 constexpr int64_t kRows = 4, kPanels = 4;
 
-/** A task's part of a step's products, for the samples row..row + kRows and the panels panel..panel + kPanels. */
+/** A task's part of a step's products: samples row..row + kRows, panels panel..panel + kPanels. */
 template <class T>
 void multiply_task(const T* state, int64_t batch, const Weights<T>& weights, int64_t row, int64_t panel,
                    Added<T> added, T* sums) {

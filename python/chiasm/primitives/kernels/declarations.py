@@ -362,10 +362,11 @@ _declare(
     ["1 <= M", "L % M == 0"],
 )
 _declare(
-    "sobel_derivatives(uint8[N, H, W] x) -> int16[N, 2, H, W]",
+    "derivatives_of_bytes(uint8[N, H, W] x, int side, int centre) -> int16[N, 2, H, W]",
     "derivatives_bytes.cpp",
-    "Sobel's sums along the rows and down the columns, without a scale; the border is replicated.",
-    ["1 <= H", "1 <= W"],
+    """Differences of the second neighbours along the rows and down the columns, weighted side, centre, side
+    across; the border is replicated. Sobel's weights are 1 and 2, Scharr's 3 and 10, Prewitt's 1 and 1.""",
+    ["1 <= H", "1 <= W", "0 <= side <= 63", "0 <= centre <= 127", "2 * side + centre <= 128"],
 )
 _declare(
     "sobel_bytes(uint8[N, H, L] x, int step, float scale) -> uint8[N, H, L]",
@@ -749,6 +750,12 @@ _declare(
     _ROWS,
 )
 _declare(
+    "transpose_pixels(P[N, H, L] x, int step) -> P[N, L // step, H * step]",
+    "flips.cpp",
+    "Rows and columns exchanged. A pixel has step values, which are neighbours in the row.",
+    _ROWS,
+)
+_declare(
     """pyramid_down_bytes(uint8[N, H, L] x, int step, Border border)
     -> uint8[N, (H + 1) // 2, (L // step + 1) // 2 * step]""",
     "pyramids.cpp",
@@ -891,6 +898,7 @@ _declare(
     inputs and biases add to the input, forget, cell and output gates; the weights of the hidden state are in
     panels of 16 outputs, the last one padded with zeros.""",
     ["1 <= H", "G == 4 * H", "P == (G + 15) // 16"],
+    tried=[("weight", -1, 1)],  # large ones multiply a rounding error at each step
     exact=False,
 )
 _declare(
@@ -900,6 +908,7 @@ _declare(
     the reset, update and new gates, with the inputs' biases; weight and bias are of the hidden state, in
     panels as for `lstm`.""",
     ["1 <= H", "G == 3 * H", "P == (G + 15) // 16"],
+    tried=[("weight", -1, 1)],  # large ones multiply a rounding error at each step
     exact=False,
 )
 

@@ -5,9 +5,8 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..core.layout import as_rows, from_rows, in_frames, in_planes, interleaved
+from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
-from ..core.materialise import materialised
 from ..kernels import operators as kernels
 
 
@@ -42,8 +41,11 @@ def transposed(x: Tensor) -> Tensor:
     return x.transpose(-2, -1).contiguous()
 
 
-# In a frame, compiled code would move the values of a pixel one by one.
-@transposed.lowering("native", when=lambda x: kernels.has_pixel_kernel(x) and x.dim() == 4 and interleaved(x))
-def _transposed_frames(x: Tensor) -> Tensor:
-    planes = materialised(in_planes(x).transpose(-2, -1).contiguous(), 0)
-    return in_frames(planes).permute(0, 3, 1, 2)
+# Compiled code reads a row of the cache for each pixel.
+@transposed.lowering("native", when=kernels.has_pixel_kernel)
+def _transposed_kernel(x: Tensor) -> Tensor:
+    if x.dim() == 4:
+        rows, step = as_rows(x)
+        return from_rows(kernels.transpose_pixels(rows, step), x)
+    made = kernels.transpose_pixels(x.reshape(-1, x.size(-2), x.size(-1)), 1)
+    return made.reshape(x.shape[:-2] + (x.size(-1), x.size(-2)))
