@@ -1,6 +1,6 @@
-// What recurrent layers compute from step to step: long short-term memory (S. Hochreiter, J. Schmidhuber,
-// Neural Computation 9(8), 1997; with the forget gate of F. Gers, J. Schmidhuber, F. Cummins, 2000), and gated
-// recurrent units (K. Cho et al., arXiv:1406.1078, 2014), whose reset gate acts on the product, as PyTorch's.
+// What recurrent layers compute from step to step: long short-term memory (S. Hochreiter and J. Schmidhuber,
+// Neural Computation 9(8), 1997; the forget gate is of F. Gers et al., 2000), and gated recurrent units
+// (K. Cho et al., arXiv:1406.1078, 2014), whose reset gate acts on the product, as PyTorch's.
 #include <algorithm>
 #include <vector>
 
