@@ -154,7 +154,10 @@ TEST_F(Bytes, TransposedImagesMatchOpenCv) {
     for (const int channels : {1, 2, 3, 4, 6, 20}) {
       const cv::Mat image = frame(size.height, size.width, channels);
       cv::Mat expected, out(size.width, size.height, image.type());
-      cv::transpose(image, expected);
+      std::vector<cv::Mat> planes;
+      cv::split(image, planes);
+      for (cv::Mat& plane : planes) plane = plane.t();
+      cv::merge(planes, expected);
       transpose_pixels(image.data, 1, size.height, size.width * channels, channels, out.data);
       EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " x " << channels;
     }
