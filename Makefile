@@ -111,7 +111,7 @@ test-aarch64: build-aarch64 ## kernels, core and bundles under qemu: results mus
 test-parity: build test-bundles ## compare every exported bundle, artifact, backend and shape with eager Python
 	$(PY) tests/parity/matrix.py
 
-parity: build bundles ## compare the whole catalog in every format with eager Python -> build/parity.json
+parity: build bundles ## compare the whole catalog in every format with eager -> build/parity.json
 	$(PY) tests/parity/matrix.py
 
 test-special-values: build test-bundles ## NaN, infinities, extreme numbers in the ops that tests name, for a minute

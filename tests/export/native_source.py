@@ -10,8 +10,8 @@ from torch.export import ExportedProgram
 
 from chiasm.export import Spec
 from chiasm.export.formats.compiler import Build
-from chiasm.export.formats.isas import LIBRARIES
 from chiasm.export.formats.native import _inductor
+from chiasm.export.isas import LIBRARIES
 
 
 class _Written(Exception):

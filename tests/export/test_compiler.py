@@ -17,11 +17,11 @@ import pytest
 import torch
 from torch import Tensor
 
-from chiasm.export import Spec, TensorSpec, example_inputs, export
-from chiasm.export.formats import compiler, isas
+from chiasm.export import Spec, TensorSpec, example_inputs, export, isas
+from chiasm.export.formats import compiler
 from chiasm.export.formats.compiler import Build
-from chiasm.export.formats.isas import LIBRARIES
 from chiasm.export.formats.native import to_native
+from chiasm.export.isas import LIBRARIES
 from chiasm.export.manifest import read_manifest
 from chiasm.export.tracing.graph import trace
 from chiasm.export.tracing.module import bind_spec

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import torch
 
-from chiasm.export.formats.isas import ISAS
+from chiasm.export.isas import ISAS
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from chiasm.export.formats.isas import ISAS
+from chiasm.export.isas import ISAS
 from chiasm.export.manifest import GPUS
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -14,12 +14,12 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 import chiasm.runtime
-from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, image
+from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, image, isas
 from chiasm.export.catalog import catalog
 from chiasm.export.checks.arguments import check_call, check_inputs
 from chiasm.export.errors import plain
 from chiasm.export.example_inputs import GOLDEN, fit, make
-from chiasm.export.formats import isas, native_cache
+from chiasm.export.formats import native_cache
 
 IMAGE = Spec("test.op", [image()])
 

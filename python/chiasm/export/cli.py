@@ -20,7 +20,7 @@ from ..triton.command import triton
 from .command import Group, OutputPath, jobs_option, pairs
 from .console import console
 from .errors import ExportError
-from .formats.isas import ISAS
+from .isas import ISAS
 from .manifest import FORMATS, METHODS, read_manifest
 from .text import one_line
 from .workers import export_names

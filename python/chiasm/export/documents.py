@@ -22,7 +22,7 @@ from typing import Any
 import torch
 from torch import nn
 
-from .formats.isas import compiler_command, run_tool
+from .isas import compiler_command, run_tool
 from .manifest import sha256
 
 #: The package whose version a shared library has, for libraries that compiled code is linked with.

@@ -47,7 +47,7 @@ def check_call(fn: Any, spec: Any, path: Any, formats: Any, isas: Any, methods: 
         )
     if not isinstance(path, (str, Path)) or "\0" in str(path):
         raise ExportError(f"{spec.name}: path: expected the path of a folder (str or Path), got {path!r}")
-    from ..formats.isas import ISAS
+    from ..isas import ISAS
 
     for name, given, known in (
         ("formats", formats, FORMATS),

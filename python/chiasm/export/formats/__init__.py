@@ -4,6 +4,6 @@ artifacts.
 | module | makes | for the backend |
 |---|---|---|
 | `torchscript.py` | `forward.pt` | torch |
-| `native.py` (for the CPUs and GPUs of `isas.py`) | `METHOD.ISA.pt2`: AOTInductor's code | native |
+| `native.py` (for the CPUs and GPUs of `../isas.py`) | `METHOD.ISA.pt2`: AOTInductor's code | native |
 | `onnx.py` | `METHOD.onnx` and, as one function (`../onnx_function.py`), `METHOD.fused.onnx` | onnx |
 """

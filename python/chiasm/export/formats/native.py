@@ -26,17 +26,18 @@ from typing import Any
 import torch
 from torch.export import ExportedProgram
 
+from .. import isas
 from ..errors import ExportError, explain
 from ..internals import Operator, schema_of
+from ..isas import ISAS, LINK_OF, compiler_command, library_folder, run_tool, settings
 from ..job import Artifact, ExportJob, Method
 from ..patches.cuda import gpu_compiler, on_gpu
 from ..patches.index_checks import checked_native_code
 from ..patches.inductor import fast_inductor, known_vectors, short_minima, stacked_planes
 from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
-from . import compiler, isas
+from . import compiler
 from .compiler import HEADERS, Build
-from .isas import ISAS, LINK_OF, compiler_command, library_folder, run_tool, settings
 from .native_cache import NativeArtifact, cache_folder, keep, kept, key, missing_symbols, operators, zipped
 from .native_sums import sum_in_steps
 from .networks import use_kernels

@@ -17,13 +17,13 @@ from pathlib import Path
 import torch
 from torch.export import ExportedProgram
 
+from .. import isas
 from ..errors import ExportError
 from ..files import MOST_OF_FILE, read_regular, write_whole
 from ..internals import Operator, is_operator, limits_of_program
+from ..isas import ISAS, LINK_OF, compiler_command, library_folder, run_tool, settings
 from ..manifest import sha256
 from ..spec import Spec
-from . import isas
-from .isas import ISAS, LINK_OF, compiler_command, library_folder, run_tool, settings
 
 
 @dataclass(frozen=True)

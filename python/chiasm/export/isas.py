@@ -11,8 +11,8 @@ from pathlib import Path
 
 import chiasm
 
-from ..errors import ExportError
-from ..manifest import GPUS
+from .errors import ExportError
+from .manifest import GPUS
 
 #: The files for linking ops, which are built with the package: headers, and static libraries for each
 #: instruction set (runtime/artifact/CMakeLists.txt).
