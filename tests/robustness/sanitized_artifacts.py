@@ -52,11 +52,10 @@ os.environ |= ENVIRONMENT  # before torch reads them
 
 import torch  # noqa: E402
 
-from chiasm.export import example_inputs, export  # noqa: E402
+from chiasm.export import example_inputs, export, isas  # noqa: E402
 from chiasm.export.catalog import catalog  # noqa: E402
 from chiasm.export.comparison import compare  # noqa: E402
 from chiasm.export.errors import ExportError  # noqa: E402
-from chiasm.export import isas  # noqa: E402
 from chiasm.export.job import run_eager, with_cotangents  # noqa: E402
 from chiasm.export.manifest import read_manifest  # noqa: E402
 from chiasm.export.spec import TensorSpec  # noqa: E402
