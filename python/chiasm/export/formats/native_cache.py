@@ -139,13 +139,15 @@ def _libraries_hash(isa: str) -> str:
     """A hash of the compile settings and of the linked libraries, without the kernels."""
     formats, patches = Path(__file__).parent, Path(__file__).parents[1] / "patches"
     sources = [
+        Path(isas.__file__),
         *(
             formats / f"{name}.py"
             for name in (
                 "native",
-                "isas",
                 "networks",
                 "network_forms",
+                "network_program",
+                "recurrent",
                 "index_ranges",
                 "compiler",
                 "selections",
