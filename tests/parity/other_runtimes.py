@@ -88,6 +88,8 @@ KNOWN = {
         "transform.rotate.frames transform.warp_polar.linear.frames transform.warp_polar.log.frames",
         dtype="uint8",
     ),
+    **_old(_OLD_FLOAT64, ["forward"], "transform.rotate.frames", dtype="int16"),
+    **_old(_OLD_FLOAT64, ["forward"], "transform.rotate.frames", dtype="uint16"),
     **_old(
         _OLD_FUSION,
         ["forward"],
