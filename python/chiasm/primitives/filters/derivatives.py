@@ -47,10 +47,6 @@ _SMOOTHING = {
 }
 
 
-#: Weights at the sides and in the centre.
-_WEIGHTS = {"sobel": (1, 2), "scharr": (3, 10), "prewitt": (1, 1)}
-
-
 # ONNX Runtime has no Conv for other types on the CPU.
 @first_derivatives.lowering("onnx", when=lambda p, *_: p.dtype == torch.float32)
 def _one_convolution(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, Tensor]:
@@ -133,8 +129,8 @@ def derivatives_of_bytes(x: Tensor, mode: str) -> Tensor:
     return gradient(exact, (1, 1), (1, 1), "replicate", mode, False).to(torch.int16)
 
 
-@derivatives_of_bytes.lowering("native", when=lambda x, mode: kernels.available(x) and mode in _WEIGHTS)
+@derivatives_of_bytes.lowering("native", when=lambda x, mode: kernels.available(x))
 def _derivatives_kernel(x: Tensor, mode: str) -> Tensor:
-    side, centre = _WEIGHTS[mode]
+    (side, centre, _), _ = _SMOOTHING[mode]
     planes = in_planes(x).flatten(0, 1)
-    return kernels.derivatives_of_bytes(planes, side, centre).unflatten(0, [x.size(0), x.size(1)])
+    return kernels.derivatives_of_bytes(planes, int(side), int(centre)).unflatten(0, [x.size(0), x.size(1)])
