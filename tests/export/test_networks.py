@@ -381,6 +381,27 @@ def test_what_has_no_kernel_says_so(tmp_path: Path) -> None:
     np.testing.assert_allclose(result, network(image).detach(), atol=1e-5)
 
 
+class Changed(nn.Module):
+    """Weights that are computed from parameters, and then changed through a view."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.weight = nn.Parameter(torch.rand(4, 3, 3, 3))
+
+    def forward(self, image: Tensor) -> Tensor:
+        weight = self.weight * 2
+        weight.flatten().add_(1)
+        return F.conv2d(image, weight)
+
+
+def test_weights_that_are_changed_in_place(tmp_path: Path) -> None:
+    network = Changed().eval()
+    bundle = exported(network, IMAGE, tmp_path)
+    image = torch.rand(2, 3, 20, 30)
+    result = chiasm.runtime.open(bundle).method(backend="torch")(image.numpy())
+    np.testing.assert_allclose(result, network(image).detach(), rtol=1e-5)
+
+
 class Stretched(nn.Module):
     """The pixels of one block read different pixels of the image, none, and only pixels outside it."""
 

@@ -13,7 +13,7 @@ from torch.export.graph_signature import InputKind, InputSpec, TensorArgument
 from torch.fx import Node, map_arg
 
 from ..internals import is_operator, schema_of
-from .network_forms import call
+from .network_forms import arguments_of, call
 
 #: Outputs in a panel of packed weights (kPanel in runtime/artifact/kernels/products.h).
 PANEL = 16
@@ -32,6 +32,7 @@ class NetworkProgram:
             and isinstance(tensor := {**program.constants, **program.state_dict}.get(spec.target), Tensor)
         }
         self.added = 0
+        self.computed = self._find_computed()
 
     def value(self, node: Any) -> Tensor | None:
         """The value of a node that has an element type of the kernels, if it is a parameter or computed from
@@ -39,15 +40,27 @@ class NetworkProgram:
         found = self._known(node) if isinstance(node, Node) else None
         return found.detach() if found is not None and found.dtype in (torch.float32, torch.float64) else None
 
+    def _find_computed(self) -> set[Node]:
+        """The calls whose arguments are parameters or such calls. None of them if one is written to later,
+        since its views change too."""
+        found = set[Node]()
+        for node in self.graph.nodes:
+            if node.op != "call_function" or not is_operator(node.target):
+                continue
+            known = [source in found or source.name in self.values for source in node.all_input_nodes]
+            if not schema_of(node.target).is_mutable:
+                if known and all(known):
+                    found.add(node)
+            elif any(source in found for source in _written(node)):
+                return set()
+        return found
+
     def _known(self, node: Node) -> Any:
         """The value of a node, or None."""
-        if node.op == "call_function" and node.name not in self.values:
-            arguments = {source: self._known(source) for source in node.all_input_nodes}
-            pure = is_operator(node.target) and not schema_of(node.target).is_mutable
-            if pure and arguments and all(value is not None for value in arguments.values()):
-                given, named = map_arg((node.args, node.kwargs), arguments.__getitem__)
-                with torch.no_grad():
-                    self.values[node.name] = cast("Callable[..., Any]", node.target)(*given, **named)
+        if node in self.computed and node.name not in self.values:
+            given, named = map_arg((node.args, node.kwargs), self._known)
+            with torch.no_grad():
+                self.values[node.name] = cast("Callable[..., Any]", node.target)(*given, **named)
         return self.values.get(node.name)
 
     def call(self, target: Callable[..., Any], *arguments: Any) -> Node:
@@ -83,3 +96,24 @@ class NetworkProgram:
             if all(s.target != spec.target for s in signature.input_specs):
                 self.program.state_dict.pop(spec.target, None)
                 self.program.constants.pop(spec.target, None)
+
+
+def _written(node: Node) -> list[Any]:
+    """The arguments that a call changes in place."""
+    assert is_operator(node.target)
+    given = arguments_of(node)
+    return [
+        given[argument.name]
+        for argument in schema_of(node.target).arguments
+        if argument.alias_info is not None and argument.alias_info.is_write
+    ]
+
+
+def panels(weight: Tensor, groups: int = 1) -> Tensor:
+    """Weights (N, G, KH, KW) in the kernels' layout, panels (P, KH, KW, G, PANEL) of each group's outputs."""
+    outputs, depth, *window = weight.shape
+    split = weight.view(groups, outputs // groups, depth, *window)
+    count = -(-split.shape[1] // PANEL)
+    filled = split.new_zeros(groups, count * PANEL, depth, *window)
+    filled[:, : split.shape[1]] = split
+    return filled.view(groups * count, PANEL, depth, *window).permute(0, 3, 4, 2, 1).contiguous()

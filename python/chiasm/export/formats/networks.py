@@ -19,7 +19,7 @@ from torch.fx import Node
 
 from ..internals import FLOOR_DIVISION
 from .network_forms import arguments_of, use_forms
-from .network_program import PANEL, NetworkProgram
+from .network_program import NetworkProgram, panels
 from .recurrent import RECURRENT, replace_recurrent
 
 aten = torch.ops.aten
@@ -75,12 +75,7 @@ class _Layer:
         """The weights in the kernels' layout: panels (P, KH, KW, G, PANEL), or (KH, KW, C) if depthwise."""
         if self.is_depthwise:
             return self.weight[:, 0].permute(1, 2, 0).contiguous()
-        outputs, depth, *window = self.weight.shape
-        groups = self.weight.view(self.groups, outputs // self.groups, depth, *window)
-        panels = -(-groups.shape[1] // PANEL)
-        filled = groups.new_zeros(self.groups, panels * PANEL, depth, *window)
-        filled[:, : groups.shape[1]] = groups
-        return filled.view(self.groups * panels, PANEL, depth, *window).permute(0, 3, 4, 2, 1).contiguous()
+        return panels(self.weight, self.groups)
 
     def subpixel(self) -> tuple[list[list[tuple[_Layer, list[int]]]], list[int]]:
         """Equivalent convolutions of the image itself, without the zeros of input_dilation, each with the

@@ -7,12 +7,11 @@ import operator
 from typing import Any, cast
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 from torch.fx import Node
 
 from .network_forms import arguments_of
-from .network_program import PANEL, NetworkProgram
+from .network_program import NetworkProgram, panels
 
 aten = torch.ops.aten
 RECURRENT = (aten.lstm.input, aten.gru.input)
@@ -93,6 +92,4 @@ def _start(network: NetworkProgram, states: Node, index: int) -> Node:
 
 def _panels(network: NetworkProgram, weight: Node) -> Node:
     """(outputs, inputs) as (panels, inputs, PANEL)."""
-    value = _value(network, weight)
-    filled = F.pad(value, (0, 0, 0, -value.shape[0] % PANEL))
-    return network.parameter(filled.view(-1, PANEL, value.shape[1]).transpose(1, 2).contiguous())
+    return network.parameter(panels(_value(network, weight)[:, :, None, None]).flatten(1, 3))
