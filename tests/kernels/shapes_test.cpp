@@ -299,6 +299,57 @@ TYPED_TEST(Shapes, ConnectedComponentsMatchOpenCv) {
     }
 }
 
+TYPED_TEST(Shapes, StatisticsOfLabelsMatchOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (const auto& x : this->masks(p)) {
+      const int64_t size = p.height * p.width;
+      std::vector<int64_t> roots(x.size()), labels(x.size());
+      connected_components(x.data(), p, roots.data());
+      consecutive_labels(roots.data(), p.count, size, labels.data());
+      const int64_t slots = 1 + *std::max_element(labels.begin(), labels.end());
+      std::vector<int64_t> made(static_cast<size_t>(p.count * slots * 7));
+      label_statistics(labels.data(), p.count, p.height, p.width, slots, made.data());
+      for (int64_t i = 0; i < p.count; ++i) {
+        const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type,
+                            const_cast<T*>(x.data() + i * size));
+        cv::Mat theirs, boxes, centroids;
+        const int count = cv::connectedComponentsWithStats(plane > 0, theirs, boxes, centroids, 8);
+        int64_t most = 0;  // labels come in the order of their first pixels
+        for (int64_t k = 0; k < size; ++k) {
+          const int64_t label = labels[size_t(i * size + k)];
+          ASSERT_LE(label, most + 1);
+          most = std::max(most, label);
+          const int other = theirs.at<int>(int(k / p.width), int(k % p.width));
+          ASSERT_EQ(label == 0, other == 0);
+          const int64_t* const s = made.data() + (i * slots + label) * 7;
+          for (int c = 0; c < 5; ++c) ASSERT_EQ(s[c], boxes.at<int>(other, c)) << c;
+          for (int c = 0; c < 2; ++c)
+            ASSERT_NEAR(double(s[5 + c]) / double(s[4]), centroids.at<double>(other, c), 1e-9);
+        }
+        ASSERT_EQ(most, count - 1);
+      }
+    }
+}
+
+KERNEL_CALL_BENCHMARK(consecutive_labels, [] {
+  const auto x = many_discs();
+  std::vector<int64_t> roots(x.size());
+  connected_components(x.data(), {3, 1080, 1920}, roots.data());
+  return [roots, out = std::vector<int64_t>(roots.size())]() mutable {
+    consecutive_labels(roots.data(), 3, 1080 * 1920, out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(label_statistics, [] {
+  const auto x = many_discs();
+  std::vector<int64_t> roots(x.size()), labels(x.size());
+  connected_components(x.data(), {3, 1080, 1920}, roots.data());
+  consecutive_labels(roots.data(), 3, 1080 * 1920, labels.data());
+  return [labels, out = std::vector<int64_t>(3 * 256 * 7)]() mutable {
+    label_statistics(labels.data(), 3, 1080, 1920, 256, out.data());
+  };
+});
+
 KERNEL_CALL_BENCHMARK(connected_components, [] {
   return [x = many_discs(), out = std::vector<int64_t>(3 * 1080 * 1920)]() mutable {
     connected_components(x.data(), {3, 1080, 1920}, out.data());

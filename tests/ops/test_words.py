@@ -108,10 +108,29 @@ def test_area_is_the_mean_rounded_half_up() -> None:
     assert resize(x, (1, 2), "area")[0, 0].tolist() == [[-2, 6]]
 
 
-@pytest.mark.parametrize("interpolation, antialias", [("bicubic", False), ("bilinear", True)])
-def test_other_filters_refuse_16_bits(interpolation: str, antialias: bool) -> None:
+@DTYPES
+@pytest.mark.parametrize("name, code", [("bicubic", cv2.INTER_CUBIC), ("lanczos4", cv2.INTER_LANCZOS4)])
+@pytest.mark.parametrize("size", [(23, 31), (74, 58), (37, 29), (1, 3)])
+def test_wide_filters_are_opencvs_to_one_level(
+    dtype: str, name: str, code: int, size: tuple[int, int]
+) -> None:
+    planes = noise(dtype)
+    expected = [cv2.resize(plane, size[::-1], interpolation=code) for plane in planes]
+    # Lanczos' weights are a quarter of a level less exact, and OpenCV's are float32.
+    assert off(resize(tensor(planes), size, name), expected) <= (1 if name == "bicubic" else 2)
+
+
+@DTYPES
+@pytest.mark.parametrize("name", ["bilinear", "bicubic", "lanczos4", "area"])
+def test_a_constant_keeps_its_level(dtype: str, name: str) -> None:
+    level = np.iinfo(dtype).max - 7
+    x = torch.full((1, 2, 11, 13), level, dtype=getattr(torch, dtype))
+    assert (resize(x, (29, 7), name).to(torch.int32) == level).all()
+
+
+def test_antialiased_filters_refuse_16_bits() -> None:
     with pytest.raises(TypeError, match="input: expected a floating-point or uint8 tensor"):
-        resize(tensor(noise("uint16")), (4, 4), interpolation, antialias=antialias)
+        resize(tensor(noise("uint16")), (4, 4), antialias=True)
 
 
 #: How far OpenCV 5 may be: it rounds the positions of int16 to 1/32 pixel, which are then 1/64 off.

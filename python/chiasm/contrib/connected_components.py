@@ -7,9 +7,11 @@ from torch import Tensor
 
 from ..primitives.core.broadcasting import in_batch, like_given
 from ..primitives.core.checks import check_pixels, check_tensor
-from ..primitives.features.connected_components import numbered_components
-from ..primitives.images.histograms import bincount
-from ..primitives.numbers.search import first_and_last
+from ..primitives.features.connected_components import (
+    consecutive_labels,
+    label_statistics,
+    numbered_components,
+)
 
 
 def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
@@ -110,31 +112,13 @@ def connected_components_with_stats(
     if max_labels < 1 or max_labels > 32767:
         raise ValueError(f"max_labels: expected 1 to 32767, got {max_labels}")
     batch, channels, height, width = image.size(0), image.size(1), image.size(2), image.size(3)
-    named = connected_components_union_find(image).flatten(0, 1).flatten(1)
-    pixel = torch.arange(height * width, device=image.device)
-    opened = (named == pixel + 1).to(torch.int64).cumsum(1)
-    # A background pixel reads any number, for which 0 is then put.
-    label = torch.where(named > 0, opened.gather(1, (named - 1).clamp(min=0)), torch.zeros_like(named))
-    count = opened[:, -1] + 1
-    slot = label.clamp(max=max_labels).reshape(-1, height, width)
-    column, row = torch.arange(width, device=image.device), torch.arange(height, device=image.device)
-    left, across, area, x = _extent(slot * width + column, max_labels, width)
-    top, down, _, y = _extent(slot * height + row[:, None], max_labels, height)
-    boxes = torch.stack([left, top, across, down, area], -1)
+    roots = connected_components_union_find(image).flatten(0, 1).flatten(1)
+    label = consecutive_labels(roots).reshape(-1, height, width)
+    measured = label_statistics(label, max_labels).reshape(batch, channels, max_labels, 7)
+    area = measured[..., 4:5].clamp(min=1).to(torch.float64)
     return (
         label.reshape(batch, channels, height, width),
-        count.reshape(batch, channels),
-        boxes.reshape(batch, channels, max_labels, 5),
-        torch.stack([x, y], -1).reshape(batch, channels, max_labels, 2),
+        (label.amax([1, 2]) + 1).reshape(batch, channels),
+        measured[..., :5],
+        measured[..., 5:].to(torch.float64) / area,
     )
-
-
-def _extent(place: Tensor, slots: int, size: int) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """The first place along an axis, the extent, the number of pixels and their mean place, all (N, slots),
-    from the pixels' places (N, H, W): ``size`` for each slot, and for the rest."""
-    counts = bincount(place.flatten(1), (slots + 1) * size).reshape(-1, slots + 1, size)[:, :slots]
-    area = counts.sum(-1)
-    first, last = first_and_last(counts > 0)
-    extent = torch.where(area > 0, last - first + 1, torch.zeros_like(area))
-    total = (counts.to(torch.int64) * torch.arange(size, device=place.device)).sum(-1)
-    return first, extent, area, total.to(torch.float64) / area.clamp(min=1).to(torch.float64)

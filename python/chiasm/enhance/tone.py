@@ -9,6 +9,7 @@ from ..primitives.core.broadcasting import per_sample
 from ..primitives.core.checks import check_choice, check_values
 from ..primitives.core.pixels import pixel_range
 from ..primitives.images.histograms import quantize_u8
+from ..primitives.images.masks import split_at
 from ..primitives.images.tables import levels, looked_up
 from ..primitives.numbers.rounding import known_or
 
@@ -122,14 +123,33 @@ def threshold(
     check_choice(type, ["binary", "binary_inv", "trunc", "tozero", "tozero_inv"], "type")
     if input.is_floating_point():
         return _compared(input, thresh, maxval, type)
-    short = input.dtype == torch.uint8
-    made = _compared(levels(input, 255.0) if short else input.to(torch.float64), thresh, maxval, type)
+    if input.dtype != torch.uint8:
+        return _words_compared(input, thresh, maxval, type)
+    made = _compared(levels(input, 255.0), thresh, maxval, type)
     if type == "trunc":
         made = torch.floor(made)  # integers above a fraction come down to the level below it
-    if short:
-        return looked_up(input, made, 255.0)
+    return looked_up(input, made, 255.0)
+
+
+def _words_compared(
+    input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor], type: str
+) -> Tensor:
+    exact = input.to(torch.float64)
     least, largest = pixel_range(input)
-    return known_or(torch.round(made), 0.0).clamp(least, largest).to(input.dtype)
+    # Integers above a number are above its floor, and none is above NaN.
+    limit = known_or(torch.floor(per_sample(thresh, exact, "thresh")), float(largest))
+    limit = limit.clamp(least - 1.0, float(largest)).to(torch.int32)
+    zero = torch.zeros([1], dtype=torch.int32, device=input.device)
+    if type == "trunc":
+        return split_at(input, limit, limit, None)
+    if type == "tozero":
+        return split_at(input, limit, None, zero)
+    if type == "tozero_inv":
+        return split_at(input, limit, zero, None)
+    high = known_or(torch.round(per_sample(maxval, exact, "maxval")), 0.0).clamp(least, largest)
+    if type == "binary":
+        return split_at(input, limit, high.to(torch.int32), zero)
+    return split_at(input, limit, zero, high.to(torch.int32))
 
 
 def _compared(input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor], type: str) -> Tensor:

@@ -5,7 +5,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_pixels
 from ..primitives.core.layout import in_planes
-from ..primitives.filters.derivatives import smoothed_differences
+from ..primitives.filters.derivatives import length_of_differences, lengths_of_bytes
 from ..primitives.filters.padding import stencil
 
 
@@ -32,7 +32,7 @@ def scharr(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
         >>> scharr(torch.arange(5.0).expand(1, 1, 5, 5), eps=0.0)[0, 0, 2]
         tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
     """
-    return _length(input, 3.0, 10.0, 32.0 if normalized else 1.0, eps)
+    return _length(input, 3, 10, 32 if normalized else 1, eps)
 
 
 def prewitt(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
@@ -58,7 +58,7 @@ def prewitt(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
         >>> prewitt(torch.arange(5.0).expand(1, 1, 5, 5), eps=0.0)[0, 0, 2]
         tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
     """
-    return _length(input, 1.0, 1.0, 6.0 if normalized else 1.0, eps)
+    return _length(input, 1, 1, 6 if normalized else 1, eps)
 
 
 def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
@@ -89,25 +89,18 @@ def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
     # The cross needs no margin before the image; a stencil has the same margin at both ends of its rows.
     if input.dtype == torch.uint8:
         exact = in_planes(input).to(torch.float64)
-        return _rounded(_cross(exact, (1, 1), (1, 1), "replicate", scale, 0.0), 1.0)
+        lengths = _cross(exact, (1, 1), (1, 1), "replicate", scale, 0.0)
+        return torch.round(lengths).clamp(max=255.0).to(torch.uint8)
     return _cross(input, (1, 1), (1, 1), "replicate", scale, eps)
 
 
-def _length(input: Tensor, side: float, middle: float, divisor: float, eps: float) -> Tensor:
+def _length(input: Tensor, side: int, middle: int, divisor: int, eps: float) -> Tensor:
     check_pixels(input, "input")
     if input.dtype == torch.uint8:
-        # Sums of squares reach 2^25, beyond the whole numbers of float32.
-        exact = in_planes(input).to(torch.float64)
-        return _rounded(_magnitude(exact, (1, 1), (1, 1), "replicate", side, middle, 1.0, 0.0), divisor)
-    return _magnitude(input, (1, 1), (1, 1), "replicate", side, middle, 1.0 / divisor, eps)
-
-
-def _rounded(lengths: Tensor, divisor: float) -> Tensor:
-    """Lengths, float64, divided and rounded to bytes. Roots of whole numbers that are not whole are further
-    from a half than their rounding error, and a quotient of whole numbers is exact at halves; the divisor is
-    a tensor, because some devices replace division by a number with multiplication."""
-    quotient = lengths / torch.full([1], divisor, dtype=torch.float64, device=lengths.device)
-    return torch.round(quotient).clamp(max=255.0).to(torch.uint8)
+        return lengths_of_bytes(input, side, middle, divisor)
+    return length_of_differences(
+        input, (1, 1), (1, 1), "replicate", float(side), float(middle), 1.0 / divisor, eps
+    )
 
 
 @stencil
@@ -118,10 +111,3 @@ def _cross(p: Tensor, scale: float, eps: float) -> Tensor:
     second = upper[..., 1:] - lower[..., :width]
     # The scale is a power of two; before the sum, so that float16 can represent sums of squares of levels.
     return torch.sqrt(first * (first * scale) + second * (second * scale) + eps)
-
-
-@stencil
-def _magnitude(p: Tensor, side: float, middle: float, scale: float, eps: float) -> Tensor:
-    dx, dy = smoothed_differences(p, side, middle)
-    dx, dy = dx * scale, dy * scale
-    return torch.sqrt(dx * dx + dy * dy + eps)

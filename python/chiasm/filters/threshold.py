@@ -59,17 +59,14 @@ def _in_range_of_batch(
     input: Tensor, lower: Union[List[float], Tensor], upper: Union[List[float], Tensor], return_mask: bool
 ) -> Tensor:
     check_pixels(input, "input", True)
-    short = input.dtype == torch.uint8
-    pixels = input if short or input.is_floating_point() else input.to(torch.float32)  # exact for 16 bits
-    dtype = torch.float32 if short else pixels.dtype
+    # float32 represents integers of 16 bits exactly
+    dtype = input.dtype if input.is_floating_point() else torch.float32
     low, high = _bound(lower, input, dtype, "lower"), _bound(upper, input, dtype, "upper")
-    if short:
+    if not input.is_floating_point():
         mask = mask_in_range(input, low, high)
         return mask if return_mask else masked_pixels(input, mask)
-    mask = ((pixels >= low) & (pixels <= high)).to(dtype).amin(1, keepdim=True)
-    if not return_mask:
-        return (pixels * mask).to(input.dtype)
-    return mask if input.is_floating_point() else (255.0 * mask).to(torch.uint8)
+    mask = ((input >= low) & (input <= high)).to(dtype).amin(1, keepdim=True)
+    return mask if return_mask else input * mask
 
 
 def _bound(bound: Union[List[float], Tensor], input: Tensor, dtype: torch.dtype, name: str) -> Tensor:

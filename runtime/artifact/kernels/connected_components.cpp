@@ -161,6 +161,46 @@ void canny_hysteresis(const T* x, Planes planes, T low, T high, bool* out) {
   }
 }
 
+void consecutive_labels(const int64_t* x, int64_t n, int64_t size, int64_t* out) {
+#pragma omp parallel for
+  for (int64_t plane = 0; plane < n; ++plane) {
+    const int64_t* const roots = x + plane * size;
+    int64_t *const labels = out + plane * size, count = 0;
+    for (int64_t i = 0; i < size; ++i) {
+      const int64_t root = roots[i] - 1;
+      labels[i] = root == i ? ++count : root >= 0 && root < i ? labels[root] : 0;
+    }
+  }
+}
+
+void label_statistics(const int64_t* labels, int64_t n, int64_t height, int64_t width, int64_t slots,
+                      int64_t* out) {
+  std::fill_n(out, n * slots * 7, 0);
+#pragma omp parallel for
+  for (int64_t plane = 0; plane < n; ++plane)
+    for (int64_t y = 0; y < height; ++y) {
+      const int64_t* const row = labels + (plane * height + y) * width;
+      for (int64_t first = 0, end = 0; first < width; first = end) {  // runs of one label
+        const int64_t label = row[first];
+        for (end = first + 1; end < width && row[end] == label;) ++end;
+        if (label < 0 || label >= slots) continue;
+        const int64_t pixels = end - first;
+        // left, top, width, height, pixels, sums of x and y
+        int64_t* const s = out + (plane * slots + label) * 7;
+        const int64_t left = s[4] == 0 ? first : std::min(s[0], first),
+                      top = s[4] == 0 ? y : s[1],  // rows come from top to bottom
+            right = std::max(s[0] + s[2], end);
+        s[0] = left;
+        s[1] = top;
+        s[2] = right - left;
+        s[3] = y + 1 - top;
+        s[4] += pixels;
+        s[5] += pixels * (first + end - 1) / 2;
+        s[6] += pixels * y;
+      }
+    }
+}
+
 CHIASM_INSTANTIATE(connected_components)
 CHIASM_INSTANTIATE(canny_hysteresis)
 

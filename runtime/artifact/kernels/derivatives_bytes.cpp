@@ -1,4 +1,6 @@
 // First derivatives of bytes by windows of 3 x 3, in integers; the border is replicated.
+#include <bit>
+
 #include "declared/derivatives_bytes.h"
 #include "rows.h"
 
@@ -72,27 +74,61 @@ HWY_INLINE void for_sums(const Neighbours rows, const Smooth smooth, const Use& 
   for (int64_t k = std::max(rows.step, rows.values - rows.step); k < rows.values; ++k) one(k);
 }
 
-// scale sqrt(a^2 + b^2), rounded half to even: the sums of squares are integers below 2^24, exact in float32.
-template <class D>
-HWY_INLINE hn::Vec<Integers<D>> lengths(D, hn::Vec<D> a, hn::Vec<D> b, float scale) {
-  const hn::Rebind<float, D> numbers;
-  const auto squared = [=](auto v) {
-    const auto number = hn::ConvertTo(numbers, hn::PromoteTo(Integers<D>(), v));
-    return hn::Mul(number, number);
-  };
-  const auto length = hn::Sqrt(hn::Add(squared(a), squared(b)));
-  return hn::NearestInt(hn::Mul(length, hn::Set(numbers, scale)));
-}
+// sqrt(a^2 + b^2) / divisor, rounded half to even. Sums of squares of Sobel's sums are integers below 2^24,
+// exact in float32, so that its roots are whole or further from a half than their rounding errors.
+struct SobelLengths {
+  float scale;
 
-template <class D>
-HWY_INLINE hn::Vec<hn::Rebind<uint8_t, D>> length_bytes(D d, hn::Vec<D> a, hn::Vec<D> b, float scale) {
+  template <class D>
+  HWY_INLINE hn::Vec<D> operator()(D, hn::Vec<D> squares) const {
+    const hn::Rebind<float, D> numbers;
+    const auto length = hn::Sqrt(hn::ConvertTo(numbers, squares));
+    return hn::NearestInt(hn::Mul(length, hn::Set(numbers, scale)));
+  }
+};
+
+// For larger sums the root is an estimate: the result r is right if (2 r - 1) divisor <= 2 sqrt(squares) <=
+// (2 r + 1) divisor, whose squares are integers below 2^31; where two are equal, r is even.
+struct Lengths {
+  int32_t divisor;
+
+  template <class D>
+  HWY_INLINE hn::Vec<D> operator()(D d, hn::Vec<D> squares) const {
+    const hn::Rebind<float, D> numbers;
+    const auto one = hn::Set(d, 1), zero = hn::Zero(d);
+    const auto length = hn::Sqrt(hn::ConvertTo(numbers, squares));
+    const auto quotient = hn::Mul(length, hn::Set(numbers, 1.0f / static_cast<float>(divisor)));
+    const auto guess = hn::NearestInt(smaller(quotient, hn::Set(numbers, 255.0f)));
+    const auto twice = hn::Add(guess, guess), four = hn::ShiftLeft<2>(squares);
+    const auto square_of = [=, this](auto odd) {
+      const auto scaled = hn::Mul(odd, hn::Set(d, divisor));
+      return hn::Mul(scaled, scaled);
+    };
+    const auto above = square_of(hn::Add(twice, one)), below = square_of(hn::Sub(twice, one));
+    const auto is_odd = hn::Ne(hn::And(guess, one), zero);
+    const auto up = hn::Or(hn::Gt(four, above), hn::And(hn::Eq(four, above), is_odd));
+    const auto down = hn::And(hn::Gt(guess, zero),
+                              hn::Or(hn::Lt(four, below), hn::And(hn::Eq(four, below), is_odd)));
+    return hn::Sub(hn::Add(guess, hn::IfThenElseZero(up, one)), hn::IfThenElseZero(down, one));
+  }
+};
+
+template <class D, class Lengths>
+HWY_INLINE hn::Vec<hn::Rebind<uint8_t, D>> length_bytes(D d, hn::Vec<D> a, hn::Vec<D> b, Lengths lengths) {
   const hn::Rebind<uint8_t, D> bytes;
+  const auto of = [=](auto part, auto x, auto y) {
+    const auto squared = [=](auto v) {
+      const auto wide = hn::PromoteTo(Integers<decltype(part)>(), v);
+      return hn::Mul(wide, wide);
+    };
+    return lengths(Integers<decltype(part)>(), hn::Add(squared(x), squared(y)));
+  };
   if constexpr (hn::MaxLanes(d) == 1) {
-    return hn::DemoteTo(bytes, lengths(d, a, b, scale));
+    return hn::DemoteTo(bytes, of(d, a, b));
   } else {
     const hn::Half<D> half;
-    const auto low = lengths(half, hn::LowerHalf(half, a), hn::LowerHalf(half, b), scale);
-    const auto high = lengths(half, hn::UpperHalf(half, a), hn::UpperHalf(half, b), scale);
+    const auto low = of(half, hn::LowerHalf(half, a), hn::LowerHalf(half, b));
+    const auto high = of(half, hn::UpperHalf(half, a), hn::UpperHalf(half, b));
     return hn::DemoteTo(bytes, hn::Combine(d, hn::DemoteTo(half, high), hn::DemoteTo(half, low)));
   }
 }
@@ -110,6 +146,18 @@ void derivatives(const uint8_t* x, int64_t n, int64_t height, int64_t width, Smo
   }
 }
 
+template <class Smooth, class Lengths>
+void magnitudes(const uint8_t* x, int64_t n, int64_t height, int64_t length, int64_t step, Smooth smooth,
+                Lengths lengths, uint8_t* out) {
+#pragma omp parallel for
+  for (int64_t row = 0; row < n * height; ++row) {
+    uint8_t* const to = out + row * length;
+    for_sums({x, row, height, length, step}, smooth, [=](auto d, int64_t k, auto across, auto down) {
+      hn::StoreU(length_bytes(d, across, down, lengths), hn::Rebind<uint8_t, decltype(d)>(), to + k);
+    });
+  }
+}
+
 }  // namespace
 
 void derivatives_of_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t width, int64_t side,
@@ -118,16 +166,14 @@ void derivatives_of_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t w
   derivatives(x, n, height, width, Smoothing{static_cast<int16_t>(side), static_cast<int16_t>(centre)}, out);
 }
 
-void sobel_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t length, int64_t step, double scale,
-                 uint8_t* out) {
-#pragma omp parallel for
-  for (int64_t row = 0; row < n * height; ++row) {
-    uint8_t* const to = out + row * length;
-    for_sums({x, row, height, length, step}, Sobel(), [=](auto d, int64_t k, auto across, auto down) {
-      hn::StoreU(length_bytes(d, across, down, static_cast<float>(scale)), hn::Rebind<uint8_t, decltype(d)>(),
-                 to + k);
-    });
-  }
+void magnitude_of_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t length, int64_t step, int64_t side,
+                        int64_t centre, int64_t divisor, uint8_t* out) {
+  if (side == 1 && centre == 2 && std::has_single_bit(static_cast<uint64_t>(divisor)))
+    return magnitudes(x, n, height, length, step, Sobel(), SobelLengths{1.0f / static_cast<float>(divisor)},
+                      out);
+  magnitudes(x, n, height, length, step,
+             Smoothing{static_cast<int16_t>(side), static_cast<int16_t>(centre)},
+             Lengths{static_cast<int32_t>(divisor)}, out);
 }
 
 }  // namespace chiasm::kernels

@@ -1,4 +1,4 @@
-// Where images of bytes are read at runs of positions; and reading them at the nearest pixels.
+// Where images of integers are read at runs of positions; and reading them at the nearest pixels.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace chiasm::kernels::bytes {
 constexpr int32_t kScale = 32;          // positions between pixels are rounded to 1/kScale
 constexpr int32_t kFurthest = 1 << 24;  // in pixels: the limit of positions
 
-// The images that are read. A pixel has `step` values. At any pixel that counts as inside, `wide` bytes can
+// The images that are read. A pixel has `step` values. At any pixel that counts as inside, `wide` values can
 // be loaded (the taps' loaded() says how many).
 struct Source {
   int64_t height, width, step, wide;
@@ -22,13 +22,13 @@ struct Source {
 };
 
 // Mirrors a position in 1/scale pixel at the corner pixels' centres or at the outer edges.
-inline int32_t folded(int32_t at, int64_t size, int32_t scale, bool align_corners) {
+inline int64_t folded(int64_t at, int64_t size, int32_t scale, bool align_corners) {
   // in halves of 1/scale, because the edge may lie between two multiples
   const int64_t low = align_corners ? 0 : scale, period = 4 * scale * (align_corners ? size - 1 : size);
   if (period == 0) return 0;
-  const int64_t turned = ((2 * int64_t{at} + low) % period + period) % period;
+  const int64_t turned = ((2 * at + low) % period + period) % period;
   const int64_t inside = (std::min(turned, period - turned) - low) / 2;
-  return static_cast<int32_t>(std::clamp<int64_t>(inside, 0, scale * (size - 1)));
+  return std::clamp<int64_t>(inside, 0, scale * (size - 1));
 }
 
 // Positions along an axis in units of 1/scale pixel, rounded half to even, limited to `least` and `greatest`;
@@ -59,7 +59,8 @@ inline void quantise(const double* x, int64_t n, int64_t size, int32_t scale, Pa
   limited_steps(x, n, scale, least, greatest, -all, out);
   if (padding != Padding::kReflection) return;
   for (int64_t i = 0; i < n; ++i)
-    if (x[i] == x[i] && (out[i] < 0 || out[i] > last)) out[i] = folded(out[i], size, scale, align_corners);
+    if (x[i] == x[i] && (out[i] < 0 || out[i] > last))
+      out[i] = static_cast<int32_t>(folded(out[i], size, scale, align_corners));
 }
 
 // A run of positions: the place of the first pixel to read for each, and whether its pixels are inside.
@@ -102,27 +103,29 @@ struct Nearest : Places {
     quantise(at_y, n, s.height, 1, s.padding, s.align_corners, y);
     for (int64_t i = 0; i < n; i += kLanes<int32_t>) {
       const Lanes<int32_t> d;
-      // inside only if that many bytes can be loaded
+      // inside only if that many values can be loaded
       put(i, hn::LoadU(d, x + i), hn::LoadU(d, y + i), s.width, s.height, s.height * s.row() - s.wide + 1, s);
     }
   }
 
-  template <int kStep>
-  void read(const uint8_t* image, const Source& s, int64_t n, uint8_t* out) const {
+  template <int kStep, class Pixel>
+  void read(const Pixel* image, const Source& s, int64_t n, Pixel* out) const {
     const int64_t step = kStep > 0 ? kStep : s.step;
-    const auto bytes = static_cast<size_t>(step);
+    const auto copy = [=](int64_t i, int64_t from, int64_t values) {
+      std::memcpy(out + i * step, image + from, sizeof(Pixel) * static_cast<size_t>(values));
+    };
     for (int64_t i = 0; i < n;) {
       const int64_t last = end(i, n);
       if (inside[i]) {
-        if constexpr (kStep == 3)  // the next position overwrites the excess byte
-          for (; i + 1 < last; ++i) std::memcpy(out + i * step, image + index[i], 4);
-        for (; i < last; ++i) std::memcpy(out + i * step, image + index[i], bytes);
+        if constexpr (kStep == 3)  // the next position overwrites the excess value
+          for (; i + 1 < last; ++i) copy(i, index[i], 4);
+        for (; i < last; ++i) copy(i, index[i], step);
       }
       for (; i < last; ++i)
         if (x[i] >= 0 && x[i] < s.width && y[i] >= 0 && y[i] < s.height)
-          std::memcpy(out + i * step, image + y[i] * s.row() + x[i] * step, bytes);
+          copy(i, y[i] * s.row() + x[i] * step, step);
         else
-          std::memset(out + i * step, 0, bytes);
+          std::fill_n(out + i * step, step, Pixel{0});
     }
   }
 };

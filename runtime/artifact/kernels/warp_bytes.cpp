@@ -1,74 +1,24 @@
-// Reads images of bytes at positions, in planes and in frames.
-#include <algorithm>
-#include <cmath>
-#include <type_traits>
-
+// Reads images of bytes at positions.
 #include "bicubic_bytes.h"
 #include "bilinear_bytes.h"
 #include "declared/warp_bytes.h"
-#include "places_bytes.h"
+#include "read_runs.h"
 
 namespace chiasm::kernels {
 namespace {
 
 using namespace bytes;
 
-constexpr int64_t kRows = 32;
-
-// Reads `each` images at positions(item, row, column, n, x, y), for each item.
-template <class Taps, int kStep, class Positions>
-void read_by(const uint8_t* images, int64_t items, int64_t each, const Source& source, int64_t out_height,
-             int64_t out_width, uint8_t* out, const Positions& positions) {
-  const int64_t blocks_y = (out_height + kRows - 1) / kRows, blocks_x = (out_width + kRun - 1) / kRun,
-                size = source.height * source.row();
-#pragma omp parallel for
-  for (int64_t block = 0; block < items * blocks_y * blocks_x; ++block) {
-    const int64_t left = block % blocks_x * kRun, top = block / blocks_x % blocks_y * kRows,
-                  item = block / blocks_x / blocks_y;
-    const int64_t n = std::min(kRun, out_width - left), bottom = std::min(top + kRows, out_height);
-    const uint8_t* const first = images + item * each * size;
-    const int64_t ahead = Taps::ahead(source);
-    Taps rows[2];
-    const auto find = [&](int64_t row) {
-      double x[kRun], y[kRun];
-      positions(item, row, left, n, x, y);
-      rows[row % 2].find(x, y, n, source);
-    };
-    find(top);
-    for (int64_t row = top; row < bottom; ++row) {
-      if (row + 1 < bottom) {
-        // Prefetch one row ahead, because hardware prefetchers miss this pattern.
-        find(row + 1);
-        for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(first + rows[(row + 1) % 2].index[i] + ahead);
-      }
-      for (int64_t k = item * each; k < (item + 1) * each; ++k)
-        rows[row % 2].template read<kStep>(images + k * size, source, n,
-                                           out + ((k * out_height + row) * out_width + left) * source.step);
-    }
-  }
-}
-
 template <class Positions>
-void read_at(const uint8_t* images, int64_t n, int64_t items, Source source, int64_t out_height,
+void read_at(const uint8_t* images, int64_t n, int64_t items, const Source& source, int64_t out_height,
              int64_t out_width, Interpolation mode, uint8_t* out, const Positions& positions) {
-  const auto by = [&](auto step) {
-    constexpr int kStep = decltype(step)::value;
-    const auto read = [&](auto taps) {
-      source.wide = decltype(taps)::type::loaded(source.step);
-      read_by<typename decltype(taps)::type, kStep>(images, items, n / items, source, out_height, out_width,
-                                                    out, positions);
-    };
-    switch (mode) {
-      case Interpolation::kNearest: return read(std::type_identity<Nearest>());
-      case Interpolation::kBilinear: return read(std::type_identity<Bilinear>());
-      case Interpolation::kBicubic: return read(std::type_identity<Bicubic>());
-    }
-  };
-  switch (source.step) {
-    case 1: return by(std::integral_constant<int, 1>());
-    case 3: return by(std::integral_constant<int, 3>());
-    case 4: return by(std::integral_constant<int, 4>());
-    default: return by(std::integral_constant<int, 0>());
+  switch (mode) {
+    case Interpolation::kNearest:
+      return read_with<Nearest>(images, n, items, source, out_height, out_width, out, positions);
+    case Interpolation::kBilinear:
+      return read_with<Bilinear>(images, n, items, source, out_height, out_width, out, positions);
+    case Interpolation::kBicubic:
+      return read_with<Bicubic>(images, n, items, source, out_height, out_width, out, positions);
   }
 }
 
@@ -79,36 +29,14 @@ void remap_bytes(const uint8_t* image, int64_t n, int64_t height, int64_t width,
                  int64_t out_height, int64_t out_width, const T* y, int64_t step, Interpolation mode,
                  Padding padding, bool align_corners, uint8_t* out) {
   read_at(image, n, items, {height, width / step, step, 0, padding, align_corners}, out_height, out_width,
-          mode, out,
-          [=](int64_t item, int64_t row, int64_t column, int64_t count, double* to_x, double* to_y) {
-            const int64_t start = (item * out_height + row) * out_width + column;
-            std::copy_n(x + start, count, to_x);
-            std::copy_n(y + start, count, to_y);
-          });
+          mode, out, Given<T>{x, y, out_height, out_width});
 }
 
 void warp_bytes(const uint8_t* image, int64_t n, int64_t height, int64_t width, const double* matrix,
                 int64_t items, int64_t out_height, int64_t out_width, int64_t step, Interpolation mode,
                 Padding padding, bool align_corners, uint8_t* out) {
   read_at(image, n, items, {height, width / step, step, 0, padding, align_corners}, out_height, out_width,
-          mode, out, [=](int64_t item, int64_t row, int64_t column, int64_t count, double* x, double* y) {
-            // In the same order as the definition, so that positions are equal.
-            const double *const m = matrix + 9 * item, v = static_cast<double>(row);
-            const double a = m[0], b = m[1] * v, c = m[2], d = m[3], e = m[4] * v, f = m[5], g = m[6],
-                         h = m[7] * v, k = m[8];
-            const auto first = static_cast<int32_t>(column), n = static_cast<int32_t>(count);
-            for (int32_t i = 0; i < n; ++i) {
-              x[i] = a * (first + i) + b + c;
-              y[i] = d * (first + i) + e + f;
-            }
-            if (g == 0 && m[7] == 0 && k == 1) return;
-            for (int32_t i = 0; i < n; ++i) {
-              const double depth = g * (first + i) + h + k;
-              const double divisor = std::abs(depth) > 1e-8 ? depth : 1e-8;
-              x[i] /= divisor;
-              y[i] /= divisor;
-            }
-          });
+          mode, out, Mapped{matrix});
 }
 
 CHIASM_INSTANTIATE(remap_bytes)

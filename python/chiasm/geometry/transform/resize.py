@@ -43,12 +43,13 @@ def resize(
     result is rounded (halves up) after each axis; it is identical to Pillow's ``Image.resize`` of the rows
     and then of the columns. (Pillow resizes the columns first if this is faster.) "area" is the exact mean,
     and "bicubic" without antialias and "lanczos4" have weights in multiples of 1/2^11; they are rounded once
-    (halves up) and differ from OpenCV's by at most one level. So do, for int16 and uint16, "area" and
-    "bilinear" without antialias, which has weights in multiples of 1/2^18.
+    (halves up) and differ from OpenCV's by at most one level. For int16 and uint16 "area" is the exact mean,
+    "bilinear" and "bicubic" have weights in multiples of 1/2^18, and "lanczos4" of 1/2^17; they are rounded
+    once, too.
 
     Args:
-        input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; for "nearest", "area", and
-            "bilinear" without antialias also int16 or uint16.
+        input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; without antialias also int16 or
+            uint16.
         size: (height, width) of the output, or one number for ``side``; then the other side keeps the aspect
             ratio. Either may come from another tensor's shape, which makes the output size dynamic in
             exported graphs.
@@ -85,8 +86,7 @@ def _resize_of_batch(
     side: str,
     antialias: bool,
 ) -> Tensor:
-    linear = interpolation == "bilinear" and not antialias
-    check_pixels(input, "input", interpolation == "nearest" or interpolation == "area" or linear)
+    check_pixels(input, "input", not antialias)
     check_choice(
         interpolation, ["nearest", "bilinear", "bicubic", "area", "lanczos4", "lanczos"], "interpolation"
     )
@@ -109,13 +109,13 @@ def _resize_of_batch(
             return area_means(input, height, width)
         if antialias:
             return resized_bytes_antialias(input, height, width, interpolation, corners)
+        if input.dtype != torch.uint8:
+            return resized_words(input, height, width, interpolation, corners)
         if interpolation == "lanczos4":
             return lanczos_bytes(input, height, width, corners)
         if interpolation == "bicubic":
             return cubic_bytes(input, height, width, corners)
-        if input.dtype == torch.uint8:
-            return resized_bytes(input, height, width, corners)
-        return resized_words(input, height, width, corners)
+        return resized_bytes(input, height, width, corners)
     return resized(input, height, width, interpolation, corners, antialias)
 
 

@@ -53,6 +53,11 @@ def saturated(value: Tensor, like: Tensor) -> Tensor:
     return value.clamp(low, high).to(like.dtype)
 
 
+def has_words(x: Tensor, *_: object) -> bool:
+    """Whether x has pixels of 16 bits, and native code kernels for them. For lowerings only."""
+    return kernels.available(x) and x.dtype in (torch.int16, torch.uint16)
+
+
 @primitive
 def difference(high: Tensor, low: Tensor) -> Tensor:
     """high - low; integers saturate.

@@ -6,13 +6,17 @@ convergence, SIAM PP 2020. Every pixel has a parent in its component, of no high
 of each tree that touches a tree of lower index is hung below it, and all trees become shallower.
 """
 
+from typing import Tuple
+
 import torch
 from torch import Tensor
 
 from ..core.loops import until_stable
 from ..core.lowering import primitive
 from ..filters.minmax import minmax_filter
+from ..images.histograms import bincount
 from ..kernels import operators as kernels
+from ..numbers.search import first_and_last
 
 
 @primitive
@@ -34,6 +38,56 @@ def numbered_components(x: Tensor, limit: int) -> Tensor:
 )
 def _numbered_components_kernel(x: Tensor, limit: int) -> Tensor:
     return kernels.connected_components(x if kernels.has_kernel(x) else x.to(torch.float32))
+
+
+@primitive
+def consecutive_labels(roots: Tensor) -> Tensor:
+    """The numbers (N, L) of ``numbered_components`` as labels that count from 1, in the order of the
+    components' first pixels.
+
+    >>> consecutive_labels(torch.tensor([[1, 0, 3, 1, 0, 3]]))
+    tensor([[1, 0, 2, 1, 0, 2]])
+    """
+    pixel = torch.arange(roots.size(1), device=roots.device)
+    opened = (roots == pixel + 1).to(torch.int64).cumsum(1)
+    # A background pixel reads any number, for which 0 is then put.
+    return torch.where(roots > 0, opened.gather(1, (roots - 1).clamp(min=0)), torch.zeros_like(roots))
+
+
+consecutive_labels.lowering("native", when=kernels.available)(kernels.consecutive_labels)
+
+
+@primitive
+def label_statistics(labels: Tensor, slots: int) -> Tensor:
+    """(N, slots, 7), int64: for each label of (N, H, W) from 0 on the left column, the top row, the width, the
+    height, the number of pixels, and the sums of their columns and rows; 0 if a label has no pixels. Labels
+    from ``slots`` on are not counted.
+
+    >>> label_statistics(torch.tensor([[[1, 0, 2], [1, 0, 2]]]), 3)[0]
+    tensor([[1, 0, 1, 2, 2, 2, 1],
+            [0, 0, 1, 2, 2, 0, 1],
+            [2, 0, 1, 2, 2, 4, 1]])
+    """
+    height, width = labels.size(1), labels.size(2)
+    slot = labels.clamp(max=slots)
+    column, row = torch.arange(width, device=labels.device), torch.arange(height, device=labels.device)
+    left, across, area, x = _extent(slot * width + column, slots, width)
+    top, down, _, y = _extent(slot * height + row[:, None], slots, height)
+    return torch.stack([left, top, across, down, area, x, y], -1)
+
+
+def _extent(place: Tensor, slots: int, size: int) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """The first place along an axis, the extent, the number of pixels and the sum of their places, all (N,
+    slots), from the pixels' places (N, H, W): ``size`` for each slot, and for the rest."""
+    counts = bincount(place.flatten(1), (slots + 1) * size).reshape(-1, slots + 1, size)[:, :slots]
+    area = counts.sum(-1)
+    first, last = first_and_last(counts > 0)
+    extent = torch.where(area > 0, last - first + 1, torch.zeros_like(area))
+    total = (counts.to(torch.int64) * torch.arange(size, device=place.device)).sum(-1)
+    return first, extent, area, total
+
+
+label_statistics.lowering("native", when=kernels.available)(kernels.label_statistics)
 
 
 def component_labels(mask: Tensor, limit: int) -> Tensor:

@@ -118,7 +118,36 @@ def magnitude_of_bytes(x: Tensor, normalized: bool) -> Tensor:
 @magnitude_of_bytes.lowering("native", when=kernels.available)
 def _magnitude_of_bytes_kernel(x: Tensor, normalized: bool) -> Tensor:
     rows, step = as_rows(x)
-    return from_rows(kernels.sobel_bytes(rows, step, 0.125 if normalized else 1.0), x)
+    return from_rows(kernels.magnitude_of_bytes(rows, step, 1, 2, 8 if normalized else 1), x)
+
+
+@primitive
+def lengths_of_bytes(x: Tensor, side: int, middle: int, divisor: int) -> Tensor:
+    """sqrt(dx^2 + dy^2) / divisor of the ``smoothed_differences`` of bytes (B, C, H, W), rounded to the nearest
+    byte, half to even, and saturated; the border is replicated.
+
+    Sums of squares reach 2^25, beyond the whole numbers of float32. In float64, roots of whole numbers that
+    are not whole are further from a half than their rounding error, and a quotient of whole numbers is exact
+    at halves; the divisor is a tensor, because some devices replace division by a number with multiplication.
+    """
+    exact = in_planes(x).to(torch.float64)
+    lengths = length_of_differences(exact, (1, 1), (1, 1), "replicate", float(side), float(middle), 1.0, 0.0)
+    quotient = lengths / torch.full([1], float(divisor), dtype=torch.float64, device=x.device)
+    return torch.round(quotient).clamp(max=255.0).to(torch.uint8)
+
+
+@lengths_of_bytes.lowering("native", when=kernels.available)
+def _lengths_of_bytes_kernel(x: Tensor, side: int, middle: int, divisor: int) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.magnitude_of_bytes(rows, step, side, middle, divisor), x)
+
+
+@stencil
+def length_of_differences(p: Tensor, side: float, middle: float, scale: float, eps: float) -> Tensor:
+    """sqrt(dx^2 + dy^2 + eps) of the ``smoothed_differences``, each times ``scale``."""
+    dx, dy = smoothed_differences(p, side, middle)
+    dx, dy = dx * scale, dy * scale
+    return torch.sqrt(dx * dx + dy * dy + eps)
 
 
 @primitive

@@ -235,6 +235,19 @@ _declare(
     " for other values.",
     ["H * W <= INT32_MAX"],
 )
+_declare(
+    "consecutive_labels(int64[N, L] x) -> int64[N, L]",
+    "connected_components.cpp",
+    """The result of connected_components with labels that count from 1 in the order of the components' first
+    pixels. Labels that are no earlier pixel's become 0.""",
+)
+_declare(
+    "label_statistics(int64[N, H, W] labels, int slots) -> int64[N, slots, 7]",
+    "connected_components.cpp",
+    """For each label from 0 on, of its pixels the left column, the top row, the width, the height, the number,
+    and the sums of columns and rows; 0 if it has none. Labels from slots on are not counted.""",
+    ["1 <= slots <= INT32_MAX"],
+)
 
 _declare(
     "find_contours(uint8[..., H, W] mask, int polygons, int numbers) -> int64[..., polygons, numbers]",
@@ -350,16 +363,24 @@ _declare(
     ["1 <= channels <= 256", "L % channels == 0"],
 )
 _declare(
-    "in_range(uint8[N, L] x, int32[R, C] low, int32[R, C] high, bool interleaved) -> uint8[N, L // C]",
-    "arithmetic.cpp",
+    "in_range(V[N, L] x, int32[R, C] low, int32[R, C] high, bool interleaved) -> uint8[N, L // C]",
+    "ranges.cpp",
     "255 where each of C channels is from low to high, else 0. Each set of bounds serves N / R images.",
     ["1 <= R", "N % R == 0", "1 <= C", "L % C == 0"],
 )
 _declare(
-    "masked_pixels(uint8[N, L] x, uint8[N, M] mask, bool interleaved) -> uint8[N, L]",
-    "arithmetic.cpp",
-    "The bits of each channel of a pixel that are set in the pixel's mask.",
+    "masked_pixels(V[N, L] x, uint8[N, M] mask, bool interleaved) -> V[N, L]",
+    "ranges.cpp",
+    """The bits of each channel of a pixel that are set in the pixel's mask; that of 16 bits has the sign of the
+    mask's byte in its upper half.""",
     ["1 <= M", "L % M == 0"],
+)
+_declare(
+    "split_at(S[N, L] x, int32[R, 3] limits, bool keep_above, bool keep_below) -> S[N, L]",
+    "ranges.cpp",
+    """The pixels above the first of the limits become the second one, saturated, unless keep_above; the others
+    become the third, unless keep_below. Each set of limits serves N / R images.""",
+    ["1 <= R", "N % R == 0"],
 )
 _declare(
     "derivatives_of_bytes(uint8[N, H, W] x, int side, int centre) -> int16[N, 2, H, W]",
@@ -369,11 +390,11 @@ _declare(
     ["1 <= H", "1 <= W", "0 <= side <= 63", "0 <= centre <= 127", "2 * side + centre <= 128"],
 )
 _declare(
-    "sobel_bytes(uint8[N, H, L] x, int step, float scale) -> uint8[N, H, L]",
+    """magnitude_of_bytes(uint8[N, H, L] x, int step, int side, int centre, int divisor) -> uint8[N, H, L]""",
     "derivatives_bytes.cpp",
-    """scale times the length of the vector of Sobel's sums, rounded half to even and saturated; the border is
-    replicated. Neighbours in a row are step values apart.""",
-    [*_ROWS, "0 <= scale <= 1"],
+    """The length of the vector of the sums of derivatives_of_bytes, divided, rounded half to even and saturated.
+    Neighbours in a row are step values apart.""",
+    [*_ROWS, "0 <= side <= 16", "0 <= centre <= 32", "2 * side + centre <= 32", "1 <= divisor <= 64"],
 )
 _declare(
     "mix_pixels(uint8[N, L] x, int32[O, 4] weights, int shift, bool interleaved) -> uint8[N, L // 3 * O]",
@@ -684,6 +705,27 @@ _declare(
     ["1 <= H", "1 <= L <= INT32_MAX", "1 <= step", "L % step == 0", "1 <= M", "1 <= K"],
 )
 _declare(
+    """resample_words(S[N, H, L] x, int64[J, M] rows, int64[J, M] down, int64[I, K] columns,
+    int64[I, K] across, int64[1] total, int step) -> S[N, J, I * step]""",
+    "resample_words.cpp",
+    """Pixel i of a row is the sum of its pixels columns[i] times the weights across[i], and row j the sum of
+    these rows rows[j] times down[j]; the sums are divided by total, rounded half up and saturated. They must
+    be below 2^53, and are then exact. Indices out of range are clamped. Neighbours in a row are step values
+    apart.""",
+    [
+        *_ROWS,
+        "1 <= H <= INT32_MAX",
+        "1 <= J",
+        "1 <= I",
+        "1 <= M",
+        "1 <= K",
+        "I * step <= INT32_MAX",
+        "-2**24 <= down <= 2**24",
+        "-2**24 <= across <= 2**24",
+        "1 <= total <= 2**52",
+    ],
+)
+_declare(
     """resampled(T[B, C, H, W] x, int64[J, M] rows, T[J, M] down, int64[I, K] columns, T[I, K] across)
     -> T[B, C, J, I]""",
     "resize.cpp",
@@ -770,7 +812,7 @@ _declare(
     4, 6, 4, 1) / 8 along both, rounded half up. Neighbours in a row are step values apart.""",
     [*_ROWS, "2 * H <= INT32_MAX", "2 * L <= INT32_MAX"],
 )
-_BYTES_READ = [
+_IMAGES_READ = [
     *_ROWS,
     "1 <= B",
     "N % B == 0",
@@ -785,14 +827,35 @@ _declare(
     """The images at pixel positions x and y, which N / B images share. Positions are rounded to 1/32 pixel,
     or to the nearest pixel; sums are rounded half up and saturated. Pixels have step values. With
     align_corners a reflection is at the corner pixels' centres, else at the outer edges.""",
-    [*_BYTES_READ, "WO * step <= INT32_MAX"],
+    [*_IMAGES_READ, "WO * step <= INT32_MAX"],
 )
 _declare(
     """warp_bytes(uint8[N, H, L] image, float64[B, 3, 3] matrix, int height, int width, int step,
     Interpolation mode, Padding padding, bool align_corners) -> uint8[N, height, width * step]""",
     "warp_bytes.cpp",
     "remap_bytes at the positions to which a matrix maps the output's pixels.",
-    [*_BYTES_READ, "0 <= height <= INT32_MAX", "0 <= width <= 2**24", "width * step <= INT32_MAX"],
+    [*_IMAGES_READ, "0 <= height <= INT32_MAX", "0 <= width <= 2**24", "width * step <= INT32_MAX"],
+)
+_declare(
+    """remap_words(S[N, H, L] image, float64[B, HO, WO] x, float64[B, HO, WO] y, int step, Interpolation mode,
+    Padding padding, bool align_corners) -> S[N, HO, WO * step]""",
+    "warp_words.cpp",
+    """remap_bytes for 16 bits, with positions that are rounded to 1/65536 pixel, or to the nearest pixel. Mode
+    is not bicubic.""",
+    [*_IMAGES_READ, "WO * step <= INT32_MAX", "mode != 'bicubic'"],
+)
+_declare(
+    """warp_words(S[N, H, L] image, float64[B, 3, 3] matrix, int height, int width, int step,
+    Interpolation mode, Padding padding, bool align_corners) -> S[N, height, width * step]""",
+    "warp_words.cpp",
+    "remap_words at the positions to which a matrix maps the output's pixels.",
+    [
+        *_IMAGES_READ,
+        "0 <= height <= INT32_MAX",
+        "0 <= width <= 2**24",
+        "width * step <= INT32_MAX",
+        "mode != 'bicubic'",
+    ],
 )
 
 # Features

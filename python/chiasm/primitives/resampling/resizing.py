@@ -8,6 +8,7 @@ from torch import Tensor
 from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
 from ..core.materialise import materialised, stored_index
+from ..core.pixels import has_words, pixel_range
 from ..filters.fixed_point import rounded_sums
 from ..filters.stencil import separable_shared
 from ..kernels import operators as kernels
@@ -22,7 +23,6 @@ from .taps import (
     source_positions,
     weight_dtype,
 )
-from .warping import rounded_pixels
 
 
 @primitive
@@ -97,17 +97,63 @@ def _resized_bytes_kernel(x: Tensor, height: int, width: int, align_corners: boo
     return from_rows(kernels.resize_bytes(rows, height, width, step, align_corners), x)
 
 
-def resized_words(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
-    """16 bits (B, C, H, W) as (B, C, height, width), bilinear: by weights in 1/2^18, rounded half up. The
-    sums are integers below 2^53, exact in float64.
+def resized_words(x: Tensor, height: int, width: int, interpolation: str, align_corners: bool) -> Tensor:
+    """16 bits (B, C, H, W) as (B, C, height, width), rounded once, half up, and saturated. Weights are
+    multiples of 1/2^18 for "bilinear" and "bicubic" (a = -0.75), and of 1/2^17 for "lanczos4", whose
+    overshoot takes a bit. So the sums are integers below 2^53, exact in float64.
 
-    >>> resized_words(torch.tensor([[[[-300, 20000]]]], dtype=torch.int16), 1, 3, False)
+    >>> resized_words(torch.tensor([[[[-300, 20000]]]], dtype=torch.int16), 1, 3, "bilinear", False)
     tensor([[[[ -300,  9850, 20000]]]], dtype=torch.int16)
     """
-    rows, down = _fixed_table(x.size(2), height, align_corners, 262144, x.device)
-    columns, across = _fixed_table(x.size(3), width, align_corners, 262144, x.device)
+    steps = 131072 if interpolation == "lanczos4" else 262144
+    rows, down = _words_table(x.size(2), height, interpolation, align_corners, steps, x.device)
+    columns, across = _words_table(x.size(3), width, interpolation, align_corners, steps, x.device)
+    total = torch.full([1], steps, dtype=torch.float64, device=x.device) * steps
+    return weighted_means(x, rows, down, columns, across, total)
+
+
+def _words_table(
+    in_size: int, out_size: int, interpolation: str, align_corners: bool, steps: int, device: torch.device
+) -> Tuple[Tensor, Tensor]:
+    """Indices and weights (out_size, taps), in units of 1 / ``steps``, which add up to ``steps``."""
+    if interpolation == "bilinear":
+        return _fixed_table(in_size, out_size, align_corners, steps, device)
+    if interpolation == "bicubic":
+        index, weight = _cubic_table(in_size, out_size, align_corners, device)
+    else:
+        index, weight = _lanczos_table(in_size, out_size, align_corners, torch.float64, device)
+    whole = torch.round(steps * weight)
+    # One of the two pixels beside the position gets what rounding takes from the sum.
+    beside = weight.size(1) // 2
+    rest = steps - whole[:, :beside].sum(1) - whole[:, beside + 1 :].sum(1)
+    return index, torch.cat([whole[:, :beside], rest[:, None], whole[:, beside + 1 :]], 1)
+
+
+@primitive
+def weighted_means(
+    x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor, total: Tensor
+) -> Tensor:
+    """Integers of 8 or 16 bits (B, C, H, W), ``resampled``: the sums are divided by ``total`` (1,), rounded
+    half up and saturated. Weights and total are integers in float64; sums below 2^53 are exact.
+
+    >>> x = torch.tensor([[[[10, 20]]]], dtype=torch.int16)
+    >>> one, both = torch.zeros(1, 1, dtype=torch.int64), torch.tensor([[0, 1]])
+    >>> weights = torch.tensor([[1.0, 2.0]], dtype=torch.float64)
+    >>> weighted_means(x, one, torch.ones_like(weights[:, :1]), both, weights, weights.sum(1))
+    tensor([[[[17]]]], dtype=torch.int16)
+    """
     sums = resampled(in_planes(x).to(torch.float64), rows, down, columns, across)
-    return rounded_pixels(sums * 2.0**-36, x)
+    low, high = pixel_range(x)
+    return torch.floor((2.0 * sums + total) / (2.0 * total)).clamp(low, high).to(x.dtype)
+
+
+@weighted_means.lowering("native", when=has_words)
+def _weighted_means_kernel(
+    x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor, total: Tensor
+) -> Tensor:
+    pixels, step = as_rows(x)
+    down, across, total = down.to(torch.int64), across.to(torch.int64), total.to(torch.int64)
+    return from_rows(kernels.resample_words(pixels, rows, down, columns, across, total, step), x)
 
 
 @primitive
@@ -153,9 +199,8 @@ def area_means(x: Tensor, height: int, width: int) -> Tensor:
     """
     rows, down = area_table(x.size(2), height, x.device)
     columns, across = area_table(x.size(3), width, x.device)
-    sums = resampled(in_planes(x).to(torch.float64), rows, down, columns, across)
     area = torch.ones([1], dtype=torch.float64, device=x.device) * x.size(2) * x.size(3)
-    return torch.floor((2.0 * sums + area) / (2.0 * area)).to(x.dtype)
+    return weighted_means(x, rows, down, columns, across, area)
 
 
 @area_means.lowering("native", when=lambda x, *_: kernels.available(x) and x.dtype == torch.uint8)
@@ -168,7 +213,7 @@ def cubic_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tens
     """Bytes (B, C, H, W) as (B, C, height, width), bicubic (a = -0.75), by weights in 1/2^11."""
     rows, down = _cubic_table(x.size(2), height, align_corners, x.device)
     columns, across = _cubic_table(x.size(3), width, align_corners, x.device)
-    return summed_bytes(x, rows, down, columns, across)
+    return summed_bytes(x, rows, torch.round(2048.0 * down), columns, torch.round(2048.0 * across))
 
 
 def lanczos_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
@@ -202,11 +247,11 @@ def _summed_bytes_kernel(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor,
 def _cubic_table(
     in_size: int, out_size: int, align_corners: bool, device: torch.device
 ) -> Tuple[Tensor, Tensor]:
-    """Indices (out_size, 4) of the neighbours of each position, and their weights in 1/2^11."""
+    """Indices (out_size, 4) of the neighbours of each position, and their weights, float64."""
     whole, rest, denominator = exact_positions(in_size, out_size, align_corners, device)
     weights = torch.stack(cubic_weights(rest.to(torch.float64) / denominator, -0.75), 1)
     neighbours = whole[:, None] + torch.arange(-1, 3, device=device)
-    return neighbours.clamp(0, in_size - 1), torch.round(2048.0 * weights)
+    return neighbours.clamp(0, in_size - 1), weights
 
 
 def _lanczos_table(

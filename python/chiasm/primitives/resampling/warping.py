@@ -8,7 +8,7 @@ from torch import Tensor
 from ..core.checks import check_choice, check_floating, check_pixels, check_tensor
 from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
-from ..core.pixels import pixel_range
+from ..core.pixels import has_words, pixel_range
 from ..filters.stencil import join_channels, split_channels
 from ..kernels import operators as kernels
 from ..numbers.rounding import known_or
@@ -194,12 +194,14 @@ def resample_bytes(
     return rounded_pixels(sums, src)
 
 
-def _has_bytes_kernel(src: Tensor, padding_mode: str) -> bool:
-    return kernels.available(src) and src.dtype == torch.uint8 and padding_mode != "fill"
+def _has_integer_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
+    if padding_mode == "fill":
+        return False
+    return kernels.available(src) and src.dtype == torch.uint8 or has_words(src) and mode != "bicubic"
 
 
 @resample_bytes.lowering(
-    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_bytes_kernel(src, padding_mode)
+    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_integer_kernel(src, mode, padding_mode)
 )
 def _resample_bytes_kernel(
     src: Tensor,
@@ -211,13 +213,13 @@ def _resample_bytes_kernel(
     fill_value: Optional[Tensor],
 ) -> Tensor:
     rows, step = as_rows(src)
-    if x.dtype != torch.float32 or y.dtype != torch.float32:
+    is_words = src.dtype != torch.uint8
+    if is_words or x.dtype != torch.float32 or y.dtype != torch.float32:
         x, y = x.to(torch.float64), y.to(torch.float64)
     x, y = torch.broadcast_tensors(x, y)
-    return from_rows(
-        kernels.remap_bytes(rows, x.contiguous(), y.contiguous(), step, mode, padding_mode, align_corners),
-        src,
-    )
+    remap = kernels.remap_words if is_words else kernels.remap_bytes
+    made = remap(rows, x.contiguous(), y.contiguous(), step, mode, padding_mode, align_corners)
+    return from_rows(made, src)
 
 
 def resample_image(
@@ -281,14 +283,14 @@ def _resample_projective_kernel(
     return kernels.warp_perspective(src, matrix, height, width, mode, padding_mode, align_corners)
 
 
-def _of_bytes(
+def _of_integers(
     src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object
 ) -> bool:
-    return _has_bytes_kernel(src, padding_mode)
+    return _has_integer_kernel(src, mode, padding_mode)
 
 
-@resample_projective.lowering("native", when=_of_bytes)
-def _warp_bytes_kernel(
+@resample_projective.lowering("native", when=_of_integers)
+def _warp_integers_kernel(
     src: Tensor,
     matrix: Tensor,
     height: int,
@@ -299,19 +301,9 @@ def _warp_bytes_kernel(
     fill_value: Optional[Tensor],
 ) -> Tensor:
     rows, step = as_rows(src)
-    return from_rows(
-        kernels.warp_bytes(
-            rows,
-            matrix.to(torch.float64).contiguous(),
-            height,
-            width,
-            step,
-            mode,
-            padding_mode,
-            align_corners,
-        ),
-        src,
-    )
+    warp = kernels.warp_bytes if src.dtype == torch.uint8 else kernels.warp_words
+    matrix = matrix.to(torch.float64).contiguous()
+    return from_rows(warp(rows, matrix, height, width, step, mode, padding_mode, align_corners), src)
 
 
 @primitive
@@ -334,7 +326,7 @@ def resample_affine(
     return resample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-@resample_affine.lowering("native", when=lambda src, *rest: _resampled(src, *rest) or _of_bytes(src, *rest))
+@resample_affine.lowering("native", when=lambda src, *rest: _resampled(src, *rest) or _of_integers(src, *rest))
 def _resample_affine_kernel(
     src: Tensor,
     matrix: Tensor,

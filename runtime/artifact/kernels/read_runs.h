@@ -1,0 +1,101 @@
+// Reads images of integers at runs of positions, in planes and in frames.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "places_bytes.h"
+
+namespace chiasm::kernels::bytes {
+
+constexpr int64_t kRows = 32;
+
+// Reads `each` images at positions(item, row, column, n, x, y), for each item.
+template <class Taps, int kStep, class Pixel, class Positions>
+void read_by(const Pixel* images, int64_t items, int64_t each, const Source& source, int64_t out_height,
+             int64_t out_width, Pixel* out, const Positions& positions) {
+  const int64_t blocks_y = (out_height + kRows - 1) / kRows, blocks_x = (out_width + kRun - 1) / kRun,
+                size = source.height * source.row();
+#pragma omp parallel for
+  for (int64_t block = 0; block < items * blocks_y * blocks_x; ++block) {
+    const int64_t left = block % blocks_x * kRun, top = block / blocks_x % blocks_y * kRows,
+                  item = block / blocks_x / blocks_y;
+    const int64_t n = std::min(kRun, out_width - left), bottom = std::min(top + kRows, out_height);
+    const Pixel* const first = images + item * each * size;
+    const int64_t ahead = Taps::ahead(source);
+    Taps rows[2];
+    const auto find = [&](int64_t row) {
+      double x[kRun], y[kRun];
+      positions(item, row, left, n, x, y);
+      rows[row % 2].find(x, y, n, source);
+    };
+    find(top);
+    for (int64_t row = top; row < bottom; ++row) {
+      if (row + 1 < bottom) {
+        // Prefetch one row ahead, because hardware prefetchers miss this pattern.
+        find(row + 1);
+        for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(first + rows[(row + 1) % 2].index[i] + ahead);
+      }
+      for (int64_t k = item * each; k < (item + 1) * each; ++k)
+        rows[row % 2].template read<kStep>(images + k * size, source, n,
+                                           out + ((k * out_height + row) * out_width + left) * source.step);
+    }
+  }
+}
+
+// Reads n images, which share `items` sets of positions.
+template <class Taps, class Pixel, class Positions>
+void read_with(const Pixel* images, int64_t n, int64_t items, Source source, int64_t out_height,
+               int64_t out_width, Pixel* out, const Positions& positions) {
+  source.wide = Taps::loaded(source.step);
+  const auto by = [&](auto step) {
+    read_by<Taps, decltype(step)::value>(images, items, n / items, source, out_height, out_width, out,
+                                         positions);
+  };
+  switch (source.step) {
+    case 1: return by(std::integral_constant<int, 1>());
+    case 3: return by(std::integral_constant<int, 3>());
+    case 4: return by(std::integral_constant<int, 4>());
+    default: return by(std::integral_constant<int, 0>());
+  }
+}
+
+// The positions x and y (items, height, width).
+template <class T>
+struct Given {
+  const T *x, *y;
+  int64_t height, width;
+
+  void operator()(int64_t item, int64_t row, int64_t column, int64_t n, double* to_x, double* to_y) const {
+    const int64_t start = (item * height + row) * width + column;
+    std::copy_n(x + start, n, to_x);
+    std::copy_n(y + start, n, to_y);
+  }
+};
+
+// The positions to which matrices (items, 3, 3) map the pixels of the output.
+struct Mapped {
+  const double* matrix;
+
+  // In the same order as the definition, so that positions are equal.
+  void operator()(int64_t item, int64_t row, int64_t column, int64_t count, double* x, double* y) const {
+    const double *const m = matrix + 9 * item, v = static_cast<double>(row);
+    const double a = m[0], b = m[1] * v, c = m[2], d = m[3], e = m[4] * v, f = m[5], g = m[6], h = m[7] * v,
+                 k = m[8];
+    const auto first = static_cast<int32_t>(column), n = static_cast<int32_t>(count);
+    for (int32_t i = 0; i < n; ++i) {
+      x[i] = a * (first + i) + b + c;
+      y[i] = d * (first + i) + e + f;
+    }
+    if (g == 0 && m[7] == 0 && k == 1) return;
+    for (int32_t i = 0; i < n; ++i) {
+      const double depth = g * (first + i) + h + k;
+      const double divisor = std::abs(depth) > 1e-8 ? depth : 1e-8;
+      x[i] /= divisor;
+      y[i] /= divisor;
+    }
+  }
+};
+
+}  // namespace chiasm::kernels::bytes
