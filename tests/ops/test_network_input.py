@@ -141,19 +141,19 @@ def test_frames_of_16_bits(height: int, width: int) -> None:
     inner = cv2.resize(frame, (new_width, new_height), interpolation=cv2.INTER_LINEAR)
     expected = framed(inner, left, top, size, 114 * 257)[..., ::-1]
     image = letterbox(torch.from_numpy(frame)[None], size, layout="NHWC")[0][0].numpy()
-    assert np.abs(image * 65535 - expected).max() < 1
+    assert np.abs(np.rint(image * 65535) - expected).max() <= 1
     grey = letterbox(torch.from_numpy(frame[..., :1].copy())[None], size, color="gray")[0][0].numpy()
-    assert np.abs(grey * 65535 - expected[..., 2]).max() < 1
+    assert np.abs(np.rint(grey * 65535) - expected[..., 2]).max() <= 1
 
 
-def test_16_bits_with_antialias_are_pillows_floats() -> None:
+def test_16_bits_with_antialias_are_pillows_floats_rounded() -> None:
     frame, size = noise(211, 300, np.uint16), (50, 64)
     planes = [Image.fromarray(plane.astype(np.float32)) for plane in np.moveaxis(frame, 2, 0)]
-    expected = np.stack([np.asarray(p.resize(size[::-1], FILTERS["lanczos"])) for p in planes]) / 65535
+    expected = np.stack([np.asarray(p.resize(size[::-1], FILTERS["lanczos"])) for p in planes])
+    expected = np.rint(expected.clip(0, 65535))
     options = {"color": "rgb", "fit": "stretch", "interpolation": "lanczos", "antialias": True}
-    np.testing.assert_allclose(
-        letterbox(torch.from_numpy(frame)[None], size, **options)[0][0], expected, atol=1e-5
-    )
+    made = letterbox(torch.from_numpy(frame)[None], size, **options)[0][0].numpy()
+    assert np.abs(np.rint(made * 65535) - expected).max() <= 2
 
 
 @pytest.mark.parametrize("layout", ["NCHW", "NHWC"])

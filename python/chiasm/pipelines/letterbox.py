@@ -43,7 +43,7 @@ def letterbox(
 
     With ``antialias``, or the interpolation "area", a pixel is a mean over all pixels that it stands for, as
     in ``geometry.transform.resize``: with weights in multiples of 1/2^22, and rounded after each axis.
-    Frames of 16 bits are resized in float32, and not rounded.
+    Frames of 16 bits are resized with weights in multiples of 1/2^18, and rounded once, to 16 bits.
 
     Args:
         frame: (B, H, W, 3), uint8 or uint16; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.

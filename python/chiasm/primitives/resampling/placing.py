@@ -10,7 +10,7 @@ from ..core.lowering import primitive
 from ..filters.fixed_point import rounded_sums
 from ..images.color_planes import as_pixels
 from ..kernels import operators as kernels
-from .resizing import resampled, resampled_bytes
+from .resizing import resampled_bytes, weighted_means
 from .taps import covered_pixels, filter_radius, filter_weights
 
 
@@ -93,7 +93,7 @@ def placed_filtered(
     antialias: bool,
 ) -> Tensor:
     """All of each image (B, C, H, W), resized by a filter and placed in (B, C, height, width), with ``pad``
-    around it: bytes of bytes, else float32, which is not rounded.
+    around it: bytes of bytes, levels in float32 of uint16.
 
     ``box`` (4,), int64: left, top, width and height of the place, which may reach beyond the output.
     ``least``: numbers that the place's height and width are not below; the count of the filter's taps follows
@@ -111,8 +111,10 @@ def placed_filtered(
         steps = 4194304.0
         made = resampled_bytes(x, rows, torch.round(down * steps), columns, torch.round(across * steps))
     else:
-        levels = in_planes(x).to(torch.float32)
-        made = resampled(levels, rows, down.to(torch.float32), columns, across.to(torch.float32))
+        # Sums of 16 bits by weights in 1/2^18 are exact.
+        steps = torch.full([1], 262144.0, dtype=torch.float64, device=x.device)
+        down, across = torch.round(down * steps), torch.round(across * steps)
+        made = in_planes(weighted_means(x, rows, down, columns, across, steps * steps)).to(torch.float32)
     return filled_beside(made, box, pad)
 
 
