@@ -1,4 +1,4 @@
-"""Generates files from the declarations of the kernels (python/chiasm/primitives/kernels/declarations.py).
+"""Generates files from the declarations of the kernels (python/chiasm/primitives/kernels/declarations).
 
     generate.py build FOLDER    declared/SOURCE.h, kernels.h, kernel_calls.h and kernel_calls.cpp, for CMake
     generate.py tests FOLDER    guarded_calls.inc, refused_calls.inc and named_calls.inc, for tests/kernels
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Dict, List
 
 HERE = Path(__file__).resolve().parent
-DECLARATIONS = HERE.parents[1] / "python" / "chiasm" / "primitives" / "kernels" / "declarations.py"
+DECLARATIONS = HERE.parents[1] / "python" / "chiasm" / "primitives" / "kernels" / "declarations"
 # Not through the package chiasm, which needs torch
 sys.path[:0] = [str(HERE), str(DECLARATIONS.parents[1])]
 
@@ -24,11 +24,11 @@ try:
 except DeclarationError as error:
     sys.exit(f"error: {error}")
 except SyntaxError as error:
-    sys.exit(f"error: declarations.py:{error.lineno}: {error.msg}")
+    sys.exit(f"error: {Path(error.filename or '').name}:{error.lineno}: {error.msg}")
 except Exception as error:
     frames = traceback.extract_tb(error.__traceback__)
-    line = [frame.lineno for frame in frames if frame.filename == str(DECLARATIONS)][-1]
-    sys.exit(f"error: declarations.py:{line}: {error}")
+    frame = [frame for frame in frames if Path(frame.filename).parent == DECLARATIONS][-1]
+    sys.exit(f"error: {Path(frame.filename).name}:{frame.lineno}: {error}")
 
 from example_tests import allowed_calls, forbidden_calls, named_calls  # noqa: E402
 from kernel_adapters import call, calls, headers, prototypes  # noqa: E402

@@ -10,7 +10,7 @@ from kernels.declarations import CONSTANTS, ENUMERATIONS, KERNELS
 from kernels.schema import VARIABLES, Argument, DeclarationError, Kernel, identifiers
 
 MADE = (
-    "// Made from the declarations in python/chiasm/primitives/kernels/declarations.py by"
+    "// Made from the declarations in python/chiasm/primitives/kernels/declarations by"
     " runtime/artifact/generate.py."
 )
 CPP = {

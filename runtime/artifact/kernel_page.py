@@ -11,7 +11,7 @@ def page() -> str:
     out = [
         "# Kernels",
         "",
-        "<!-- Made by `make docs` from python/chiasm/primitives/kernels/declarations.py. -->",
+        "<!-- Made by `make docs` from python/chiasm/primitives/kernels/declarations. -->",
         "",
     ]
     out += [

@@ -43,7 +43,7 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     for file in ("tests/__init__.py", "tests/changes.py", "pyproject.toml"):
         shutil.copy(ROOT / file, tmp_path / file)
-    with (tmp_path / "python/chiasm/primitives/kernels/declarations.py").open("a") as declarations:
+    with (tmp_path / "python/chiasm/primitives/kernels/declarations/frames.py").open("a") as declarations:
         declarations.write(declaration)
     (tmp_path / "runtime/artifact/kernels/invert.cpp").write_text(source)
     (tmp_path / "tests/kernels/invert_test.cpp").write_text(test)

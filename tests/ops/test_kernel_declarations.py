@@ -127,9 +127,14 @@ def tree(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def error_of(what: str, tree: Path, old: str, new: str) -> str:
+FILTERS = "python/chiasm/primitives/kernels/declarations/filters.py"
+#: A line of that file.
+FIRST = "from ..registry import ROWS, declare\n"
+
+
+def error_of(what: str, tree: Path, old: str, new: str, path: str = FILTERS) -> str:
     """The error of the generator after a change of the declarations, with which it must write nothing."""
-    file = tree / "python/chiasm/primitives/kernels/declarations.py"
+    file = tree / path
     assert old in file.read_text()
     file.write_text(file.read_text().replace(old, new, 1))
     done = subprocess.run(
@@ -164,15 +169,17 @@ def error_of(what: str, tree: Path, old: str, new: str) -> str:
             "median_filter(Image[N, H, L] x",
             "kernel median_filter: argument x: unknown type Image",
         ),
-        (
-            "border != 'circular'",
-            "border != 'round'",
-            "kernel resize_blurred: \"border != 'round'\": border has no enumerator round",
-        ),
     ],
 )
 def test_a_wrong_declaration_stops_the_build(tree: Path, old: str, new: str, message: str) -> None:
     assert error_of("build", tree, old, new).startswith(message)
+
+
+def test_every_family_is_read(tree: Path) -> None:
+    resampling = FILTERS.replace("filters", "resampling")
+    assert error_of("build", tree, "border != 'circular'", "border != 'round'", resampling) == (
+        "kernel resize_blurred: \"border != 'round'\": border has no enumerator round"
+    )
 
 
 @pytest.mark.parametrize("what", ["build", "tests"])
@@ -196,33 +203,32 @@ def test_an_expression_without_a_form_in_cpp_stops_the_build(
         '#include "declared/half.h"\nCHIASM_INSTANTIATE(half)\n'
     )
     arguments = "T[N] x, Border border, float scale"
-    declared = f'_declare("half({arguments}) -> {schema}", "half.cpp", "", ["{where}"])\n'
-    assert error_of(what, tree, "# Filters\n", declared) == message
+    declared = f'declare("half({arguments}) -> {schema}", "half.cpp", "", ["{where}"])\n'
+    assert error_of(what, tree, FIRST, FIRST + declared) == message
 
 
 @pytest.mark.parametrize(
     ("declared", "message"),
     [
-        ('_declare("sobel(T[N] x) -> T[N]", "edges.cpp", "")\n', "kernel sobel: it is declared twice"),
+        ('declare("sobel(T[N] x) -> T[N]", "edges.cpp", "")\n', "kernel sobel: it is declared twice"),
         (
-            '_declare("half(T[N] x) -> T[N]", "half.cpp")\n',
-            "declarations.py:LINE: _declare() missing 1 required positional argument: 'doc'",
+            'declare("half(T[N] x) -> T[N]", "half.cpp")\n',
+            "filters.py:LINE: declare() missing 1 required positional argument: 'doc'",
         ),
         (
-            '_declare("half(T[N] x) -> T[N]", "half.cpp", "", precise=True)\n',
-            "declarations.py:LINE: _declare() got an unexpected keyword argument 'precise'",
+            'declare("half(T[N] x) -> T[N]", "half.cpp", "", precise=True)\n',
+            "filters.py:LINE: declare() got an unexpected keyword argument 'precise'",
         ),
         (
-            '_declare("half(T[N] x) -> T[N]", "half.cpp", _DOC)\n',
-            "declarations.py:LINE: name '_DOC' is not defined",
+            'declare("half(T[N] x) -> T[N]", "half.cpp", _DOC)\n',
+            "filters.py:LINE: name '_DOC' is not defined",
         ),
-        ('_declare("half(T[N] x) -> T[N]" "half.cpp"", "")\n', "declarations.py:LINE: "),
+        ('declare("half(T[N] x) -> T[N]" "half.cpp"", "")\n', "filters.py:LINE: "),
     ],
 )
 def test_a_mistake_in_python_names_its_line(tree: Path, declared: str, message: str) -> None:
-    file = tree / "python/chiasm/primitives/kernels/declarations.py"
-    line = file.read_text().split("# Filters\n")[0].count("\n") + 1
-    error = error_of("build", tree, "# Filters\n", declared)
+    line = (tree / FILTERS).read_text().split(FIRST)[0].count("\n") + 2
+    error = error_of("build", tree, FIRST, FIRST + declared)
     assert error.startswith(message.replace("LINE", str(line)))
 
 
@@ -235,7 +241,7 @@ def test_a_source_without_its_header_stops_the_build(tree: Path) -> None:
 
 def test_a_changed_kernel_changes_its_own_header_alone(tree: Path) -> None:
     """So that other sources are not compiled again."""
-    file = tree / "python/chiasm/primitives/kernels/declarations.py"
+    file = tree / FILTERS
     made = []
     for text in (file.read_text(), file.read_text().replace('"The median', '"This median', 1)):
         file.write_text(text)
