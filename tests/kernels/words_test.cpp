@@ -78,9 +78,10 @@ TYPED_TEST(Words, ResamplingMatchesItsDefinition) {
                         const auto row = static_cast<size_t>(y * taps + k),
                                    column = static_cast<size_t>(x * taps + j);
                         const auto v = static_cast<int>(std::clamp<int64_t>(rows[row], 0, size.height - 1)),
-                                   u = static_cast<int>(std::clamp<int64_t>(columns[column], 0, size.width - 1));
-                        sum += down[row] * across[column] *
-                               image.ptr<S>(i * size.height + v)[u * channels + c];
+                                   u = static_cast<int>(
+                                       std::clamp<int64_t>(columns[column], 0, size.width - 1));
+                        sum +=
+                            down[row] * across[column] * image.ptr<S>(i * size.height + v)[u * channels + c];
                       }
                     ASSERT_EQ(out[at++], this->saturated(floor_of(2 * sum + total, 2 * total)))
                         << image.size() << " to " << to.height << " x " << channels;

@@ -42,7 +42,11 @@ GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
             "kernel half: argument corner: unknown type Corner, known are int, float, bool, Border",
         ),
         ("half(T[N] x) -> I[N]", [], "kernel half: result: unknown type I"),
-        ("half(T[N] x, I[N] y) -> T[N]", [], "kernel half: one of the type variables T, I, U, S, V, P at most"),
+        (
+            "half(T[N] x, I[N] y) -> T[N]",
+            [],
+            "kernel half: one of the type variables T, I, U, S, V, P at most",
+        ),
         ("half(T[N] x, int n) -> T[N]", [], "kernel half: two arguments or sizes named n"),
         ("half(T[N] N) -> T[N]", [], "kernel half: two arguments or sizes named N"),
         ("half(T[N] x, int kBool) -> T[N]", [], "kernel half: expected 'type[shape] name' or 'type name'"),

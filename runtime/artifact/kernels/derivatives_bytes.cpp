@@ -107,8 +107,8 @@ struct Lengths {
     const auto above = square_of(hn::Add(twice, one)), below = square_of(hn::Sub(twice, one));
     const auto is_odd = hn::Ne(hn::And(guess, one), zero);
     const auto up = hn::Or(hn::Gt(four, above), hn::And(hn::Eq(four, above), is_odd));
-    const auto down = hn::And(hn::Gt(guess, zero),
-                              hn::Or(hn::Lt(four, below), hn::And(hn::Eq(four, below), is_odd)));
+    const auto down =
+        hn::And(hn::Gt(guess, zero), hn::Or(hn::Lt(four, below), hn::And(hn::Eq(four, below), is_odd)));
     return hn::Sub(hn::Add(guess, hn::IfThenElseZero(up, one)), hn::IfThenElseZero(down, one));
   }
 };
@@ -166,13 +166,12 @@ void derivatives_of_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t w
   derivatives(x, n, height, width, Smoothing{static_cast<int16_t>(side), static_cast<int16_t>(centre)}, out);
 }
 
-void magnitude_of_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t length, int64_t step, int64_t side,
-                        int64_t centre, int64_t divisor, uint8_t* out) {
+void magnitude_of_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t length, int64_t step,
+                        int64_t side, int64_t centre, int64_t divisor, uint8_t* out) {
   if (side == 1 && centre == 2 && std::has_single_bit(static_cast<uint64_t>(divisor)))
     return magnitudes(x, n, height, length, step, Sobel(), SobelLengths{1.0f / static_cast<float>(divisor)},
                       out);
-  magnitudes(x, n, height, length, step,
-             Smoothing{static_cast<int16_t>(side), static_cast<int16_t>(centre)},
+  magnitudes(x, n, height, length, step, Smoothing{static_cast<int16_t>(side), static_cast<int16_t>(centre)},
              Lengths{static_cast<int32_t>(divisor)}, out);
 }
 

@@ -33,7 +33,8 @@ struct Columns {
   explicit Columns(const Axis& axis) : index(axis.index.size()), weight(axis.weight.size()) {
     for (int64_t i = 0; i < axis.count; ++i)
       for (int64_t k = 0; k < axis.each; ++k) {
-        const auto from = static_cast<size_t>(i * axis.each + k), to = static_cast<size_t>(k * axis.count + i);
+        const auto from = static_cast<size_t>(i * axis.each + k),
+                   to = static_cast<size_t>(k * axis.count + i);
         index[to] = axis.index[from];
         weight[to] = axis.weight[from];
       }
@@ -101,8 +102,8 @@ class Across {
     for_lanes<double>(count, [=](auto d, auto, int64_t i) {
       auto sum = hn::Zero(d);
       for (int64_t k = 0; k < each; ++k)
-        sum = hn::Add(sum, hn::Mul(gathered(d, row, index + k * count + i),
-                                   hn::LoadU(d, weight + k * count + i)));
+        sum = hn::Add(sum,
+                      hn::Mul(gathered(d, row, index + k * count + i), hn::LoadU(d, weight + k * count + i)));
       hn::StoreU(sum, d, out + i);
     });
   }
@@ -117,8 +118,8 @@ class Across {
       for (int64_t c = 0; c < 4; c += kFour) {
         auto sum = hn::Zero(d);
         for (int64_t k = 0; k < axis_.each; ++k)
-          sum = hn::Add(
-              sum, hn::Mul(hn::LoadU(d, row + int64_t{index[k]} * kStep + c), hn::Set(d, weight[k])));
+          sum =
+              hn::Add(sum, hn::Mul(hn::LoadU(d, row + int64_t{index[k]} * kStep + c), hn::Set(d, weight[k])));
         hn::StoreU(sum, d, out + i * kStep + c);
       }
     }
@@ -157,9 +158,8 @@ void divide(const double* sums, int64_t n, int64_t total, S* out) {
   };
   const auto divisor = static_cast<double>(total);
   if (std::has_single_bit(static_cast<uint64_t>(total)))  // then a product is exact
-    divided([=](auto d, auto sum) {
-      return hn::Add(hn::Mul(sum, hn::Set(d, 1 / divisor)), hn::Set(d, 0.5));
-    });
+    divided(
+        [=](auto d, auto sum) { return hn::Add(hn::Mul(sum, hn::Set(d, 1 / divisor)), hn::Set(d, 0.5)); });
   else
     divided([=](auto d, auto sum) {
       return hn::Div(hn::Add(hn::Add(sum, sum), hn::Set(d, divisor)), hn::Set(d, 2 * divisor));

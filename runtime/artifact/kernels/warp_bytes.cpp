@@ -1,7 +1,7 @@
 // Reads images of bytes at positions.
+#include "declared/warp_bytes.h"
 #include "bicubic_bytes.h"
 #include "bilinear_bytes.h"
-#include "declared/warp_bytes.h"
 #include "read_runs.h"
 
 namespace chiasm::kernels {

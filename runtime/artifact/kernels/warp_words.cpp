@@ -51,8 +51,12 @@ struct Bilinear : Places {
     const auto all = [=](double value) { return hn::Set(d, value); };
     const double last = static_cast<double>(size - 1);
     const bool reflects = s.padding == Padding::kReflection, edge = s.padding == Padding::kBorder;
-    const double least = reflects ? -kFurthest : edge ? 0 : -1,
-                 greatest = reflects ? kFurthest : edge ? last : last + 1;
+    const double least = reflects ? -kFurthest
+                         : edge   ? 0
+                                  : -1,
+                 greatest = reflects ? kFurthest
+                            : edge   ? last
+                                     : last + 1;
     for (int64_t i = 0; i < n; i += kLanes<double>) {
       const auto given = hn::LoadU(d, at + i);
       const auto limited = smaller(larger(given, all(least)), all(greatest));
@@ -64,8 +68,8 @@ struct Bilinear : Places {
         hn::StoreU(steps, d, places);
         for (int64_t k = 0; k < kLanes<double>; ++k)
           if (i + k < n && at[i + k] == at[i + k])
-            places[k] = static_cast<double>(
-                folded(static_cast<int64_t>(places[k]), size, kSteps, s.align_corners));
+            places[k] =
+                static_cast<double>(folded(static_cast<int64_t>(places[k]), size, kSteps, s.align_corners));
         place = hn::Mul(hn::LoadU(d, places), all(1.0 / kSteps));
       }
       const auto whole = hn::Floor(place);

@@ -59,9 +59,9 @@ consecutive_labels.lowering("native", when=kernels.available)(kernels.consecutiv
 
 @primitive
 def label_statistics(labels: Tensor, slots: int) -> Tensor:
-    """(N, slots, 7), int64: for each label of (N, H, W) from 0 on the left column, the top row, the width, the
-    height, the number of pixels, and the sums of their columns and rows; 0 if a label has no pixels. Labels
-    from ``slots`` on are not counted.
+    """(N, slots, 7), int64: for each label of (N, H, W) from 0 on the left column, the top row, the width,
+    the height, the number of pixels, and the sums of their columns and rows; 0 if a label has no pixels.
+    Labels from ``slots`` on are not counted.
 
     >>> label_statistics(torch.tensor([[[1, 0, 2], [1, 0, 2]]]), 3)[0]
     tensor([[1, 0, 1, 2, 2, 2, 1],

@@ -123,8 +123,8 @@ def _magnitude_of_bytes_kernel(x: Tensor, normalized: bool) -> Tensor:
 
 @primitive
 def lengths_of_bytes(x: Tensor, side: int, middle: int, divisor: int) -> Tensor:
-    """sqrt(dx^2 + dy^2) / divisor of the ``smoothed_differences`` of bytes (B, C, H, W), rounded to the nearest
-    byte, half to even, and saturated; the border is replicated.
+    """sqrt(dx^2 + dy^2) / divisor of the ``smoothed_differences`` of bytes (B, C, H, W), rounded to the
+    nearest byte, half to even, and saturated; the border is replicated.
 
     Sums of squares reach 2^25, beyond the whole numbers of float32. In float64, roots of whole numbers that
     are not whole are further from a half than their rounding error, and a quotient of whole numbers is exact

@@ -197,7 +197,7 @@ def resample_bytes(
 def _has_integer_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
     if padding_mode == "fill":
         return False
-    return kernels.available(src) and src.dtype == torch.uint8 or has_words(src) and mode != "bicubic"
+    return (kernels.available(src) and src.dtype == torch.uint8) or (has_words(src) and mode != "bicubic")
 
 
 @resample_bytes.lowering(
@@ -326,7 +326,9 @@ def resample_affine(
     return resample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-@resample_affine.lowering("native", when=lambda src, *rest: _resampled(src, *rest) or _of_integers(src, *rest))
+@resample_affine.lowering(
+    "native", when=lambda src, *rest: _resampled(src, *rest) or _of_integers(src, *rest)
+)
 def _resample_affine_kernel(
     src: Tensor,
     matrix: Tensor,

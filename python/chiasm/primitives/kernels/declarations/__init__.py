@@ -1,7 +1,11 @@
 """Every kernel, declared once, in the file of its family: see schema.py for the language."""
 
-# In the order of docs/kernels.md.
-from . import filters, shapes, frames, levels, resampling, features, networks, matrices  # isort: skip
+from importlib import import_module
+
 from ..registry import CONSTANTS, ENUMERATIONS, KERNELS
+
+# In the order of docs/kernels.md.
+for _family in "filters shapes frames levels resampling features networks matrices".split():
+    import_module(f".{_family}", __name__)
 
 __all__ = ["CONSTANTS", "ENUMERATIONS", "KERNELS"]

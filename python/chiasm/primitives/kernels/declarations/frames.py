@@ -61,15 +61,15 @@ declare(
 declare(
     "masked_pixels(V[N, L] x, uint8[N, M] mask, bool interleaved) -> V[N, L]",
     "ranges.cpp",
-    """The bits of each channel of a pixel that are set in the pixel's mask; that of 16 bits has the sign of the
-    mask's byte in its upper half.""",
+    """The bits of each channel of a pixel that are set in the pixel's mask; for 16 bits, the mask's byte is
+    widened by its sign.""",
     ["1 <= M", "L % M == 0"],
 )
 declare(
     "split_at(S[N, L] x, int32[R, 3] limits, bool keep_above, bool keep_below) -> S[N, L]",
     "ranges.cpp",
-    """The pixels above the first of the limits become the second one, saturated, unless keep_above; the others
-    become the third, unless keep_below. Each set of limits serves N / R images.""",
+    """The pixels above the first of the limits become the second one, saturated, unless keep_above; the
+    others become the third, unless keep_below. Each set of limits serves N / R images.""",
     ["1 <= R", "N % R == 0"],
 )
 declare(
@@ -80,10 +80,11 @@ declare(
     ["1 <= H", "1 <= W", "0 <= side <= 63", "0 <= centre <= 127", "2 * side + centre <= 128"],
 )
 declare(
-    """magnitude_of_bytes(uint8[N, H, L] x, int step, int side, int centre, int divisor) -> uint8[N, H, L]""",
+    """magnitude_of_bytes(uint8[N, H, L] x, int step, int side, int centre, int divisor)
+    -> uint8[N, H, L]""",
     "derivatives_bytes.cpp",
-    """The length of the vector of the sums of derivatives_of_bytes, divided, rounded half to even and saturated.
-    Neighbours in a row are step values apart.""",
+    """The length of the vector of the sums of derivatives_of_bytes, divided, rounded half to even and
+    saturated. Neighbours in a row are step values apart.""",
     [*ROWS, "0 <= side <= 16", "0 <= centre <= 32", "2 * side + centre <= 32", "1 <= divisor <= 64"],
 )
 declare(

@@ -221,8 +221,8 @@ declare(
     """remap_words(S[N, H, L] image, float64[B, HO, WO] x, float64[B, HO, WO] y, int step, Interpolation mode,
     Padding padding, bool align_corners) -> S[N, HO, WO * step]""",
     "warp_words.cpp",
-    """remap_bytes for 16 bits, with positions that are rounded to 1/65536 pixel, or to the nearest pixel. Mode
-    is not bicubic.""",
+    """remap_bytes for 16 bits, with positions that are rounded to 1/65536 pixel, or to the nearest pixel.
+    Mode is not bicubic.""",
     [*_IMAGES_READ, "WO * step <= INT32_MAX", "mode != 'bicubic'"],
 )
 declare(

@@ -24,8 +24,8 @@ declare(
 declare(
     "label_statistics(int64[N, H, W] labels, int slots) -> int64[N, slots, 7]",
     "connected_components.cpp",
-    """For each label from 0 on, of its pixels the left column, the top row, the width, the height, the number,
-    and the sums of columns and rows; 0 if it has none. Labels from slots on are not counted.""",
+    """For each label from 0 on, of its pixels the left column, the top row, the width, the height, the
+    number, and the sums of columns and rows; 0 if it has none. Labels from slots on are not counted.""",
     ["1 <= slots <= INT32_MAX"],
 )
 
