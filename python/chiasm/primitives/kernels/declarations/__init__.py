@@ -5,7 +5,7 @@ from importlib import import_module
 from ..registry import CONSTANTS, ENUMERATIONS, KERNELS
 
 # In the order of docs/kernels.md.
-for _family in "filters shapes frames levels resampling features networks matrices".split():
+for _family in ["filters", "shapes", "frames", "levels", "resampling", "features", "networks", "matrices"]:
     import_module(f".{_family}", __name__)
 
 __all__ = ["CONSTANTS", "ENUMERATIONS", "KERNELS"]
