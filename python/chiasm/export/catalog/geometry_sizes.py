@@ -66,8 +66,10 @@ _FRAMES = {
     "bilinear": Frames(
         PIXELS, reference="OpenCV resize(INTER_LINEAR_EXACT)", peer=_resized("INTER_LINEAR_EXACT")
     ),
-    "bicubic": Frames(reference="OpenCV resize(INTER_CUBIC)", peer=_resized("INTER_CUBIC", atol=1)),
-    "lanczos4": Frames(reference="OpenCV resize(INTER_LANCZOS4)", peer=_resized("INTER_LANCZOS4", atol=1)),
+    "bicubic": Frames(PIXELS, reference="OpenCV resize(INTER_CUBIC)", peer=_resized("INTER_CUBIC", atol=1)),
+    "lanczos4": Frames(
+        PIXELS, reference="OpenCV resize(INTER_LANCZOS4)", peer=_resized("INTER_LANCZOS4", atol=1)
+    ),
     "nearest": Frames(
         (*PIXELS, "float32"),
         reference="OpenCV resize(INTER_NEAREST)",
