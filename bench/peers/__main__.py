@@ -18,7 +18,7 @@ from tools.columns import wrapped
 
 from ..machine import ROOT, cores, cpu, export_bundles, notes
 from ..tables import compared, table
-from .measure import chosen, sizes
+from .measure import WORDS, chosen, sizes, variants
 
 PAGE = ROOT / "docs" / "benchmarks_peers.md"
 #: the aims, in times as fast as the peer: the geometric mean, and the limit below which rows are highlighted
@@ -50,7 +50,9 @@ def main() -> int:
     rows: list[dict] = []
     threads = sorted({1, cores()})
     with Progress() as progress:
-        task = progress.add_task("speed", total=sum(len(sizes(e.spec)) for e in entries) * len(threads))
+        task = progress.add_task(
+            "speed", total=sum(len(sizes(e.spec)) * len(variants(e.spec)) for e in entries) * len(threads)
+        )
         for n in threads:
             command = [
                 sys.executable,
@@ -80,13 +82,19 @@ def page(rows: list[dict], load: float) -> str:
     """`load`: the machine's load before the run."""
     lines = [*HEAD.format(date=date.today(), cpu=cpu(), cores=cores(), opencv=cv2.__version__).splitlines()]
     lines += busy(load)
-    for title, some in (
-        ("Frames of bytes", [r for r in rows if r["bundle"].endswith(".frames")]),
-        ("Planes", [r for r in rows if not r["bundle"].endswith(".frames")]),
-    ):
-        if some:
-            lines += ["", f"## {title}", "", *speed_table(some)]
+    titles = [title(row) for row in rows]
+    for each in ("Frames of bytes", "Frames of 16 bits", "Planes"):
+        if each in titles:
+            some = [row for row, its in zip(rows, titles, strict=True) if its == each]
+            lines += ["", f"## {each}", "", *speed_table(some)]
     return "\n".join(lines) + "\n" + notes(PAGE)
+
+
+def title(row: dict) -> str:
+    """That of the table with this row."""
+    if not row["bundle"].endswith(".frames"):
+        return "Planes"
+    return "Frames of 16 bits" if row["dtype"] == WORDS else "Frames of bytes"
 
 
 def busy(load: float) -> list[str]:

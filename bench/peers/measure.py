@@ -38,6 +38,7 @@ OBJECTS = 100
 #: for ops without images: the number of samples of one item, or of samples and of items in each, and the
 #: dimensions of a descriptor
 BATCH, SAMPLES, POINTS, DIMENSIONS = 1000, 8, 1000, 128
+WORDS = "uint16"
 
 
 class Mismatch(Exception):
@@ -51,13 +52,14 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
     keep_memory()
     warnings.simplefilter("ignore")
     for entry in chosen(names):
-        for size in sizes(entry.spec):
-            row: dict[str, Any] = {"bundle": entry.spec.name, "threads": threads}
-            try:
-                row |= measured(entry, size, threads, seconds)
-            except Mismatch as error:
-                row["problem"] = str(error)
-            print(json.dumps(row), flush=True)
+        for variant in variants(entry.spec):
+            for size in sizes(entry.spec):
+                row: dict[str, Any] = {"bundle": entry.spec.name, "threads": threads, "dtype": variant}
+                try:
+                    row |= measured(entry, size, variant, threads, seconds)
+                except Mismatch as error:
+                    row["problem"] = str(error)
+                print(json.dumps(row), flush=True)
 
 
 def chosen(names: list[str], untimed: bool = False) -> list[Entry]:
@@ -70,6 +72,11 @@ def chosen(names: list[str], untimed: bool = False) -> list[Entry]:
         and (peer.timed or untimed)
         and (not names or any(n in name for n in names))
     ]
+
+
+def variants(spec: Spec) -> list[str | None]:
+    """The types at which to measure: the first, and 16 bits."""
+    return [v for i, v in enumerate(spec.variants()) if i == 0 or v == WORDS]
 
 
 def sizes(spec: Spec) -> list[dict[str, int]]:
@@ -98,9 +105,8 @@ def keep_memory() -> None:
         ctypes.CDLL(None).mallopt(parameter, 1 << 30)
 
 
-def measured(entry: Entry, size: dict[str, int], threads: int, seconds: float) -> dict:
+def measured(entry: Entry, size: dict[str, int], variant: str | None, threads: int, seconds: float) -> dict:
     spec = entry.spec
-    variant = spec.variants()[0]
     method = native_method(spec.name, variant)
     tensors = inputs(spec, size, variant)
     given = [t.numpy() for t in tensors]
@@ -149,11 +155,12 @@ def pictures(tensor: TensorSpec, like: torch.Tensor) -> torch.Tensor:
 
 
 def checked(spec: Spec, ours: list[np.ndarray], theirs: Work) -> float:
-    """The largest difference of the results; Mismatch if it exceeds the tolerance."""
+    """The largest difference of the results; Mismatch if it exceeds the tolerance. Peers round 16 bits in
+    their own way: they may be a level apart."""
     most = 0.0
     for a, e, described in zip(ours, theirs.outputs(ours), spec.outputs, strict=True):
         apart = compared(spec, a, e, described.layout)
-        if apart.share > theirs.peer.share:
+        if apart.share > theirs.peer.share and not (a.dtype == WORDS and apart.most <= 1):
             shape = "x".join(map(str, a.shape))
             raise Mismatch(f"{spec.name}, {shape}: {apart.share:.1%} of the values are not the peer's")
         most = max(most, apart.most)
