@@ -18,8 +18,8 @@
 namespace chiasm::kernels {
 
 constexpr int64_t kAny = -1;  // as a size of an expected shape
-// Type variables: float32 or float64, uint8 or int32, any pixel type, uint8 or uint16.
-constexpr int32_t kT = -1, kI = -2, kP = -3, kU = -4;
+// The type variables of declarations (schema.py), as the expected element type of an argument.
+constexpr int32_t kT = -1, kI = -2, kP = -3, kU = -4, kS = -5, kV = -6;
 
 [[noreturn]] inline void refuse(const char* name, const std::string& expected, const std::string& got) {
   throw std::runtime_error(std::string(name) + ": expected " + expected + ", got " + got +
@@ -90,21 +90,20 @@ class Argument {
   static const AtenTensorOpaque& checked(const char* name, const AtenTensorOpaque& tensor, int32_t dtype,
                                          std::initializer_list<int64_t> shape, bool leading) {
     using namespace artifact;
-    const auto one_of = [&](std::initializer_list<int32_t> types) {
-      return std::find(types.begin(), types.end(), tensor.dtype) != types.end();
+    const auto check = [&](const std::string& expected, std::initializer_list<int32_t> types) {
+      if (std::find(types.begin(), types.end(), tensor.dtype) == types.end())
+        refuse(name, expected, "element type " + std::to_string(tensor.dtype));
     };
-    const bool fits = dtype == kT   ? one_of({kFloat, kDouble})
-                      : dtype == kI ? one_of({kUint8, kInt32})
-                      : dtype == kU ? one_of({kUint8, kUint16})
-                      : dtype == kP ? one_of({kUint8, kInt16, kUint16, kFloat, kDouble})
-                                    : tensor.dtype == dtype;
-    if (!fits) {
-      const std::string expected = dtype == kT   ? "float32 or float64"
-                                   : dtype == kI ? "uint8 or int32"
-                                   : dtype == kU ? "uint8 or uint16"
-                                   : dtype == kP ? "uint8, int16, uint16, float32 or float64"
-                                                 : "element type " + std::to_string(dtype);
-      refuse(name, expected, "element type " + std::to_string(tensor.dtype));
+    switch (dtype) {
+      case kT: check("float32 or float64", {kFloat, kDouble}); break;
+      case kI: check("uint8 or int32", {kUint8, kInt32}); break;
+      case kU: check("uint8 or uint16", {kUint8, kUint16}); break;
+      case kS: check("int16 or uint16", {kInt16, kUint16}); break;
+      case kV: check("uint8, int16 or uint16", {kUint8, kInt16, kUint16}); break;
+      case kP:
+        check("uint8, int16, uint16, float32 or float64", {kUint8, kInt16, kUint16, kFloat, kDouble});
+        break;
+      default: check("element type " + std::to_string(dtype), {dtype});
     }
     const Dims& sizes = tensor.sizes;
     const bool counts = leading ? sizes.size() >= shape.size() : sizes.size() == shape.size();
