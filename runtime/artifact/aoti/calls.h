@@ -90,7 +90,7 @@ class Argument {
   static const AtenTensorOpaque& checked(const char* name, const AtenTensorOpaque& tensor, int32_t dtype,
                                          std::initializer_list<int64_t> shape, bool leading) {
     using namespace artifact;
-    const auto check = [&](const std::string& expected, std::initializer_list<int32_t> types) {
+    const auto check = [&](const char* expected, std::initializer_list<int32_t> types) {
       if (std::find(types.begin(), types.end(), tensor.dtype) == types.end())
         refuse(name, expected, "element type " + std::to_string(tensor.dtype));
     };
@@ -103,7 +103,10 @@ class Argument {
       case kP:
         check("uint8, int16, uint16, float32 or float64", {kUint8, kInt16, kUint16, kFloat, kDouble});
         break;
-      default: check("element type " + std::to_string(dtype), {dtype});
+      default:
+        if (tensor.dtype != dtype)
+          refuse(name, "element type " + std::to_string(dtype),
+                 "element type " + std::to_string(tensor.dtype));
     }
     const Dims& sizes = tensor.sizes;
     const bool counts = leading ? sizes.size() >= shape.size() : sizes.size() == shape.size();
