@@ -12,7 +12,6 @@ from ..core.pixels import has_words, pixel_range
 from ..filters.fixed_point import rounded_sums
 from ..filters.stencil import separable_shared
 from ..kernels import operators as kernels
-from ..numbers.reshaping import reshaped
 from .taps import (
     antialias_table,
     area_table,
@@ -174,12 +173,8 @@ def _summed(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
 
 def _sums(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
     """The sums along an axis of the pixels ``index`` (n, taps) times their ``taps``."""
-    picked = x.index_select(dim, index.reshape(-1))
-    if dim == 2:
-        stacked = reshaped(picked, [x.size(0), x.size(1), index.size(0), index.size(1), x.size(3)])
-        return (stacked * taps[:, :, None]).sum(3)
-    stacked = reshaped(picked, [x.size(0), x.size(1), x.size(2), index.size(0), index.size(1)])
-    return (stacked * taps).sum(4)
+    picked = x.index_select(dim, index.reshape(-1)).unflatten(dim, [index.size(0), -1])
+    return (picked * (taps[:, :, None] if dim == 2 else taps)).sum(dim + 1)
 
 
 @resampled_bytes.lowering("native", when=kernels.available)
