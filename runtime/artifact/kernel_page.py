@@ -20,8 +20,9 @@ def page() -> str:
             " (`runtime/artifact/kernels`). [architecture.md](architecture.md) describes how an op calls"
             " one, and [howto/kernel.md](howto/kernel.md) how to add one. T is float32 or float64, I is"
             " uint8 or int32, U is uint8 or uint16, S is int16 or uint16, V is uint8, int16 or uint16, P"
-            " (of a pixel) is V, float32 or float64. H and W are 1 to 2^31 - 1. A call that does not fit"
-            " its declaration is an error that names the argument, the expected and the actual value."
+            " (of a pixel) is V, float32 or float64, A is P or int64. H and W are 1 to 2^31 - 1. A call"
+            " that does not fit its declaration is an error that names the argument, the expected and the"
+            " actual value."
         ),
         "",
     ]

@@ -34,7 +34,7 @@ GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
         (
             "half(float16[N] x) -> float32[N]",
             [],
-            "kernel half: argument x: unknown type float16, known are T, I, U, S, V, P",
+            "kernel half: argument x: unknown type float16, known are T, I, U, S, V, P, A",
         ),
         (
             "half(T[N] x, Corner corner) -> T[N]",
@@ -45,7 +45,7 @@ GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
         (
             "half(T[N] x, I[N] y) -> T[N]",
             [],
-            "kernel half: one of the type variables T, I, U, S, V, P at most",
+            "kernel half: one of the type variables T, I, U, S, V, P, A at most",
         ),
         ("half(T[N] x, int n) -> T[N]", [], "kernel half: two arguments or sizes named n"),
         ("half(T[N] N) -> T[N]", [], "kernel half: two arguments or sizes named N"),

@@ -19,7 +19,7 @@ namespace chiasm::kernels {
 
 constexpr int64_t kAny = -1;  // as a size of an expected shape
 // The type variables of declarations (schema.py), as the expected element type of an argument.
-constexpr int32_t kT = -1, kI = -2, kP = -3, kU = -4, kS = -5, kV = -6;
+constexpr int32_t kT = -1, kI = -2, kP = -3, kU = -4, kS = -5, kV = -6, kA = -7;
 
 [[noreturn]] inline void refuse(const char* name, const std::string& expected, const std::string& got) {
   throw std::runtime_error(std::string(name) + ": expected " + expected + ", got " + got +
@@ -102,6 +102,10 @@ class Argument {
       case kV: check("uint8, int16 or uint16", {kUint8, kInt16, kUint16}); break;
       case kP:
         check("uint8, int16, uint16, float32 or float64", {kUint8, kInt16, kUint16, kFloat, kDouble});
+        break;
+      case kA:
+        check("uint8, int16, uint16, float32, float64 or int64",
+              {kUint8, kInt16, kUint16, kFloat, kDouble, kInt64});
         break;
       default:
         if (tensor.dtype != dtype)

@@ -57,26 +57,26 @@ void arrange_pixels(const P* x, int64_t n, int64_t values, const int32_t* order,
   });
 }
 
-template <class P>
-void split_pixels(const P* x, int64_t n, int64_t values, int64_t channels, P* out) {
+template <class A>
+void split_pixels(const A* x, int64_t n, int64_t values, int64_t channels, A* out) {
   const int64_t plane = values / channels;
   for_pixels(n, plane, [&](int64_t image, int64_t first, int64_t count) {
-    const P* const from = x + image * values + first * channels;
-    P* const to = out + image * values + first;
+    const A* const from = x + image * values + first * channels;
+    A* const to = out + image * values + first;
     split_channels(from, count, channels, plane, to);
   });
 }
 
-template <class P>
-void join_pixels(const P* x, int64_t n, int64_t values, int64_t channels, P* out) {
+template <class A>
+void join_pixels(const A* x, int64_t n, int64_t values, int64_t channels, A* out) {
   const int64_t plane = values / channels;
   for_pixels(n, plane, [&](int64_t image, int64_t first, int64_t count) {
-    const P* const from = x + image * values + first;
-    P* const to = out + image * values + first * channels;
+    const A* const from = x + image * values + first;
+    A* const to = out + image * values + first * channels;
     switch (channels) {
-      case 2: return join_run<P, 2>(from, count, plane, to);
-      case 3: return join_run<P, 3>(from, count, plane, to);
-      case 4: return join_run<P, 4>(from, count, plane, to);
+      case 2: return join_run<A, 2>(from, count, plane, to);
+      case 3: return join_run<A, 3>(from, count, plane, to);
+      case 4: return join_run<A, 4>(from, count, plane, to);
       default: break;
     }
     for (int64_t k = 0; k < count; ++k)

@@ -54,7 +54,7 @@ def in_planes(x: Tensor) -> Tensor:
 
 
 def _is_frame(x: Tensor) -> bool:
-    return kernels.has_pixel_kernel(x) and x.dim() == 4 and interleaved(x)
+    return kernels.has_moving_kernel(x) and x.dim() == 4 and interleaved(x)
 
 
 @in_planes.lowering("native", when=_is_frame)
@@ -69,7 +69,7 @@ def in_frames(x: Tensor) -> Tensor:
     return x.permute(0, 2, 3, 1).contiguous()
 
 
-@in_frames.lowering("native", when=lambda x: kernels.has_pixel_kernel(x) and not interleaved(x))
+@in_frames.lowering("native", when=lambda x: kernels.has_moving_kernel(x) and not interleaved(x))
 def _joined(x: Tensor) -> Tensor:
     frames = kernels.join_pixels(x.contiguous().flatten(1), x.size(1))
     return frames.unflatten(1, [x.size(2), x.size(3), x.size(1)])

@@ -41,6 +41,11 @@ def has_pixel_kernel(x: Tensor, *_: object) -> bool:
     return available(x) and x.dtype in _PIXELS
 
 
+def has_moving_kernel(x: Tensor, *_: object) -> bool:
+    """``available``, and x has a type that kernels which only move values (type A) support."""
+    return available(x) and x.dtype in _MOVED
+
+
 def runs_to_its_end(limit: int) -> bool:
     """Whether ``limit`` lets a loop over connected pixels run to its end: the number of its steps grows with
     the logarithm of the number of pixels, and 64 are enough for any mask."""
@@ -48,6 +53,7 @@ def runs_to_its_end(limit: int) -> bool:
 
 
 _PIXELS = [getattr(torch, name) for name in VARIABLES["P"]]
+_MOVED = [getattr(torch, name) for name in VARIABLES["A"]]
 _NUMBERS = {e.name: e.numbers for e in ENUMERATIONS}
 _SCHEMA_TYPES = {"int": "SymInt", "float": "float", "bool": "bool"} | {e.name: "int" for e in ENUMERATIONS}
 

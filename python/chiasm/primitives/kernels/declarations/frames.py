@@ -20,7 +20,7 @@ for _name, _doc in (
     ("join_pixels", "Planes as interleaved images."),
 ):
     declare(
-        f"{_name}(P[N, L] x, int channels) -> P[N, L]",
+        f"{_name}(A[N, L] x, int channels) -> A[N, L]",
         "pixels.cpp",
         _doc,
         ["1 <= channels", "L % channels == 0"],
