@@ -7,8 +7,9 @@ A declaration is one line, in the manner of PyTorch's operator schemas, with sha
 
 * A tensor's type is ``T`` (float32 or float64), ``I`` (uint8 or int32), ``U`` (uint8 or uint16), ``S`` (16
   bits: int16 or uint16), ``V`` (8 or 16 bits: uint8, int16 or uint16), ``P`` (a pixel's: uint8, int16,
-  uint16, float32 or float64), ``A`` (``P`` or int64, for values that are only moved), ``float32``, ``float64``, ``uint8``, ``int16``, ``uint16``, ``int32``,
-  ``int64`` or ``bool``. All tensors of type T in a call have the same type.
+  uint16, float32 or float64), ``A`` (``P`` or int64, for values that are only moved), ``float32``,
+  ``float64``, ``uint8``, ``int16``, ``uint16``, ``int32``, ``int64`` or ``bool``. All tensors of type T in a
+  call have the same type.
 * A shape has names and numbers, and may begin with ``...``. A name stands for the same size wherever it
   occurs. Sizes named H and W are those of images: 1 to 2^31 - 1. The result's sizes are expressions in
   Python's syntax.
