@@ -142,7 +142,10 @@ T* data(Result& tensor) {
 }
 
 template <class T>
-constexpr int32_t kCode = -1;
+constexpr int32_t kCode = [] {
+  static_assert(sizeof(T) == 0, "a type without a code");
+  return 0;
+}();
 template <>
 inline constexpr int32_t kCode<uint8_t> = artifact::kUint8;
 template <>
@@ -151,6 +154,8 @@ template <>
 inline constexpr int32_t kCode<uint16_t> = artifact::kUint16;
 template <>
 inline constexpr int32_t kCode<int32_t> = artifact::kInt32;
+template <>
+inline constexpr int32_t kCode<int64_t> = artifact::kInt64;
 template <>
 inline constexpr int32_t kCode<float> = artifact::kFloat;
 template <>
