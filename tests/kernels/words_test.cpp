@@ -191,7 +191,7 @@ TYPED_TEST(Words, WarpedPixelsMatchTheDefinitionAndAreNearOpenCvs) {
                       reinterpret_cast<S*>(again.data));
           EXPECT_EQ(cv::norm(out, again, cv::NORM_INF), 0) << image.size() << " x " << channels;
           if (mode == Interpolation::kNearest) continue;
-          // OpenCV rounds positions to 1/32 pixel, so neighbours may be 1/64 of the range off along each axis.
+          // OpenCV rounds positions to 1/32 pixel: values are up to 1/64 of the range off along each axis.
           cv::Mat expected, x32, y32;
           x.convertTo(x32, CV_32F);
           y.convertTo(y32, CV_32F);

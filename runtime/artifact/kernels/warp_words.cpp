@@ -103,7 +103,8 @@ struct Bilinear : Places {
     return truncated(d, hn::Floor(hn::Add(value, hn::Set(d, 0.5))));
   }
 
-  // Reads positions from i to last, whose pixels are inside; returns how many. Loads two pixels in one integer.
+  // Reads positions from i to last, whose pixels are inside; returns how many. Loads two pixels in one
+  // integer.
   int64_t read_plane(const Word* image, int64_t row, int64_t i, int64_t last, Word* out) const {
     const Lanes<double> d;
     const Integers<decltype(d)> integers;
