@@ -366,7 +366,7 @@ def test_curves_are_their_formulas_rounded_to_even() -> None:
             "kernel_size: expected at most 129 pixels",
         ),
         (
-            lambda x: resize(x.to(torch.int16), (4, 4), "bicubic"),
+            lambda x: resize(x.to(torch.int16), (4, 4), "bicubic", antialias=True),
             TypeError,
             "input: expected a floating-point or uint8",
         ),

@@ -87,6 +87,12 @@ def bytes_and_words() -> tuple[Tensor, ...]:
     return frame, frame.contiguous(), (words - 32768).to(torch.int16), words.to(torch.uint16)
 
 
+def words() -> list[Tensor]:
+    """Two samples of both types of 16 bits, in planes and in frames."""
+    planes = [torch.cat([x, turned(x)]) for x in bytes_and_words()[2:]]
+    return [*planes, *(x.permute(0, 2, 3, 1).contiguous().permute(0, 3, 1, 2) for x in planes)]
+
+
 def in_borders(dtype: torch.dtype, *settings: Any, whole: bool = False) -> list[Example]:
     """Examples of both images, or of the integer ones (``whole``), with the settings and every border. A
     setting that is a function is called with the border."""
@@ -187,11 +193,11 @@ def sampled(dtype: torch.dtype, *of: Any) -> list[Example]:
 
 
 def bytes_sampled(*of: Any) -> list[Example]:
-    """``sampled`` of bytes."""
+    """``sampled`` of integers."""
     fill = torch.tensor([200.0, 3.4, 0.0])
     return [
-        (x, *of, mode, padding, corners, fill if padding == "fill" else None)
-        for x in bytes_and_words()[:2]
+        (x, *of, mode, padding, corners, fill[: x.size(1)] if padding == "fill" else None)
+        for x in (*bytes_and_words()[:2], *words())
         for mode in ("bilinear", "nearest", "bicubic")
         for padding in ("zeros", "border", "reflection", "fill")
         for corners in (True, False)
@@ -222,6 +228,10 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "connected_components.numbered_components": lambda t: [
         (numbers(t, 2, 3, 12, 17) - 0.5, 100),
         (numbers(t, 1, 1, 5, 4) - 0.3, 3),
+    ],
+    "connected_components.consecutive_labels": lambda t: [
+        (torch.tensor([[1, 0, 3, 1, 5, 3], [0, 2, 0, 4, 4, 0]]),),
+        (torch.zeros(1, 4, dtype=torch.int64),),
     ],
     "connected_components.lower_at": lambda t: [offers()],
     "consensus._cheapest": lambda t: [
@@ -605,21 +615,52 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "derivatives.magnitude_of_bytes": lambda t: [
         (x, normalized) for x in bytes_and_words()[:2] for normalized in (True, False)
     ],
+    "derivatives.lengths_of_bytes": lambda t: [
+        (x, *weights) for x in bytes_and_words()[:2] for weights in ((3, 10, 32), (3, 10, 1), (1, 1, 6))
+    ],
     "derivatives.derivatives_of_bytes": lambda t: [
         (x, mode) for x in bytes_and_words()[:2] for mode in GRADIENTS
     ],
-    "masks.mask_in_range": lambda t: [
-        (x, low - 20.0, low + high)
-        for x in bytes_and_words()[:2]
-        for low, high in (
-            (90.5 * numbers(torch.float32, 3, 1, 1), 150.0),
-            (90.0 * numbers(torch.float32, 2, 3, 1, 1), torch.full([2, 3, 1, 1], 200.0)),
-            (torch.full([3, 1, 1], 300.0), 9.0),
-        )
-    ],
+    "masks.mask_in_range": lambda t: (
+        [
+            (x, low - 20.0, low + high)
+            for x in bytes_and_words()[:2]
+            for low, high in (
+                (90.5 * numbers(torch.float32, 3, 1, 1), 150.0),
+                (90.0 * numbers(torch.float32, 2, 3, 1, 1), torch.full([2, 3, 1, 1], 200.0)),
+                (torch.full([3, 1, 1], 300.0), 9.0),
+            )
+        ]
+        + [
+            (x, torch.tensor([low, -70000.0])[:, None, None], torch.tensor([high, 40000.0])[:, None, None])
+            for x in words()
+            for low, high in ((-9000.5, 9000.0), (20000.0, 90000.0), (7.0, 5.0))
+        ]
+    ),
     "masks.masked_pixels": lambda t: [
-        (x, 255 * integers(2, 2, 1, *x.shape[2:]).to(torch.uint8)) for x in bytes_and_words()[:2]
+        (x, 255 * integers(2, 2, 1, *x.shape[2:]).to(torch.uint8)) for x in (*bytes_and_words()[:2], *words())
     ],
+    "masks.split_at": lambda t: (
+        [
+            (x, torch.tensor(limit, dtype=torch.int32), above, below)
+            for x in (*words(), words()[0][0, 0])
+            for limit in ([20000], [-40000], [70000])
+            for above, below in (
+                (torch.tensor([90000], dtype=torch.int32), torch.tensor([-5], dtype=torch.int32)),
+                (torch.tensor([9], dtype=torch.int32), None),
+                (None, torch.tensor([0], dtype=torch.int32)),
+            )
+        ]
+        + [
+            (
+                x,
+                torch.tensor([9000, 30000], dtype=torch.int32).reshape(2, 1, 1, 1),
+                None,
+                torch.zeros(1).int(),
+            )
+            for x in words()
+        ]
+    ),
     "pixels.difference": lambda t: [(x, turned(x)) for x in bytes_and_words()],
     "pixels.weighted_sum": lambda t: [
         (x, turned(x), *weights)
@@ -638,6 +679,12 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (x, integers(9, 7, taps), quarters(7, taps), integers(13, 30, taps), quarters(30, taps))
         for x in bytes_and_words()[:2]
         for taps in (4, 8)
+    ],
+    "resizing.weighted_means": lambda t: [
+        (x, integers(9, 7, taps), quarters(7, taps), integers(8, 30, taps), quarters(30, taps), total)
+        for x in (bytes_and_words()[0], *words())
+        for taps in (1, 2, 5)
+        for total in (torch.tensor([2.0**22], dtype=torch.float64), torch.tensor([3e5 + 1]).double())
     ],
     "resizing.resampled": lambda t: [
         (x, integers(9, 7, 3), numbers(t, 7, 3), integers(8, 30, 3), numbers(t, 30, 3)) for x in images(t)

@@ -2,10 +2,10 @@
 
 from importlib import import_module
 
-from ..registry import CONSTANTS, ENUMERATIONS, KERNELS
+from ..registry import CONSTANTS as CONSTANTS
+from ..registry import ENUMERATIONS as ENUMERATIONS
+from ..registry import KERNELS as KERNELS
 
 # In the order of docs/kernels.md.
 for _family in ["filters", "shapes", "frames", "levels", "resampling", "features", "networks", "matrices"]:
     import_module(f".{_family}", __name__)
-
-__all__ = ["CONSTANTS", "ENUMERATIONS", "KERNELS"]
