@@ -167,8 +167,8 @@ void consecutive_labels(const int64_t* x, int64_t n, int64_t size, int64_t* out)
     const int64_t* const roots = x + plane * size;
     int64_t *const labels = out + plane * size, count = 0;
     for (int64_t i = 0; i < size; ++i) {
-      const int64_t root = roots[i] - 1;
-      labels[i] = root == i ? ++count : root >= 0 && root < i ? labels[root] : 0;
+      const int64_t root = roots[i];
+      labels[i] = root == i + 1 ? ++count : root > 0 && root <= i ? labels[root - 1] : 0;
     }
   }
 }
