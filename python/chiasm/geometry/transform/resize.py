@@ -9,13 +9,12 @@ from ...primitives.core.broadcasting import in_batch, like_given
 from ...primitives.core.checks import check_choice, check_pair, check_pixels
 from ...primitives.resampling.resizing import (
     area_means,
-    cubic_bytes,
-    lanczos_bytes,
     resized,
     resized_bytes,
     resized_bytes_antialias,
     resized_nearest,
     resized_words,
+    wide_bytes,
 )
 from ...primitives.resampling.taps import larger, smaller
 
@@ -111,11 +110,9 @@ def _resize_of_batch(
             return resized_bytes_antialias(input, height, width, interpolation, corners)
         if input.dtype != torch.uint8:
             return resized_words(input, height, width, interpolation, corners)
-        if interpolation == "lanczos4":
-            return lanczos_bytes(input, height, width, corners)
-        if interpolation == "bicubic":
-            return cubic_bytes(input, height, width, corners)
-        return resized_bytes(input, height, width, corners)
+        if interpolation == "bilinear":
+            return resized_bytes(input, height, width, corners)
+        return wide_bytes(input, height, width, interpolation, corners)
     return resized(input, height, width, interpolation, corners, antialias)
 
 

@@ -117,10 +117,7 @@ def _words_table(
     """Indices and weights (out_size, taps), in units of 1 / ``steps``, which add up to ``steps``."""
     if interpolation == "bilinear":
         return _fixed_table(in_size, out_size, align_corners, steps, device)
-    if interpolation == "bicubic":
-        index, weight = _cubic_table(in_size, out_size, align_corners, device)
-    else:
-        index, weight = _lanczos_table(in_size, out_size, align_corners, torch.float64, device)
+    index, weight = _wide_table(in_size, out_size, interpolation, align_corners, device)
     whole = torch.round(steps * weight)
     # One of the two pixels beside the position gets what rounding takes from the sum.
     beside = weight.size(1) // 2
@@ -204,17 +201,10 @@ def _area_kernel(x: Tensor, height: int, width: int) -> Tensor:
     return from_rows(kernels.area_bytes(rows, height, width, step), x)
 
 
-def cubic_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
-    """Bytes (B, C, H, W) as (B, C, height, width), bicubic (a = -0.75), by weights in 1/2^11."""
-    rows, down = _cubic_table(x.size(2), height, align_corners, x.device)
-    columns, across = _cubic_table(x.size(3), width, align_corners, x.device)
-    return summed_bytes(x, rows, torch.round(2048.0 * down), columns, torch.round(2048.0 * across))
-
-
-def lanczos_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
-    """Bytes (B, C, H, W) as (B, C, height, width), by ``lanczos_weights`` in 1/2^11."""
-    rows, down = _lanczos_table(x.size(2), height, align_corners, torch.float64, x.device)
-    columns, across = _lanczos_table(x.size(3), width, align_corners, torch.float64, x.device)
+def wide_bytes(x: Tensor, height: int, width: int, interpolation: str, align_corners: bool) -> Tensor:
+    """Bytes (B, C, H, W) as (B, C, height, width), "bicubic" or "lanczos4", by weights in 1/2^11."""
+    rows, down = _wide_table(x.size(2), height, interpolation, align_corners, x.device)
+    columns, across = _wide_table(x.size(3), width, interpolation, align_corners, x.device)
     return summed_bytes(x, rows, torch.round(2048.0 * down), columns, torch.round(2048.0 * across))
 
 
@@ -237,6 +227,16 @@ def _summed_bytes_kernel(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor,
     pixels, step = as_rows(x)
     down, across = down.to(torch.int64), across.to(torch.int64)
     return from_rows(kernels.resize_cubic_bytes(pixels, rows, down, columns, across, step), x)
+
+
+def _wide_table(
+    in_size: int, out_size: int, interpolation: str, align_corners: bool, device: torch.device
+) -> Tuple[Tensor, Tensor]:
+    """Indices of the neighbours of each position, and their float64 weights: "bicubic" (a = -0.75) or
+    "lanczos4"."""
+    if interpolation == "bicubic":
+        return _cubic_table(in_size, out_size, align_corners, device)
+    return _lanczos_table(in_size, out_size, align_corners, torch.float64, device)
 
 
 def _cubic_table(
