@@ -1,6 +1,6 @@
 """Posterize, solarize, threshold."""
 
-from typing import Optional, Union
+from typing import Optional, Tuple, Union
 
 import torch
 from torch import Tensor
@@ -105,7 +105,7 @@ def threshold(
     Args:
         input: (B, *), floating point, uint8, int16 or uint16.
         thresh: a number, a scalar tensor or (B,), one for each sample.
-        maxval: like thresh; read by the binary types only.
+        maxval: like thresh; used by the binary types only.
         type: "binary", "binary_inv", "trunc", "tozero" or "tozero_inv".
 
     Returns:
@@ -139,30 +139,24 @@ def _words_compared(
     # Integers above a number are above its floor, and none is above NaN.
     limit = known_or(torch.floor(per_sample(thresh, exact, "thresh")), float(largest))
     limit = limit.clamp(least - 1.0, float(largest)).to(torch.int32)
-    zero = torch.zeros([1], dtype=torch.int32, device=input.device)
-    if type == "trunc":
-        return split_at(input, limit, limit, None)
-    if type == "tozero":
-        return split_at(input, limit, None, zero)
-    if type == "tozero_inv":
-        return split_at(input, limit, zero, None)
     high = known_or(torch.round(per_sample(maxval, exact, "maxval")), 0.0).clamp(least, largest)
-    if type == "binary":
-        return split_at(input, limit, high.to(torch.int32), zero)
-    return split_at(input, limit, zero, high.to(torch.int32))
+    above, below = _sides(type, limit, high.to(torch.int32))
+    return split_at(input, limit, above, below)
 
 
 def _compared(input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor], type: str) -> Tensor:
     limit = per_sample(thresh, input, "thresh")
-    zero = torch.zeros_like(input)
-    above = input > limit
-    if type == "trunc":
-        return torch.where(above, limit, input)
-    if type == "tozero":
-        return torch.where(above, input, zero)
-    if type == "tozero_inv":
-        return torch.where(above, zero, input)
-    high = per_sample(maxval, input, "maxval")
+    above, below = _sides(type, limit, per_sample(maxval, input, "maxval"))
+    return torch.where(input > limit, input if above is None else above, input if below is None else below)
+
+
+def _sides(type: str, limit: Tensor, high: Tensor) -> Tuple[Optional[Tensor], Optional[Tensor]]:
+    """What values above the limit become, and the others; None: they stay as they are."""
+    zero = torch.zeros_like(limit)
     if type == "binary":
-        return torch.where(above, high, zero)
-    return torch.where(above, zero, high)
+        return high, zero
+    if type == "binary_inv":
+        return zero, high
+    if type == "trunc":
+        return limit, None
+    return (None, zero) if type == "tozero" else (zero, None)
