@@ -135,3 +135,30 @@ def test_a_photograph_on_its_side_is_processed_upright(light: Folder, tmp_path: 
     done = run("run", light("filters.sobel"), tmp_path / "side.jpg", tmp_path / "[red]out.png", "-b", "onnx")
     assert done.returncode == 0 and "[red]out.png" in done.stdout, done.stderr
     assert Image.open(tmp_path / "[red]out.png").size == (20, 40)
+
+
+def test_numbers_of_16_bits_have_the_files_values_or_their_bytes_rescaled(tmp_path: Path) -> None:
+    random = np.random.default_rng(3)
+    deep, eight = random.integers(0, 65536, (5, 7), np.uint16), random.integers(0, 256, (5, 7, 3), np.uint8)
+    cv2.imwrite(str(tmp_path / "deep.png"), deep)
+    cv2.imwrite(str(tmp_path / "eight.png"), eight)
+    frames = {"layout": "NHWC", "shape": ["B", "H", "W", 3], "dtype": "uint16", "color": "BGR", "name": "f"}
+    got = to_array(frames, read_image(tmp_path / "deep.png"), [])
+    assert got.dtype == np.uint16 and np.array_equal(got, np.repeat(deep[None, :, :, None], 3, 3))
+    # PNG's rule for depths (ISO/IEC 15948, 13.12)
+    rescaled = np.floor(eight * (65535 / 255) + 0.5)
+    assert np.array_equal(to_array(frames, read_image(tmp_path / "eight.png"), [])[0], rescaled)
+    grey = to_array(frames | {"shape": ["B", "H", "W", 1]}, read_image(tmp_path / "eight.png"), [])
+    assert np.abs(grey[0, ..., 0] / 257 - cv2.cvtColor(eight, cv2.COLOR_BGR2GRAY)).max() <= 1
+    with pytest.raises(BundleError, match="'f' is int16, which image files do not have"):
+        to_array(frames | {"dtype": "int16"}, read_image(tmp_path / "deep.png"), [])
+
+
+def test_frames_are_images_too(light: Folder, tmp_path: Path) -> None:
+    colour = np.random.default_rng(4).integers(0, 256, (20, 24, 3), np.uint8)
+    Image.fromarray(colour).save(tmp_path / "in.png")
+    done = run("run", light("filters.median_blur.frames"), tmp_path / "in.png", tmp_path / "out.png")
+    assert done.returncode == 0, done.stderr
+    inner = np.s_[1:-1, 1:-1]  # OpenCV has another border
+    expected = cv2.medianBlur(colour, 3)[inner]
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "out.png"))[inner], expected)

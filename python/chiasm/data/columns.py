@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +16,7 @@ from ..export.files import MOST_OF_IMAGE, read_regular
 from ..export.text import one_line
 from .errors import DataError
 
-#: A row: an array, the bytes of an image file, or None for a missing row.
+#: A row: an array, the bytes of an image file or an image of Pillow, or None for a missing row.
 Row = Any
 
 
@@ -46,6 +48,8 @@ def from_numpy(name: str, values: Any) -> Column:
             raise DataError(
                 f"column {name!r}: expected one object a row, got an array of shape {values.shape}"
             )
+        if values.dtype.kind == "S":  # NumPy's own bytes end before the zeros that a file may end with
+            return Column(len(values), lambda i: values[i : i + 1].tobytes())
         return Column(len(values), lambda i: _plain_row(name, values[i]))
     if values.dtype.kind not in "biuf":
         raise DataError(f"column {name!r}: expected numbers or the bytes of images, got {values.dtype}")
@@ -57,9 +61,11 @@ def from_arrow(name: str, array: Any) -> Column:
 
     Rows of one shape: ``arrow.fixed_shape_tensor``, Ray's tensors, fixed-size lists and plain numbers. Rows
     of several shapes: Ray's variable-shaped tensors, structs of a list `data` and a list `shape`, and lists,
-    which are rows of one dimension. Binary rows are image files.
+    which are rows of one dimension. Binary rows are image files, and so are structs with binary `bytes`, as
+    the images of Hugging Face's datasets are stored.
     """
     import pyarrow as pa
+    import pyarrow.compute
 
     kind, shape = array.type, None
     if isinstance(kind, pa.BaseExtensionType):
@@ -70,8 +76,12 @@ def from_arrow(name: str, array: Any) -> Column:
             )
         shape = getattr(kind, "shape", None)
         array, kind = array.storage, array.storage.type
-    if pa.types.is_binary(kind) or pa.types.is_large_binary(kind) or pa.types.is_binary_view(kind):
+    if pa.types.is_null(kind):  # of bytes, if pyarrow has found the type and every row is missing
+        return Column(len(array), lambda i: None, encoded=True)
+    if _is_bytes(kind):
         return Column(len(array), lambda i: array[i].as_buffer() if array[i].is_valid else None, encoded=True)
+    if pa.types.is_struct(kind) and any(field.name == "bytes" and _is_bytes(field.type) for field in kind):
+        return from_arrow(name, pa.compute.struct_field(array, "bytes"))  # null where the struct is
     if pa.types.is_struct(kind) and {"data", "shape"} <= {field.name for field in kind}:
         return _shaped(name, array)
     if pa.types.is_list(kind) or pa.types.is_large_list(kind):
@@ -109,12 +119,14 @@ def from_files(name: str, paths: Any) -> Column:
         path = paths[i].as_py() if hasattr(paths[i], "as_py") else paths[i]
         if path is None:
             return None
-        if not isinstance(path, str):
+        if not isinstance(path, (str, os.PathLike)):
             raise DataError(f"column {name!r}: expected the path of a file, got {type(path).__name__}")
         try:
             return read_regular(path, MOST_OF_IMAGE)
         except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-            raise DataError(f"{one_line(path)}: {getattr(error, 'strerror', None) or error}") from error
+            raise DataError(
+                f"{one_line(path) or repr(path)}: {getattr(error, 'strerror', None) or error}"
+            ) from error
 
     return Column(len(paths), row, encoded=True)
 
@@ -193,6 +205,12 @@ def _shaped(name: str, array: Any) -> Column:
     return Column(len(array), row)
 
 
+def _is_bytes(kind: Any) -> bool:
+    import pyarrow as pa
+
+    return pa.types.is_binary(kind) or pa.types.is_large_binary(kind) or pa.types.is_binary_view(kind)
+
+
 def _is_number(kind: Any) -> bool:
     import pyarrow as pa
 
@@ -207,8 +225,16 @@ def _numbers(name: str, array: Any) -> np.ndarray:
     return array.to_numpy(zero_copy_only=not pa.types.is_boolean(array.type))
 
 
+def is_array_or_file(value: Any) -> bool:
+    """Whether this is a row already. Images of Pillow are rows: as an array, one would be in RGB for an op
+    that takes BGR."""
+    pillow = sys.modules.get("PIL.Image")
+    kinds = (np.ndarray, bytes, bytearray, memoryview, *((pillow.Image,) if pillow else ()))
+    return value is None or isinstance(value, kinds)
+
+
 def _plain_row(name: str, value: Any) -> Row:
-    if value is None or isinstance(value, (np.ndarray, bytes, bytearray, memoryview)):
+    if is_array_or_file(value):
         return value
     try:
         array = np.asarray(value)

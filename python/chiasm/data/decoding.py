@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from chiasm.export.images import is_turned, read_image, to_array
+from chiasm.export.images import is_turned, pixels_of, read_image, to_array
 
 from .errors import DataError
 from .running import channels
@@ -21,30 +21,32 @@ _JPEG = b"\xff\xd8\xff"
 
 
 def decode(tensor: Any, data: Any) -> np.ndarray:
-    """The bytes of an image file in the layout, colour order and dtype of an input, or a DataError."""
+    """The bytes of an image file, or an image of Pillow, in the layout, colour order and dtype of an input,
+    or a DataError."""
     name = f"input {tensor.name!r}"
     count = channels(tensor)
     if count is None:
-        raise DataError(f"{name}: expected an array, got {len(data)} bytes: it takes no image")
+        what = "an image" if isinstance(data, Image.Image) else f"{len(data)} bytes"
+        raise DataError(f"{name}: expected an array, got {what}: it takes no image")
     try:
         if tensor.dtypes[0] == "uint8" and tensor.layout == "HWC" and count == "3":
             picture = _read(name, data, tensor.color or "RGB")
             return picture if picture.shape[2] == 3 else np.repeat((picture >> 8).astype(np.uint8), 3, 2)
-        planes = tensor.layout == "NCHW"
         described = {
             "name": tensor.name,
             "dtype": tensor.dtypes[0],
-            "layout": "NCHW" if planes else "HWC",
-            "shape": [int(d) if d.isdigit() else d for d in tensor.shape[0 if planes else -3 :]],
+            "layout": tensor.layout,
+            "shape": [int(d) if d.isdigit() else d for d in tensor.shape],
             "color": tensor.color,
         }
-        array = to_array(described, _read(name, data, "RGB"), tensor.dtypes)
-        return array[None] if tensor.layout == "NHWC" else array
+        return to_array(described, _read(name, data, "RGB"), tensor.dtypes)
     except RuntimeError as error:  # BundleError: the file's, not the bundle's
         raise DataError(str(error)) from error
 
 
 def _read(name: str, data: Any, color: str) -> np.ndarray:
+    if isinstance(data, Image.Image):
+        return pixels_of(name, data, color)
     pixels = _by_turbo(data, color)
     return read_image(name, data, color) if pixels is None else pixels
 

@@ -29,7 +29,7 @@ class Files:
     Parameters
     ----------
     column
-        The column's name. Its rows are strings.
+        The column's name. Its rows are strings, or in NumPy also paths.
 
     Examples
     --------
@@ -56,7 +56,8 @@ class Map:
 
     If the manifest says that samples are independent, rows of one shape run as one batch; else each row runs
     alone. Numbers in Arrow are read without a copy. If the op takes an image, bytes are decoded: JPEG, PNG
-    and any other format that Pillow reads, rotated by EXIF, in the colour order of the op's input.
+    and any other format that Pillow reads, rotated by EXIF, in the colour order of the op's input. So are
+    images of Pillow, and in Arrow structs with the bytes in a field `bytes`, as Hugging Face's datasets have.
 
     In Arrow an output is a fixed-shape tensor if the manifest, the constants and the columns' types tell the
     shape of a row; else a struct of the lists `data` (row-major) and `shape`. In NumPy it is an array (rows,
@@ -128,7 +129,7 @@ class Map:
             raise DataError(str(error)) from error
         if errors not in _ERRORS:
             raise DataError(f"errors: expected one of {', '.join(_ERRORS)}, got {errors!r}")
-        given = dict(columns or {})
+        given = _named("columns", "INPUT", columns)
         _known("columns", given, [t.name for t in inputs], opened.name)
         sources = {t.name: given.get(t.name, t.name) for t in inputs}
         #: The columns that have paths.
@@ -137,11 +138,15 @@ class Map:
         self.columns = {name: source for name, source in named.items() if isinstance(source, str)}
         self.constants = {name: source for name, source in sources.items() if name not in self.columns}
         if not self.columns:
-            raise DataError("columns: every input is a constant, so that no row differs from another")
-        self.outputs = dict(outputs if outputs is not None else {t.name: t.name for t in results})
+            raise DataError(
+                "columns: every input is a constant, so that no row differs from another: expected a column's"
+                f" name or Files(NAME) for one of them, got {one_line(given, 200)}"
+            )
+        self.outputs = _named("outputs", "OUTPUT", outputs, {t.name: t.name for t in results})
         _known("outputs", self.outputs, [t.name for t in results], opened.name)
         made = [*self.outputs.values(), *([ERROR] if errors == "column" else [])]
-        if not self.outputs or len(set(made)) < len(made):
+        texts = all(isinstance(column, str) for column in made)
+        if not self.outputs or not texts or len(set(made)) < len(made):
             raise DataError(f"outputs: expected a column of its own for each output, got {made}")
         self.method, self.errors, self.id = method, errors, id
         self.backend, self.dtype, self.num_threads = backend, dtype, num_threads
@@ -166,11 +171,19 @@ class Map:
         if hasattr(batch, "to_batches") or hasattr(batch, "to_struct_array"):  # a table, a record batch
             return self._table(batch) if hasattr(batch, "to_batches") else self._record_batch(batch)
         if isinstance(batch, Iterator):
-            return (self._record_batch(part, plain=True) for part in batch)
+            return (self._plain_batch(part) for part in batch)
         raise DataError(
             "batch: expected a dict of arrays or an Arrow record batch or table, got"
             f" {type(batch).__module__}.{type(batch).__name__}"
         )
+
+    def _plain_batch(self, batch: Any) -> Any:
+        if not hasattr(batch, "to_struct_array") or hasattr(batch, "to_batches"):
+            raise DataError(
+                "batch: expected an iterator of Arrow record batches, got one of"
+                f" {type(batch).__module__}.{type(batch).__name__}"
+            )
+        return self._record_batch(batch, plain=True)
 
     def collate(self, samples: Any) -> dict[str, Any]:
         """The ``collate_fn`` of a ``torch.utils.data.DataLoader``: samples become a batch of tensors.
@@ -279,9 +292,11 @@ class Map:
     @staticmethod
     def _fresh(kept: Iterable[str], made: dict[str, Any]) -> dict[str, Any]:
         if twice := [name for name in made if name in kept]:
+            other = "take errors='null', which makes none"
+            if twice[0] != ERROR:
+                other = "name the output's by outputs={OUTPUT: COLUMN}"
             raise DataError(
-                f"the batch has a column {twice[0]!r} already: rename or drop it, or name the output's by"
-                " outputs={OUTPUT: COLUMN}"
+                f"the batch has a column {twice[0]!r} already: rename or drop it; or, in Python, {other}"
             )
         return made
 
@@ -353,6 +368,15 @@ def _open(wanted: Map) -> Opened:
     leading = {samples} if samples else set()
     leading |= {t.shape[0] for t in method.inputs if t.layout.startswith("N")}
     return Opened(method, samples, most, leading)
+
+
+def _named(what: str, key: str, given: Any, default: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """The argument `what` as a dict."""
+    if given is None:
+        return dict(default or {})
+    if not isinstance(given, Mapping):
+        raise DataError(f"{what}: expected a dict {{{key}: COLUMN}}, got {one_line(repr(given), 200)}")
+    return dict(given)
 
 
 def _known(what: str, given: Mapping[str, Any], names: list[str], bundle: str) -> None:

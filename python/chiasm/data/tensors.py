@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .columns import is_array_or_file
 from .errors import DataError
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def collate(mapping: Map, samples: Sequence[Mapping[str, Any]], read: Collection
 
 def _column(values: list[Any]) -> Any:
     """Rows of one shape as one array, so that they run as one batch; others, and files, as they are."""
-    if any(isinstance(value, (bytes, bytearray, memoryview)) or value is None for value in values):
+    if any(is_array_or_file(value) and not isinstance(value, np.ndarray) for value in values):
         return values
     rows = [np.asarray(value) for value in values]
     alike = all(row.shape == rows[0].shape and row.dtype == rows[0].dtype for row in rows)

@@ -1,8 +1,8 @@
 """Image files in and out of a bundle, for `chiasm run`.
 
 Files are read as OpenCV's `imread` reads them: rotated by EXIF, without transparency, and with 16-bit values
-reduced to the upper eight bits if an op takes bytes; if it takes numbers from 0 to 1, 16-bit grey values keep
-all their bits.
+reduced to the upper eight bits if an op takes bytes; if it takes numbers from 0 to 1, or of 16 bits, 16-bit
+grey values keep all their bits.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .text import one_line
 
 #: The EXIF tag.
 _ORIENTATION = 0x0112
-_LAYOUTS = ("NCHW", "HWC", "HW")
+_LAYOUTS = ("NCHW", "NHWC", "HWC", "HW")
 
 
 def run_on_image(bundle: Path, source: Path, target: Path, backend: str, settings: dict[str, str]) -> str:
@@ -33,7 +33,7 @@ def run_on_image(bundle: Path, source: Path, target: Path, backend: str, setting
     what was done."""
     manifest = read_manifest(bundle)
     method = manifest["methods"]["forward"]
-    takes_image = [t for t in method["inputs"] if is_image(t, _LAYOUTS[:2])]
+    takes_image = [t for t in method["inputs"] if is_image(t, _LAYOUTS[:3])]
     gives_image = [i for i, t in enumerate(method["outputs"]) if is_image(t, _LAYOUTS)]
     if not takes_image or not gives_image:
         raise BundleError(
@@ -97,21 +97,7 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
             with image:
                 # By default a decoder gets 64 KiB at a time, and a JPEG of 140 KB takes it twice as long
                 image.decodermaxblock = len(data)
-                if image.format == "EPS":  # a program, for which Pillow starts Ghostscript
-                    raise BundleError(f"{path}: PostScript, which is a program: convert it to an image first")
-                deep_pgm = (image.format, image.mode) == ("PPM", "I")  # Pillow's form of 16 bits there
-                if image.mode in ("I", "F") and not deep_pgm:
-                    raise BundleError(
-                        f"{path}: pixels of 32 bits ({image.mode}): convert the image to 8 or 16 bits, or use"
-                        " chiasm.runtime from Python"
-                    )
-                turned = _turned(image)
-                if deep_pgm or turned.mode.startswith("I;16"):
-                    return np.asarray(turned).astype(np.uint16)[..., None]
-                turned = turned if turned.mode == "RGB" else turned.convert("RGB")
-                # Pillow writes both orders equally fast; NumPy takes as long as a decoder to swap them
-                pixels = np.frombuffer(turned.tobytes("raw", color), np.uint8)
-                return np.reshape(pixels, (turned.height, turned.width, 3))
+                return pixels_of(path, image, color)
     except Image.DecompressionBombError as error:
         raise BundleError(
             f"{path}: too many pixels for an image file that is to be trusted: {one_line(error)}"
@@ -132,6 +118,25 @@ def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") 
         ) from error
 
 
+def pixels_of(path: Path | str, image: Image.Image, color: str) -> np.ndarray:
+    """The same of an image of Pillow."""
+    if image.format == "EPS":  # a program, for which Pillow starts Ghostscript
+        raise BundleError(f"{path}: PostScript, which is a program: convert it to an image first")
+    deep_pgm = (image.format, image.mode) == ("PPM", "I")  # Pillow's form of 16 bits there
+    if image.mode in ("I", "F") and not deep_pgm:
+        raise BundleError(
+            f"{path}: pixels of 32 bits ({image.mode}): convert the image to 8 or 16 bits, or use"
+            " chiasm.runtime from Python"
+        )
+    turned = _turned(image)
+    if deep_pgm or turned.mode.startswith("I;16"):
+        return np.asarray(turned).astype(np.uint16)[..., None]
+    turned = turned if turned.mode == "RGB" else turned.convert("RGB")
+    # Pillow writes both orders equally fast; NumPy takes as long as a decoder to swap them
+    pixels = np.frombuffer(turned.tobytes("raw", color), np.uint8)
+    return np.reshape(pixels, (turned.height, turned.width, 3))
+
+
 def is_turned(image: Image.Image) -> bool:
     """Whether EXIF says that an image is not stored as it is to be seen."""
     return image.getexif().get(_ORIENTATION, 1) != 1
@@ -147,27 +152,35 @@ def _turned(image: Image.Image) -> Image.Image:
 
 
 def to_array(tensor: dict[str, Any], picture: np.ndarray, dtypes: list[str]) -> np.ndarray:
-    """The picture in the layout, colour order and dtype of an input: bytes, or numbers from 0 to 1."""
+    """The picture in the layout, colour order and dtype of an input: bytes, numbers of 16 bits, or numbers
+    from 0 to 1."""
     dtype = _dtype(tensor, dtypes)
     depth = np.iinfo(picture.dtype).max
     if dtype == "uint8":
         values = picture if depth == 255 else (picture >> 8).astype(np.uint8)
+    elif dtype == "uint16":  # 255 becomes 65535, as PNG rescales depths (ISO/IEC 15948, 13.12)
+        values = picture if depth == 65535 else picture * np.uint16(257)
+    elif np.issubdtype(dtype, np.signedinteger):
+        raise BundleError(
+            f"input {tensor['name']!r} is {dtype}, which image files do not have: use chiasm.runtime, or a"
+            " column of arrays"
+        )
     else:
         values = picture.astype(np.float64 if dtype == "float64" else np.float32) / depth
     planes = tensor["layout"] == "NCHW"
-    channels = tensor["shape"][1 if planes else 2]
+    channels = tensor["shape"][1 if planes else -1]
     if channels == 1 and values.shape[2] == 3:
         grey = np.tensordot(
             values, np.array([0.299, 0.587, 0.114], np.float64 if dtype == "float64" else np.float32), 1
         )[..., None]
-        values = (grey + 0.5).astype(np.uint8) if dtype == "uint8" else grey
+        values = (grey + 0.5).astype(dtype) if dtype in ("uint8", "uint16") else grey
     elif channels != 1 and values.shape[2] == 1:
         values = np.repeat(values, 3, 2)
     if tensor["color"] == "BGR":
         values = values[..., ::-1]
-    return np.ascontiguousarray(
-        np.transpose(values[None], (0, 3, 1, 2)) if planes else values, None if dtype == "uint8" else dtype
-    )
+    if tensor["layout"].startswith("N"):
+        values = values[None]
+    return np.ascontiguousarray(np.transpose(values, (0, 3, 1, 2)) if planes else values, dtype)
 
 
 def _dtype(tensor: dict[str, Any], dtypes: list[str]) -> str:
@@ -217,8 +230,8 @@ def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
     stretched to that range."""
     if array.size == 0:
         raise BundleError(f"{path}: output {tensor['name']!r} is empty: its shape is {array.shape}")
-    if tensor["layout"] == "NCHW":
-        array = array[0].transpose(1, 2, 0)
+    if tensor["layout"].startswith("N"):
+        array = array[0].transpose(1, 2, 0) if tensor["layout"] == "NCHW" else array[0]
     if array.dtype != np.uint8:
         array = array.astype(np.float64)
         finite = array[np.isfinite(array)]
