@@ -12,6 +12,7 @@ import tarfile
 import time
 import tracemalloc
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -127,7 +128,8 @@ def test_what_is_ended_goes_on(photos: Path, undisturbed: Path, tmp_path: Path, 
     else:
         process.send_signal(SIGNALS[end])
     for pid in (process.pid, *workers):
-        os.kill(pid, signal.SIGCONT)
+        with suppress(ProcessLookupError):  # whose parent has seen already that it was killed
+            os.kill(pid, signal.SIGCONT)
     text, _ = process.communicate(timeout=180)
     assert "Traceback" not in text
     if end == "worker":
@@ -470,6 +472,7 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
         errors = [line for line in text.splitlines() if line.startswith("Error: ")]
         assert got == code and len(errors) == 1 and message in errors[0], (arguments, text)
         assert not list(out.glob("part-*"))
+    assert os.listdir(tmp_path / "full") == ["mine.txt"]  # a folder that is not ours gets no lock either
     code, text = chiasm_map("--help")
     assert code == 0 and "Examples:" in text
 
@@ -480,6 +483,25 @@ def test_links_to_nothing_and_to_themselves_are_left_out(tmp_path: Path) -> None
     (tmp_path / "self.png").symlink_to("self.png")
     [shard], _ = plan(tmp_path, 500)
     assert shard.names == ("a.png",)
+
+
+def test_links_to_folders_are_followed_but_not_back(tmp_path: Path) -> None:
+    for folder in ("data/cats", "data/.hidden", "other"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "a.png").write_bytes(b"")
+    for link, target in (
+        ("data/dogs", "../other"),
+        ("data/more", "../other"),
+        ("data/.links", "../other"),
+        ("data/cats/up", ".."),
+        ("data/self", "."),
+        ("other/back", "../data"),
+        ("link", "data"),
+    ):
+        (tmp_path / link).symlink_to(target)
+    for source in (tmp_path / "data", tmp_path / "link"):
+        [shard], _ = plan(source, 500)
+        assert shard.names == ("cats/a.png", "dogs/a.png", "more/a.png")
 
 
 def test_the_only_image_as_a_constant_names_the_option(photos: Path, tmp_path: Path) -> None:

@@ -48,6 +48,7 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
     Removes files that a killed process left unfinished.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    _expect_ours(folder)  # before anything is written: a folder that is not ours does not even get a lock
     job = json.loads(json.dumps(job))
     # Whatever else has this name, it is neither waited for, as a pipe, nor emptied, as what a link leads to
     with open(folder / ".lock", "a", opener=_no_other) as lock:
@@ -59,11 +60,7 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
         try:
             began = json.loads(read_regular(file, _MOST_OF_JOB))
         except FileNotFoundError:
-            if others := sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")):
-                raise DataError(
-                    f"{folder}: expected an empty folder, or one that `chiasm map` began; it has"
-                    f" {others[0]!r}"
-                ) from None
+            _expect_ours(folder)
             with naming(folder):
                 write_whole(file, json.dumps(job, indent=1).encode())
             began = job
@@ -80,6 +77,15 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
             yield
         finally:
             _clean(folder)
+
+
+def _expect_ours(folder: Path) -> None:
+    """Reject a folder that has files, of which none is a job's."""
+    others = sorted(p.name for p in folder.iterdir() if not p.name.startswith("."))
+    if others and JOB not in others:
+        raise DataError(
+            f"{folder}: expected an empty folder, or one that `chiasm map` began; it has {others[0]!r}"
+        )
 
 
 def _no_other(path: str, flags: int) -> int:

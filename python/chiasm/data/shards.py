@@ -100,11 +100,18 @@ def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
 
 
 def _files(folder: Path) -> Iterator[tuple[str, int]]:
+    """The files below a folder, by their paths in it, with their sizes. Links to folders are followed."""
+
     def fail(error: OSError) -> None:
         raise error
 
-    for path, folders, names in os.walk(folder, onerror=fail):
-        folders[:] = [f for f in folders if not f.startswith(".")]
+    above = {str(folder): {os.path.realpath(folder)}}  # of each folder, the real folders on the way to it
+    for path, folders, names in os.walk(folder, onerror=fail, followlinks=True):
+        way = above.pop(path)
+        real = {name: os.path.realpath(os.path.join(path, name)) for name in folders}
+        # Without those that a link leads back to
+        folders[:] = [name for name in folders if not name.startswith(".") and real[name] not in way]
+        above |= {os.path.join(path, name): way | {real[name]} for name in folders}
         for name in names:
             if not name.startswith("."):
                 full = Path(path) / name
