@@ -9,6 +9,9 @@ from click.testing import CliRunner
 from PIL import Image
 
 from chiasm.export.cli import main
+from chiasm.export.text import first_sentence
+from chiasm.runtime import open as open_bundle
+from tests.export.commands import refused, run
 
 BUNDLES = Path(__file__).resolve().parents[2] / "build" / "bundles"
 PHOTO = "astronaut.png"
@@ -41,6 +44,18 @@ def test_list() -> None:
     assert code == 0 and "filters.sobel" in text and "color" not in text
     code, text = chiasm("list", "no.such.op")
     assert code == 2 and "no.such.op" in text
+
+
+def test_what_is_shown_is_a_whole_sentence() -> None:
+    for text, sentence in (
+        ("Resize, and\n    fill the rest. More.\n\n    Args", "Resize, and fill the rest."),
+        ("Of e.g. a level. :func:`f` is faster.", "Of e.g. a level."),
+        ("No full stop\n\nAnother paragraph.", "No full stop"),
+        ("By 1.5 levels. (Or more.)", "By 1.5 levels."),
+        (None, ""),
+    ):
+        assert first_sentence(text) == sentence
+    assert "the rest." in " ".join(chiasm("list", "pipelines.letterbox")[1].split())
 
 
 def test_export_info_verify(tmp_path: Path) -> None:
@@ -113,3 +128,18 @@ def test_a_file_that_is_no_image_is_named(tmp_path: Path) -> None:
     bad.write_text("no image")
     code, text = chiasm("run", BUNDLES / "filters.sobel.chiasm", bad, tmp_path / "out.png")
     assert code == 1 and "bad.png" in text
+
+
+def test_an_output_inside_a_bundle_is_refused(sobel: Path, photo: Path, tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to(sobel)
+    for words in (
+        ["run", sobel, photo, sobel / "out.png"],
+        ["run", sobel, photo, link / "out.png"],
+        ["map", sobel, photo, sobel / "deeper" / "out"],
+        ["pack", "filters", sobel, "-o", sobel],
+        ["export", "filters.sobel", "-o", sobel],
+        ["triton", sobel / "models", sobel],
+    ):
+        refused(run(*words), "is inside the bundle", "choose a place beside it", status=2)
+    assert open_bundle(sobel).name == "filters.sobel"

@@ -224,5 +224,7 @@ def test_the_command(installed: Path, bundles: list[Path], elsewhere: Path) -> N
     listed = chiasm("list", "--installed").splitlines()
     assert listed == [f"{name}  chiasm-bundles-two-colors 0.1.0" for name in OPS]
     assert chiasm("list", "--installed", "*hsv").splitlines() == listed[1:]
+    nothing = CliRunner().invoke(main, ["list", "--installed", "filters.*"])
+    assert nothing.exit_code == 2 and "no installed bundle matches 'filters.*'" in nothing.output
     assert "wrote dist/chiasm_bundles_one" in chiasm("pack", "one", str(bundles[0]))
     assert "unchanged" in chiasm("pack", "one", str(bundles[0]))

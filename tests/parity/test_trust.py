@@ -136,6 +136,22 @@ def test_several_bundles_are_signed_at_once_and_asked_for_one_password(tmp_path:
         signing.check_signature(one, str(keys / "protected.pub"))
 
 
+def test_without_a_terminal_a_pipe_has_the_password_or_an_error_says_the_option(
+    bundle: Path, keys: Path
+) -> None:
+    command = [sys.executable, "-m", "chiasm.export", "sign", str(keys / "protected.key"), str(bundle)]
+    for given, status, words in (
+        ("", 1, "there is no terminal to ask: --password-file FILE"),
+        ("wrong\n", 1, "the password is wrong"),
+        (PASSWORD + "\n", 0, ""),
+    ):
+        # A session of its own has no terminal
+        done = subprocess.run(command, input=given, capture_output=True, text=True, start_new_session=True)
+        assert done.returncode == status and words in done.stderr, done.stderr
+        assert done.stderr.count("\n") == status, done.stderr
+    signing.check_signature(bundle, str(keys / "protected.pub"))
+
+
 def flip(file: Path, index: int) -> None:
     data = bytearray(file.read_bytes())
     data[index] ^= 1

@@ -200,6 +200,8 @@ def test_refusals(tmp_path: Path) -> None:
         ([tmp_path / "hidden.onnx"], "hidden.onnx: the tensor 'secret' is in another file"),
         ([tmp_path / "pipe.onnx"], "pipe.onnx: not a regular file but a pipe"),
         ([f"a/b={SOBEL}"], "expected a bundle"),
+        ([""], "expected [NAME=]BUNDLE, got an empty path"),
+        (["edges="], "'edges=': expected [NAME=]BUNDLE, got an empty path"),
         ([f"..={SOBEL}"], "'..' cannot be a model's name"),
         ([f"a b={SOBEL}"], "'a b' cannot be a model's name"),
         ([f"{'a' * 256}={SOBEL}"], "expected up to 255 letters"),
@@ -224,7 +226,9 @@ def test_a_bundle_is_no_repository(tmp_path: Path) -> None:
     shutil.copytree(SOBEL, bundle)
     for repository in (bundle, bundle / "models"):
         status, said = run(repository, bundle)
-        assert status == 1 and "it is inside the bundle" in said, said
+        assert status == 2 and "is inside the bundle" in said, said
+        with pytest.raises(chiasm.triton.RepositoryError, match="it is inside the bundle"):
+            chiasm.triton.write(repository, [chiasm.triton.Part("sobel", bundle)])
     assert chiasm.runtime.open(bundle).name == "filters.sobel"
 
 

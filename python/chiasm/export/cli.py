@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,19 +18,15 @@ from ..data.command import map_command
 from ..doctor import report
 from ..packs import SUFFIX, listing
 from ..triton.command import triton
-from .command import Group, OutputPath, jobs_option, pairs
+from .command import Group, OutputPath, jobs_option, pairs, password
 from .console import console
-from .errors import ExportError
 from .isas import ISAS
 from .manifest import FORMATS, METHODS, read_manifest
-from .text import one_line
+from .text import first_sentence, one_line
 from .workers import export_names
 
 if TYPE_CHECKING:
     from .catalog import Entry
-
-#: The most bytes of a password, as in minisign.
-_MOST_OF_PASSWORD = 1024
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
@@ -64,14 +61,16 @@ def list_ops(patterns: tuple[str, ...], installed: bool) -> None:
       chiasm list --installed
     """
     if installed:
-        for line in listing():
-            if not patterns or any(fnmatch(line.partition(" ")[0], pattern) for pattern in patterns):
+        named = [(line.partition("  ")[0], line) for line in listing()]
+        wanted = _matching(patterns, [n for n, _ in named], "installed bundle", "chiasm list --installed")
+        for name, line in named:
+            if name in wanted:
                 click.echo(line)
         return
     table = Table(Column("op", no_wrap=True), "inputs", "what it does", box=None, header_style="dim")
     for name, entry in _select(patterns, everything=True).items():
         inputs = ", ".join(f"{t.name} ({', '.join(map(str, t.shape))})" for t in entry.spec.inputs)
-        table.add_row(f"[bold]{name}[/]", inputs, (entry.function().__doc__ or "").strip().split("\n")[0])
+        table.add_row(f"[bold]{name}[/]", inputs, escape(first_sentence(entry.function().__doc__)))
     console.print(table)
 
 
@@ -263,19 +262,7 @@ def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> No
     """
     from . import signing
 
-    def password() -> str:
-        if password_file is None:
-            return click.prompt(f"Password of {key}", hide_input=True)
-        with open(password_file, "rb") as file:  # which may be a pipe: <(pass show minisign)
-            line = file.readline(_MOST_OF_PASSWORD)
-        try:
-            return line.decode().rstrip("\r\n")
-        except UnicodeDecodeError as error:
-            raise ExportError(
-                f"--password-file {password_file}: its first line is not text in UTF-8: write it so"
-            ) from error
-
-    secret = signing.read_secret_key(key, password)
+    secret = signing.read_secret_key(key, lambda: password(key, password_file))
     for bundle in bundles:
         signed = one_line(signing.sign(bundle, secret))
         console.print(f"signed {signed}", highlight=False, markup=False, soft_wrap=True)
@@ -380,8 +367,8 @@ def run(bundle: Path, source: Path, target: Path, backend: str, settings: tuple[
 
     SOURCE is the file to read, TARGET the image file that gets the result. Files are read as cv2.imread reads
     them: turned as their EXIF entry says, without transparency, 16-bit values as their upper eight bits; an
-    op on numbers gets them from 0 to 1, grey ones with all 16 bits. Results outside 0 to 1 are stretched to
-    it.
+    op on numbers gets them from 0 to 1, one on 16 bits from 0 to 65535, and both get grey ones with all 16
+    bits. Results outside 0 to 1 are stretched to it.
 
     \b
     Examples:
@@ -407,9 +394,14 @@ def _select(patterns: tuple[str, ...], everything: bool) -> dict[str, Entry]:
     from .catalog import catalog
 
     entries = catalog()
+    if not patterns and not everything:
+        return {}
+    return {name: entries[name] for name in _matching(patterns, entries, "op", "chiasm list")}
+
+
+def _matching(patterns: tuple[str, ...], names: Collection[str], what: str, command: str) -> list[str]:
+    """The names that match one of the patterns, all without a pattern; each pattern must match one."""
     for pattern in patterns:
-        if not any(fnmatch(name, pattern) for name in entries):
-            raise click.UsageError(f"no op matches {pattern!r} (`chiasm list` shows them)")
-    if not patterns and everything:
-        return entries
-    return {name: e for name, e in entries.items() if any(fnmatch(name, p) for p in patterns)}
+        if not any(fnmatch(name, pattern) for name in names):
+            raise click.UsageError(f"no {what} matches {pattern!r} (`{command}` shows them)")
+    return [name for name in names if not patterns or any(fnmatch(name, p) for p in patterns)]

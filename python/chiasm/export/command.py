@@ -7,6 +7,7 @@ import atexit
 import gc
 import os
 import re
+import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,9 +18,11 @@ import click
 from ..extras import advice
 from .ending import ended, fail
 from .errors import ExportError
-from .manifest import BundleError
+from .manifest import SUFFIX, BundleError
 from .text import one_line, plain
 
+#: The most bytes of a password, as in minisign.
+_MOST_OF_PASSWORD = 1024
 #: What the dynamic linker says if memory is short.
 _SHORT_OF_MEMORY = r"failed to map segment|[Cc]annot allocate memory"
 #: If this variable is set, an unexpected exception is not caught.
@@ -36,7 +39,8 @@ def jobs_option(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]
 
 class OutputPath(click.Path):
     """A path that need not exist. Rejects an empty path (an unset shell variable), which pathlib reads as
-    '.'."""
+    '.'; and one inside a bundle, because no runtime opens a bundle with a file that its manifest does not
+    name."""
 
     def __init__(self, *, file_okay: bool = False) -> None:
         super().__init__(path_type=Path, file_okay=file_okay, dir_okay=not file_okay)
@@ -44,7 +48,18 @@ class OutputPath(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value == "":
             self.fail("expected a path, got an empty text", param, ctx)
-        return super().convert(value, param, ctx)
+        path = super().convert(value, param, ctx)
+        # Not by resolve(), which raises an error of its own for a loop
+        real = Path(os.path.realpath(os.fsdecode(path)))
+        for folder in (real, *real.parents):
+            if folder.suffix == SUFFIX and (folder / "manifest.json").is_file():
+                self.fail(
+                    f"{path} is inside the bundle {folder}, which a new file would make invalid: choose a"
+                    " place beside it",
+                    param,
+                    ctx,
+                )
+        return path
 
 
 def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
@@ -58,6 +73,28 @@ def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
             raise click.UsageError(f"{option}: {name} is given twice")
         found[name] = value
     return found
+
+
+def password(key: Path, file: Path | None) -> str:
+    """The password of a key: the first line of the file, else what the terminal or a pipe says."""
+    if file is None:
+        try:
+            with open("/dev/tty"):
+                return click.prompt(f"Password of {key}", hide_input=True)
+        except OSError:  # no terminal: getpass would print warnings, and an end of the input be an interrupt
+            source, line = "the standard input", sys.stdin.buffer.readline(_MOST_OF_PASSWORD)
+            if not line:
+                raise ExportError(
+                    f"{key}: it needs a password, and there is no terminal to ask: --password-file FILE"
+                ) from None
+    else:
+        source = f"--password-file {file}"
+        with open(file, "rb") as opened:  # which may be a pipe: <(pass show minisign)
+            line = opened.readline(_MOST_OF_PASSWORD)
+    try:
+        return line.decode().rstrip("\r\n")
+    except UnicodeDecodeError as error:
+        raise ExportError(f"{source}: its first line is not text in UTF-8: write it so") from error
 
 
 @contextmanager

@@ -27,6 +27,7 @@ from .formats import native, onnx, torchscript
 from .job import Artifact, ExportJob, Method, call, run_eager
 from .manifest import FORMATS, METHODS, SCHEMA_VERSION
 from .spec import Spec, TensorSpec
+from .text import first_sentence
 from .tracing.gradient import vjp_module, vjp_signature
 from .tracing.graph import output_specs
 from .tracing.module import bind_spec
@@ -240,7 +241,7 @@ def _manifest(job: ExportJob) -> dict[str, Any]:
         "schema_version": SCHEMA_VERSION,
         "name": spec.name,
         "version": spec.version,
-        "summary": spec.summary or (inspect.getdoc(job.fn) or "").split("\n")[0],
+        "summary": spec.summary or first_sentence(inspect.getdoc(job.fn)),
         "reference": spec.reference,
         "created": "",
         "producer": producer,

@@ -183,7 +183,7 @@ def read_public_key(key: str) -> str:
         return read_regular(key, MOST_OF_KEY).decode()
     except (OSError, ValueError) as error:
         raise BundleError(
-            f"{key}: neither a minisign public key nor a file that holds one:"
+            f"{key or 'an empty text'}: neither a minisign public key nor a file that holds one:"
             f" {getattr(error, 'strerror', None) or error}"
         ) from error
 

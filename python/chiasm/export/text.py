@@ -21,6 +21,14 @@ def one_line(text: object, most: int = 600) -> str:
     return line if len(line) <= most else f"{line[:most]} ..."
 
 
+def first_sentence(docstring: str | None) -> str:
+    """The first sentence of a docstring, or its first paragraph if that has no full stop, in one line."""
+    paragraph = " ".join(re.split(r"\n\s*\n", (docstring or "").strip())[0].split())
+    # A full stop before a small letter, as in "e.g. a", ends no sentence
+    ended = re.match(r".*?\.(?=\s+[A-Z`:(]|$)", paragraph)
+    return ended[0] if ended else paragraph
+
+
 def words(value: object) -> str:
     """`str(value)`; the name of its type if it has none, as an exception of a user's may."""
     try:

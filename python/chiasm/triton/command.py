@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import click
@@ -33,4 +34,7 @@ def triton(repository: Path, parts: tuple[str, ...], ensemble: str | None) -> No
 
     for folder in write(repository, [Part.parse(part) for part in parts], ensemble):
         click.echo(f"wrote {folder}")
-    click.echo(f"Next: tritonserver --model-repository={repository} --backend-directory=FOLDER")
+    click.echo(
+        f"Next: tritonserver --model-repository={shlex.quote(str(repository))} --backend-directory=FOLDER,"
+        " the one that has chiasm/libtriton_chiasm.so (docs/triton.md)"
+    )

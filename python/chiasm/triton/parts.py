@@ -78,6 +78,8 @@ class Part:
         name, separator, path = text.partition("=")
         if not separator or "/" in name:
             name, path = "", text
+        if not path:  # an unset shell variable: pathlib reads it as '.'
+            raise RepositoryError(f"{text!r}: expected [NAME=]BUNDLE, got an empty path")
         # Resolved, because `.` has a name too; not by Path, which raises an error of its own for a loop
         file = os.path.basename(os.path.realpath(path))
         return cls(name or re.sub(r"\.(chiasm|onnx)$", "", file), Path(path))
