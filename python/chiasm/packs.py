@@ -6,6 +6,7 @@ holds the bundles.
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -86,6 +87,13 @@ def find(name: str) -> Path | None:
         if folder.is_dir():
             return folder
     return None
+
+
+def located(path: str) -> str:
+    """The path; or, if there is nothing and it is the name of an installed bundle, the path of that."""
+    if os.path.lexists(path) or not is_name(path):
+        return path
+    return str(find(path) or path)
 
 
 def listing() -> list[str]:

@@ -19,6 +19,7 @@ from chiasm.export.cli import main
 from chiasm.export.errors import ExportError
 from chiasm.export.manifest import BundleError
 from chiasm.export.pack import pack
+from tests.export.commands import refused, run
 
 OPS = ("color.rgb_to_grayscale", "color.rgb_to_hsv")
 
@@ -228,3 +229,22 @@ def test_the_command(installed: Path, bundles: list[Path], elsewhere: Path) -> N
     assert nothing.exit_code == 2 and "no installed bundle matches 'filters.*'" in nothing.output
     assert "wrote dist/chiasm_bundles_one" in chiasm("pack", "one", str(bundles[0]))
     assert "unchanged" in chiasm("pack", "one", str(bundles[0]))
+
+
+def test_the_commands_take_the_name_of_an_installed_bundle(
+    installed: Path, photo: Path, elsewhere: Path
+) -> None:
+    out = elsewhere / "out.png"
+    for words in (
+        ["info", OPS[0]],
+        ["verify", OPS[0]],
+        ["run", OPS[0], photo, out],
+        ["triton", elsewhere / "models", OPS[0]],
+    ):
+        done = run(*words)
+        assert done.returncode == 0 and OPS[0] in done.stdout, done.stderr
+    assert out.exists() and (elsewhere / "models" / OPS[0] / "1" / f"{OPS[0]}.chiasm").is_dir()
+    for words in (["info", "color.nothing"], ["map", "color.nothing", photo, elsewhere / "mapped"]):
+        refused(run(*words), "color.nothing is neither a folder here nor the name of an inst", status=2)
+    (elsewhere / OPS[0]).mkdir()  # a folder of that name comes first
+    refused(run("info", OPS[0]), "not a bundle")

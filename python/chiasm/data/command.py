@@ -10,12 +10,12 @@ from pathlib import Path
 
 import click
 
-from ..export.command import OutputPath, jobs_option, pairs
+from ..export.command import BundlePath, OutputPath, jobs_option, pairs
 from ..export.console import console
 
 
 @click.command("map")
-@click.argument("bundle", type=click.Path(path_type=Path, exists=True, file_okay=False))
+@click.argument("bundle", type=BundlePath())
 @click.argument("source", metavar="INPUT", type=click.Path(path_type=Path, exists=True))
 @click.argument("output", type=OutputPath())
 @click.option(

@@ -18,7 +18,7 @@ from ..data.command import map_command
 from ..doctor import report
 from ..packs import SUFFIX, listing
 from ..triton.command import triton
-from .command import Group, OutputPath, jobs_option, pairs, password
+from .command import BundlePath, Group, OutputPath, jobs_option, pairs, password
 from .console import console
 from .isas import ISAS
 from .manifest import FORMATS, METHODS, read_manifest
@@ -42,6 +42,7 @@ def main() -> None:
       chiasm verify bundles/filters.sobel.chiasm
       chiasm run bundles/filters.sobel.chiasm photo.jpg edges.png
       chiasm map bundles/pipelines.edges.chiasm photos edges
+    A bundle is a folder, or the name of an installed one (`chiasm list --installed`).
     `chiasm doctor` says what this machine can run. For C and C++, an installed chiasm also has
     `--cmakedir`, `--includedir` and `--libdir`.
     """
@@ -140,10 +141,12 @@ def export(
 
 
 @main.command()
-@click.argument("bundle", type=click.Path(path_type=Path, exists=True))
+@click.argument("bundle", type=BundlePath())
 @click.option("--json", "as_json", is_flag=True, help="Print the manifest itself.")
 def info(bundle: Path, as_json: bool) -> None:
-    """Show a bundle's signature, sizes and artifacts; no engine is loaded.
+    """Show a bundle's signature, sizes and artifacts.
+
+    No engine is loaded.
 
     \b
     Examples:
@@ -269,7 +272,7 @@ def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> No
 
 
 @main.command()
-@click.argument("bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
+@click.argument("bundles", nargs=-1, required=True, type=BundlePath())
 @click.option(
     "--key",
     help="Check first that this minisign public key (56 characters, or a file) has signed every bundle.",
@@ -340,7 +343,7 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
 
 
 @main.command()
-@click.argument("bundle", type=click.Path(path_type=Path, exists=True))
+@click.argument("bundle", type=BundlePath())
 @click.argument("source", type=click.Path(path_type=Path, exists=True, dir_okay=False))
 @click.argument("target", type=OutputPath(file_okay=True))
 @click.option(

@@ -16,6 +16,7 @@ from typing import Any
 import click
 
 from ..extras import advice
+from ..packs import is_name, located
 from .ending import ended, fail
 from .errors import ExportError
 from .manifest import SUFFIX, BundleError
@@ -35,6 +36,24 @@ def jobs_option(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]
     return click.option(
         "-j", "--jobs", type=click.IntRange(1), default=cores, show_default="one a core", help=text
     )
+
+
+class BundlePath(click.Path):
+    """A bundle: its folder, or its name if a package has installed it, as for `chiasm.runtime.open`."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path, exists=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        found = located(os.fsdecode(value))
+        if is_name(found) and not os.path.lexists(found):
+            self.fail(
+                f"{found} is neither a folder here nor the name of an installed bundle (`chiasm list"
+                " --installed`)",
+                param,
+                ctx,
+            )
+        return super().convert(found, param, ctx)
 
 
 class OutputPath(click.Path):

@@ -12,6 +12,7 @@ from typing import Any
 from ..export.files import MOST_OF_FILE, read_regular
 from ..export.manifest import SUFFIX, BundleError, read_manifest, schema
 from ..export.signing import check_files
+from ..packs import located
 
 #: A model's name is a folder's name, and part of URLs.
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,254}")  # a folder's name has at most 255 bytes
@@ -74,12 +75,14 @@ class Part:
 
     @classmethod
     def parse(cls, text: str) -> Part:
-        """``NAME=PATH``, or ``PATH``, whose file name without the suffix becomes the model's name."""
+        """``NAME=PATH``, or ``PATH``, whose file name without the suffix becomes the model's name. A path may
+        also be the name of an installed bundle."""
         name, separator, path = text.partition("=")
         if not separator or "/" in name:
             name, path = "", text
         if not path:  # an unset shell variable: pathlib reads it as '.'
             raise RepositoryError(f"{text!r}: expected [NAME=]BUNDLE, got an empty path")
+        path = located(path)
         # Resolved, because `.` has a name too; not by Path, which raises an error of its own for a loop
         file = os.path.basename(os.path.realpath(path))
         return cls(name or re.sub(r"\.(chiasm|onnx)$", "", file), Path(path))
