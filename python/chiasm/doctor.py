@@ -16,6 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from . import __version__, packs
+from .export.text import one_line
 from .extras import EXTRAS, has_ops
 
 #: The backends of chiasm, and what brings each where its plug-in is not found.
@@ -140,10 +141,18 @@ def _exporting() -> Iterator[str]:
         yield f'export     no native artifacts: no libraries in {folder}: pip install "chiasm[export]"'
     compiler = os.environ.get("CXX", "g++")
     if shutil.which(compiler) is None:
-        yield f"export     no native artifacts: no compiler {compiler}: apt-get install g++, or set CXX"
-    else:
-        said = subprocess.run([compiler, "--version"], capture_output=True, text=True).stdout
-        yield f"export     compiles with {said.splitlines()[0] if said else compiler}"
+        yield f"export     no native artifacts: no compiler {compiler!r}: apt-get install g++, or set CXX"
+        return
+    try:
+        done = subprocess.run(
+            [compiler, "--version"], capture_output=True, text=True, errors="replace", check=True, timeout=10
+        )
+        yield f"export     compiles with {one_line((done.stdout.splitlines() or [compiler])[0])}"
+    except (OSError, subprocess.SubprocessError) as error:
+        yield (
+            f"export     no native artifacts: the compiler {compiler!r} does not run ({one_line(error)}):"
+            " set CXX to another"
+        )
 
 
 def _bundles() -> Iterator[str]:

@@ -93,7 +93,13 @@ def test_surroundings(tmp_path: Path) -> None:
     text = doctor(CHIASM_BACKEND_PATH=str(tmp_path), CHIASM_TRUST_POLICY="data_only", CXX="no-such-compiler")
     assert f"{tmp_path} (CHIASM_BACKEND_PATH): none" in text
     assert "policy data_only" in text
-    assert "no compiler no-such-compiler: apt-get install g++, or set CXX" in text
+    assert "no compiler 'no-such-compiler': apt-get install g++, or set CXX" in text
+    broken = tmp_path / "broken"
+    broken.write_bytes(b"no program")
+    broken.chmod(0o755)
+    for compiler, why in ((broken, "Exec format error"), ("false", "exit status 1")):
+        found = lines(doctor(CXX=str(compiler)), "export")[-1]
+        assert f"the compiler '{compiler}' does not run" in found and why in found
     (tmp_path / "libchiasm_mine.so").write_bytes(b"no library")
     text = doctor(CHIASM_BACKEND_PATH=str(tmp_path), CHIASM_TRUST_POLICY="some")
     assert "libchiasm_mine.so" in lines(text, "plug-ins")[0]
