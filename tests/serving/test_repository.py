@@ -16,7 +16,9 @@ import onnxruntime
 import pytest
 import tritonclient.grpc as grpc_client
 from click.testing import CliRunner
+from google.protobuf import text_format
 from onnx import TensorProto, helper, numpy_helper
+from tritonclient.grpc import model_config_pb2
 
 import chiasm.runtime
 import chiasm.triton
@@ -117,6 +119,16 @@ def test_names_between_parts_are_kept_apart(server: Server, tmp_path: Path) -> N
     x = np.arange(5, dtype=np.float32)
     assert np.array_equal(server.grpc.infer("dots", tensors(grpc_client, {"i": x})).as_numpy("o"), x)
     server.unload("dots")
+
+
+def test_names_may_have_any_characters(tmp_path: Path) -> None:
+    """protobuf reads the configurations as they are meant."""
+    names = 'in "quotes" \\', "lögits 日本 😀"
+    status, said = run(tmp_path / "models", passing(tmp_path / "a.onnx", *names))
+    assert status == 0, said
+    text = (tmp_path / "models" / "a" / "config.pbtxt").read_text("utf-8")
+    config = text_format.Parse(text, model_config_pb2.ModelConfig())
+    assert (config.backend, config.input[0].name, config.output[0].name) == ("python", *names)
 
 
 def test_an_output_that_no_part_takes_is_left_out(server: Server, tmp_path: Path) -> None:

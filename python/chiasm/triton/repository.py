@@ -109,7 +109,7 @@ def _write_part(folder: Path, part: Part) -> None:
     else:
         _copy(part.path, version / f"{part.path.resolve().name.removesuffix(SUFFIX)}{SUFFIX}")
         config = 'backend: "chiasm"\n'  # the backend reads the rest from the manifest
-    (folder / "config.pbtxt").write_text(config)
+    (folder / "config.pbtxt").write_text(config, "utf-8")
 
 
 def _copy(bundle: Path, target: Path) -> None:
@@ -131,7 +131,7 @@ def _write_ensemble(folder: Path, ensemble: Ensemble) -> None:
             for key, value in mapping.items():
                 config += f"    {kind} {{ key: {_quoted(key)} value: {_quoted(value)} }}\n"
         config += "  }\n"
-    (folder / "config.pbtxt").write_text(config + "}\n")
+    (folder / "config.pbtxt").write_text(config + "}\n", "utf-8")
 
 
 def _described(kind: str, tensors: Sequence[Tensor]) -> str:
@@ -142,4 +142,4 @@ def _described(kind: str, tensors: Sequence[Tensor]) -> str:
 
 
 def _quoted(text: str) -> str:
-    return json.dumps(text)
+    return json.dumps(text, ensure_ascii=False)  # protobuf's parser in Python does not know \u
