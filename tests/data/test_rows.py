@@ -105,6 +105,11 @@ def test_arguments_of_another_kind_are_one_error(arguments: dict, message: str) 
         Map(EDGES, **arguments)
 
 
+def test_a_column_of_names_that_is_not_there_is_named() -> None:
+    with pytest.raises(DataError, match="no column 'path': it has 'frame'; name another by id=COLUMN"):
+        Map(EDGES, id="path")({"frame": [encoded(RNG, 48, 64)]})
+
+
 def test_a_column_of_errors_says_what_to_do() -> None:
     batch = {"frame": [encoded(RNG, 48, 64)], "error": [None]}
     with pytest.raises(

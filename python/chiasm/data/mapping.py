@@ -273,20 +273,22 @@ class Map:
         return set(self.columns.values()) - self.files
 
     @staticmethod
-    def _find(batch: Any, name: str) -> Any:
+    def _find(
+        batch: Any, name: str, other: str = "columns={INPUT: COLUMN}, or --column INPUT=COLUMN of chiasm map"
+    ) -> Any:
         has = list(batch) if isinstance(batch, Mapping) else batch.schema.names
         if has.count(name) != 1:
             what = "has no" if name not in has else "has more than one"
             raise DataError(
                 f"the batch {what} column {name!r}: it has {', '.join(map(repr, has)) or 'none'}; name"
-                " another by columns={INPUT: COLUMN}, or --column INPUT=COLUMN of chiasm map"
+                f" another by {other}"
             )
         return batch[name] if isinstance(batch, Mapping) else batch.column(has.index(name))
 
     def _name_of(self, batch: Any) -> Callable[[int], str]:
         if self.id is None:
             return lambda i: ""
-        ids = self._find(batch, self.id)
+        ids = self._find(batch, self.id, "id=COLUMN")
         return lambda i: f" ({self.id} {one_line(ids[i], 200)!r})"
 
     @staticmethod
