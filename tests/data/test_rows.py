@@ -105,6 +105,14 @@ def test_arguments_of_another_kind_are_one_error(arguments: dict, message: str) 
         Map(EDGES, **arguments)
 
 
+def test_a_type_that_numpy_lacks_is_one_error() -> None:
+    grey = Map(BUNDLES / "color.rgb_to_grayscale.chiasm", dtype="bfloat16")
+    with pytest.raises(
+        DataError, match="'image' is bfloat16, which NumPy and Arrow do not have: take another"
+    ):
+        grey({"image": np.zeros((2, 3, 8, 8), np.float32)})
+
+
 def test_a_column_of_names_that_is_not_there_is_named() -> None:
     with pytest.raises(DataError, match="no column 'path': it has 'frame'; name another by id=COLUMN"):
         Map(EDGES, id="path")({"frame": [encoded(RNG, 48, 64)]})

@@ -365,6 +365,12 @@ def _open(wanted: Map) -> Opened:
         )
     except (chiasm.runtime.ChiasmError, ValueError) as error:  # ValueError: a folder that is not UTF-8
         raise DataError(f"{wanted.parcel.name}: {error}") from error
+    for tensor in (*method.inputs, *method.outputs):
+        if "bfloat16" in tensor.dtypes:
+            raise DataError(
+                f"{wanted.parcel.name}: {tensor.name!r} is bfloat16, which NumPy and Arrow do not have: take"
+                " another dtype, or use chiasm.runtime with torch"
+            )
     samples = bundle.info["methods"][wanted.method].get("samples")
     most = bundle.info["symbols"][samples]["max"] if samples else 1
     leading = {samples} if samples else set()
