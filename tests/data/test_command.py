@@ -112,6 +112,20 @@ def test_a_signal_while_workers_start_ends_the_run(photos: Path, tmp_path: Path,
     assert "Traceback" not in text and "leaked" not in text and left_over(tmp_path / "out") == []
 
 
+def test_workers_whose_parent_is_killed_while_they_start_print_nothing(photos: Path, tmp_path: Path) -> None:
+    process = start(PREPROCESS, photos, tmp_path / "out", "--rows", 1, "-j", 3)
+    deadline = time.monotonic() + 180
+    while not children(process.pid):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    time.sleep(
+        0.02
+    )  # the parent writes what it has for the worker, which takes longer to read the first of it
+    process.kill()
+    text, _ = process.communicate(timeout=180)  # until the workers have ended too
+    assert process.returncode == -signal.SIGKILL and "Traceback" not in text, text
+
+
 @pytest.mark.parametrize("end", ["driver", "worker", "interrupt", "termination"])
 def test_what_is_ended_goes_on(photos: Path, undisturbed: Path, tmp_path: Path, end: str) -> None:
     out = tmp_path / "out"

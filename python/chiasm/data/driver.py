@@ -137,11 +137,15 @@ def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, rep
                 # ever, and Python prints a traceback for each lock if its resource tracker was killed
                 connection, other_end = context.Pipe()
                 with other_end:
-                    worker = context.Process(target=_serve, args=(other_end, os.getpid(), mapping, folder))
+                    worker = context.Process(target=_serve, args=(other_end, os.getpid(), folder))
                     _expect_alive(worker.start)
                 workers.append(worker)
-                _expect_alive(connection.send, shard)
                 running[connection] = shard
+            # Not among the arguments above: a worker that got only a part of the bundle, because this process
+            # was killed, would print a traceback
+            for connection, shard in running.items():
+                _expect_alive(connection.send, mapping)
+                _expect_alive(connection.send, shard)
         while running:
             ready = wait(list(running))
             for connection in [c for c in running if c in ready]:
@@ -175,9 +179,9 @@ def _expect_alive(call: Callable[..., Any], *arguments: Any) -> Any:
         ) from None
 
 
-def _serve(connection: Connection, parent: int, mapping: Map, folder: Path) -> None:
-    """Write the shards that come through a connection, until it is closed. A worker, which ends with its
-    parent."""
+def _serve(connection: Connection, parent: int, folder: Path) -> None:
+    """Write the shards that come through a connection after their Map, until it is closed. A worker, which
+    ends with its parent."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)  # the parent died before that
@@ -186,10 +190,12 @@ def _serve(connection: Connection, parent: int, mapping: Map, folder: Path) -> N
     def count(rows: int, bad: int) -> None:
         connection.send((False, None, rows, bad))
 
+    mapping: Any = None
     while True:
         try:
+            mapping = mapping or connection.recv()
             shard = connection.recv()
-        except EOFError:
+        except (EOFError, OSError):  # the second in the middle of a message
             return
         failure = None
         try:
