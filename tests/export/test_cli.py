@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
+from chiasm.export import workers
 from chiasm.export.cli import main
 from chiasm.export.text import first_sentence
 from chiasm.runtime import open as open_bundle
@@ -143,3 +144,12 @@ def test_an_output_inside_a_bundle_is_refused(sobel: Path, photo: Path, tmp_path
     ):
         refused(run(*words), "is inside the bundle", "choose a place beside it", status=2)
     assert open_bundle(sobel).name == "filters.sobel"
+
+
+def test_a_folder_that_cannot_be_written_is_said_before_anything_is_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workers, "export_entry", lambda *_: pytest.fail("it is exported"))
+    (tmp_path / "file").write_text("")
+    for folder, why in ((tmp_path / "file" / "below", "Not a directory"), (Path("/proc"), "No such file")):
+        refused(run("export", "filters.sobel", "-o", folder), f"{folder}: cannot be written: {why}")

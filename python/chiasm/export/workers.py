@@ -55,6 +55,7 @@ def export_names(
 def export_all(ops: Sequence[Wanted], output: Path, jobs: int = 1) -> None:
     """Export ops of the catalog, several at once, with a progress bar. Raises ExportError at the end if some
     failed."""
+    _expect_writable(output)
     _collect_seldom()
     started = time.monotonic()
     failures: dict[str, str] = {}
@@ -97,6 +98,16 @@ def export_all(ops: Sequence[Wanted], output: Path, jobs: int = 1) -> None:
         f"{len(ops)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify"
         f" {output}/*{SUFFIX}"
     )
+
+
+def _expect_writable(folder: Path) -> None:
+    """Make the folder, and reject one in which no file can be made: now, not after minutes of compiling."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ExportError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from error
 
 
 class _Here(Executor):
