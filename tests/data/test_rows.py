@@ -113,6 +113,12 @@ def test_a_type_that_numpy_lacks_is_one_error() -> None:
         grey({"image": np.zeros((2, 3, 8, 8), np.float32)})
 
 
+def test_columns_that_pass_through_have_as_many_rows() -> None:
+    batch = {"frame": [b"", b""], "path": ["a"], "note": np.float32(1)}
+    with pytest.raises(DataError, match=r"different numbers of rows: \{'frame': 2, 'path': 1\}"):
+        Map(EDGES, id="path")(batch)
+
+
 def test_a_column_of_names_that_is_not_there_is_named() -> None:
     with pytest.raises(DataError, match="no column 'path': it has 'frame'; name another by id=COLUMN"):
         Map(EDGES, id="path")({"frame": [encoded(RNG, 48, 64)]})

@@ -35,9 +35,13 @@ def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_help_teaches() -> None:
     code, text = chiasm("--help")
     assert code == 0 and "A first round" in text
-    for command in ("list", "doctor", "export", "info", "verify", "run", "pack", "triton"):
-        assert command in text
-        assert chiasm(command, "--help")[0] == 0
+    for command in main.commands:  # errors point to the examples of each
+        assert f"  {command} " in text
+        code, own = chiasm(command, "--help")
+        assert code == 0 and f"    chiasm {command}" in own.partition("Example")[2], command
+    summaries = text.partition("Commands:")[2].strip().splitlines()
+    assert len(summaries) == len(main.commands) and all(line.endswith(".") for line in summaries)
+    assert "..." not in "".join(summaries)
 
 
 def test_list() -> None:

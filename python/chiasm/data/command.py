@@ -59,7 +59,7 @@ def map_command(
     """Run a bundle over a data set.
 
     INPUT is a folder of images, WebDataset tars (a .tar, or a folder of them) or parquet (a .parquet, or a
-    folder of them).
+    folder of them). The folders in it count too, also linked ones, but not hidden ones (.NAME).
 
     The folder OUTPUT gets a parquet file for each shard: some hundred images, a tar, a row group. Its rows
     have `id` (the image's path) or the other columns of the parquet; the op's outputs, as tensors, or as

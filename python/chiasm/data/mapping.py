@@ -145,8 +145,7 @@ class Map:
         self.outputs = _named("outputs", "OUTPUT", outputs, {t.name: t.name for t in results})
         _known("outputs", self.outputs, [t.name for t in results], opened.name)
         made = [*self.outputs.values(), *([ERROR] if errors == "column" else [])]
-        texts = all(isinstance(column, str) for column in made)
-        if not self.outputs or not texts or len(set(made)) < len(made):
+        if not self.outputs or len({column for column in made if isinstance(column, str)}) < len(made):
             raise DataError(f"outputs: expected a column of its own for each output, got {made}")
         self.method, self.errors, self.id = method, errors, id
         self.backend, self.dtype, self.num_threads = backend, dtype, num_threads
@@ -210,6 +209,8 @@ class Map:
 
         columns, replaced = self._columns(batch, from_numpy), self._replaced()
         kept = {name: values for name, values in batch.items() if name not in replaced}
+        sized = {n: v for n, v in batch.items() if isinstance(v, (list, tuple)) or getattr(v, "ndim", 0)}
+        _expect_equal({name: len(values) for name, values in sized.items()})
         rows, errors = self.run(columns, self._name_of(batch))
         valid = np.array([e is None for e in errors], bool)
         result = {name: output.to_numpy(valid) for name, output in rows.items()}
@@ -294,9 +295,8 @@ class Map:
     @staticmethod
     def _fresh(kept: Iterable[str], made: dict[str, Any]) -> dict[str, Any]:
         if twice := [name for name in made if name in kept]:
-            other = "take errors='null', which makes none"
-            if twice[0] != ERROR:
-                other = "name the output's by outputs={OUTPUT: COLUMN}"
+            rename = "name the output's by outputs={OUTPUT: COLUMN}"
+            other = "take errors='null'" if twice[0] == ERROR else rename
             raise DataError(
                 f"the batch has a column {twice[0]!r} already: rename or drop it; or, in Python, {other}"
             )
@@ -319,9 +319,7 @@ class Map:
         """
         from .running import run
 
-        lengths = {name: column.length for name, column in columns.items()}
-        if len(set(lengths.values())) > 1:
-            raise DataError(f"the columns have different numbers of rows: {lengths}")
+        _expect_equal({name: column.length for name, column in columns.items()})
         return run(self, self.open(), columns, name_of, first)
 
 
@@ -385,6 +383,11 @@ def _named(what: str, key: str, given: Any, default: Mapping[str, str] | None = 
     if not isinstance(given, Mapping):
         raise DataError(f"{what}: expected a dict {{{key}: COLUMN}}, got {one_line(repr(given), 200)}")
     return dict(given)
+
+
+def _expect_equal(lengths: Mapping[str, int]) -> None:
+    if len(set(lengths.values())) > 1:
+        raise DataError(f"the columns have different numbers of rows: {lengths}")
 
 
 def _known(what: str, given: Mapping[str, Any], names: list[str], bundle: str) -> None:

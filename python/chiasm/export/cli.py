@@ -255,13 +255,18 @@ def pack(name: str, bundles: tuple[Path, ...], output: Path, version: str) -> No
 @click.option(
     "--password-file",
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="Its first line is the key's password. [default: ask]",
+    help="Its first line is the key's password. [default: ask; without a terminal, read a line]",
 )
 def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> None:
     """Sign bundles with a minisign secret key.
 
     KEY is the key's file (`minisign -G` makes one). Each bundle gets a manifest.json.minisig, which covers
     every file of the bundle. `chiasm verify --key` checks it, and so do the runtime and `minisign -V`.
+
+    \b
+    Examples:
+      chiasm sign my.key bundles/*.chiasm
+      chiasm sign my.key bundles/*.chiasm --password-file <(pass show my-key)
     """
     from . import signing
 
