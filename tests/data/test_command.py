@@ -20,10 +20,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
 import pytest
+from PIL import Image
 
 import chiasm.runtime
 from chiasm.data import DataError, Map
 from chiasm.data.driver import JOB, fingerprint, output_folder
+from chiasm.data.shards import IMAGES as SUFFIXES
 from chiasm.data.shards import plan, write
 
 from .conftest import BLUR, COUNT, EDGES, PREPROCESS, SOBEL, encoded, same_rows
@@ -458,10 +460,12 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
     broken.write_text("no parquet")
     parquet.write_table(pa.table({"text": pa.array([], pa.string())}), tmp_path / "none.parquet")
     (tmp_path / "full" / "mine.txt").write_text("")
+    (tmp_path / "some.TGZ").write_text("")
     (tmp_path / "loop").symlink_to("loop")
     out = tmp_path / "out"
     for code, message, *arguments in (
         (1, "expected images", PREPROCESS, empty, out),
+        (1, "got none of them: compressed tars must be decompressed", PREPROCESS, tmp_path / "some.TGZ", out),
         (1, "1 images and 1 tar", PREPROCESS, mixed, out),
         (1, "broken.parquet: not a parquet", PREPROCESS, broken, out),
         (1, "no column 'frame'", PREPROCESS, tmp_path / "none.parquet", out),
@@ -489,6 +493,27 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
     assert os.listdir(tmp_path / "full") == ["mine.txt"]  # a folder that is not ours gets no lock either
     code, text = chiasm_map("--help")
     assert code == 0 and "Examples:" in text
+
+
+def test_images_of_every_name_are_rows(tmp_path: Path) -> None:
+    source = tmp_path / "in"
+    source.mkdir()
+    small = np.random.default_rng(7).integers(0, 2, (8, 8), np.uint8) * 255
+    picture = Image.fromarray(small).resize((64, 48), Image.Resampling.NEAREST)
+    for extension in SUFFIXES:
+        file = source / f"a{extension}"
+        form = {".pbm": "1", ".pgm": "L", ".pnm": "L"}.get(extension, "RGB")
+        picture.convert(form).save(file, Image.registered_extensions().get(extension, "PPM"))
+    [shard], _ = plan(source, 500)
+    write(shard, Map(EDGES, errors="column"), tmp_path, lambda *_: None)
+    rows = parquet.read_table(tmp_path / shard.file).to_pylist()
+    assert [row["id"] for row in rows] == sorted(f"a{extension}" for extension in SUFFIXES)
+    frame = np.repeat(np.asarray(picture)[..., None], 3, 2)
+    expected = chiasm.runtime.open(EDGES).method("forward", num_threads=1)(frame)
+    for row in rows:
+        assert row["error"] is None, row["id"]
+        if not row["id"].startswith(("a.avif", "a.j", "a.webp")):  # lossless
+            np.testing.assert_array_equal(np.reshape(row["output"]["data"], expected.shape), expected)
 
 
 def test_links_to_nothing_and_to_themselves_are_left_out(tmp_path: Path) -> None:

@@ -25,7 +25,13 @@ from ..export.text import one_line
 from .errors import DataError
 from .mapping import ERROR, Map
 
-IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
+#: The names of image files, of formats that both Pillow and OpenCV have.
+IMAGES = (
+    *(".avif", ".bmp", ".dib", ".gif", ".jfif", ".jp2", ".jpe", ".jpeg", ".jpg"),
+    *(".pbm", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff", ".webp"),
+)
+#: The names of compressed tars, as far as an error tells them apart.
+_COMPRESSED = (".tar.bz2", ".tar.gz", ".tar.xz", ".tar.zst", ".tgz")
 #: The number of rows that are in memory at once and form a row group of the file.
 BATCH = 32
 ID = "id"
@@ -67,12 +73,14 @@ def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
         root, found = source.parent, [(source.name, source.stat().st_size)]
     by_kind = {
         "images": [name for name, _ in found if name.lower().endswith(IMAGES)],
-        "tar": [name for name, _ in found if name.endswith(".tar")],
-        "parquet": [name for name, _ in found if name.endswith(".parquet")],
+        "tar": [name for name, _ in found if name.lower().endswith(".tar")],
+        "parquet": [name for name, _ in found if name.lower().endswith(".parquet")],
     }
     kinds = [kind for kind, names in by_kind.items() if names]
     if len(kinds) != 1:
         what = " and ".join(f"{len(by_kind[k])} {k}" for k in kinds) or "none of them"
+        if any(name.lower().endswith(_COMPRESSED) for name, _ in found):
+            what += ": compressed tars must be decompressed first (gunzip)"
         raise DataError(
             f"{source}: expected images ({' '.join(IMAGES)}), tars (.tar) or parquet files (.parquet), of one"
             f" kind; got {what}"
