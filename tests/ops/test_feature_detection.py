@@ -46,7 +46,7 @@ def at_a_level(plane: np.ndarray, response: str) -> np.ndarray:
     if response == "hessian":
         smooth, slope, curve = (
             np.array([1, 4, 6, 4, 1]) / 16,
-            np.array([-1, -2, 0, 2, 1]) / 6,
+            np.array([-1, -2, 0, 2, 1]) / 8,
             np.array([1, 0, -2, 0, 1]) / 4,
         )
         taps = ((smooth, curve), (slope, slope), (curve, smooth))

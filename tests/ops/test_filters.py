@@ -96,11 +96,10 @@ def test_sobel_eps_keeps_the_gradient_finite() -> None:
     assert torch.isfinite(x.grad).all()
 
 
-# Kornia's documented kernels; its second-order Sobel kernels have the opposite sign of OpenCV's.
 SECOND_DIFF = (
-    np.array([[0, 0, 0], [1, -2, 1], [0, 0, 0]]) / 4,
-    np.array([[-1, 0, 1], [0, 0, 0], [1, 0, -1]]) / 4,
-    np.array([[0, 1, 0], [0, -2, 0], [0, 1, 0]]) / 4,
+    np.array([[0, 0, 0], [1, -2, 1], [0, 0, 0]]),
+    np.array([[1, 0, -1], [0, 0, 0], [-1, 0, 1]]) / 4,
+    np.array([[0, 1, 0], [0, -2, 0], [0, 1, 0]]),
 )
 
 
@@ -111,14 +110,22 @@ def test_second_derivatives() -> None:
         expected = per_plane(x, lambda p, kernel=kernel: ndi.correlate(p, kernel, mode="nearest"))
         np.testing.assert_allclose(actual[:, :, k], expected, atol=1e-12)
     actual = spatial_gradient(x, "sobel", 2)
-    for k, (dx, dy, total) in enumerate(((2, 0, 64), (1, 1, 36), (0, 2, 64))):
+    for k, (dx, dy) in enumerate(((2, 0), (1, 1), (0, 2))):
         expected = per_plane(
             x,
             lambda p, dx=dx, dy=dy: cv2.Sobel(
                 p, cv2.CV_64F, dx, dy, ksize=5, borderType=cv2.BORDER_REPLICATE
             ),
         )
-        np.testing.assert_allclose(actual[:, :, k], -expected / total, atol=1e-12)
+        np.testing.assert_allclose(actual[:, :, k], expected / 64, atol=1e-12)
+
+
+@pytest.mark.parametrize("mode", ["sobel", "diff"])
+def test_second_derivatives_of_a_quadric_are_exact(mode: str) -> None:
+    y, x = torch.meshgrid(torch.arange(9.0), torch.arange(11.0), indexing="ij")
+    quadric = 3 * x * x + 5 * x * y - 7 * y * y + 2 * x - y
+    second = spatial_gradient(quadric[None, None], mode, 2)[0, 0, :, 2:-2, 2:-2]
+    assert second.eq(torch.tensor([6.0, 5.0, -14.0])[:, None, None]).all()
 
 
 def test_central_difference_equals_numpy() -> None:

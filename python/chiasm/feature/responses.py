@@ -51,9 +51,7 @@ def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Ten
 def hessian_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
     """Determinant of the Hessian, with the second derivatives of ``spatial_gradient``.
 
-    P. Beaudet, Rotationally invariant image operators, ICPR 1978. As in Kornia, the kernel of each derivative
-    is divided by the sum of its absolute values: with "sobel", the mixed derivative is scaled by 16/9
-    relative to the pure ones, with "diff" by four.
+    P. Beaudet, Rotationally invariant image operators, ICPR 1978.
 
     Args:
         input: (B, C, H, W), floating point.

@@ -21,8 +21,7 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
     First order: "sobel", "scharr" and "prewitt" are 3x3 operators, whose smoothing is 1, 2, 1, or 3, 10, 3
     (H. Scharr, Optimale Operatoren in der digitalen Bildverarbeitung, 2000), or 1, 1, 1 (J. M. S. Prewitt,
     Object enhancement and extraction, 1970); "diff" is the central difference. Second order: "sobel" is a 5x5
-    kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs: these are the
-    mathematical signs for d2/dx2 and d2/dy2 of "diff", and the opposite signs for the others.
+    kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2.
 
     For uint8, the first derivatives (not normalized) are int16; those of "sobel" and "scharr" equal OpenCV's
     ``Sobel`` and ``Scharr`` with CV_16S.
@@ -31,8 +30,8 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
         input: (B, C, H, W), floating point or uint8.
         mode: "sobel" or "diff"; for the first order also "scharr" or "prewitt".
         order: 1 or 2; must be 1 for uint8.
-        normalized: divide each kernel by the sum of its absolute values, so that first derivatives are in
-            intensity per pixel; must be False for uint8.
+        normalized: divide each kernel by its response to a slope of one intensity per pixel, or to a second
+            derivative of one, so that the results are derivatives; must be False for uint8.
 
     Returns:
         (B, C, 2, H, W): d/dx, d/dy; or (B, C, 3, H, W): xx, xy, yy. The dtype is the input's, or int16 for
@@ -102,16 +101,14 @@ def _second_derivatives(p: Tensor, mode: str, normalized: bool) -> Tensor:
         centre = p[..., 1 : width + 1]
         dyy = centre[:, :, 0:height] - 2.0 * centre[:, :, 1 : height + 1] + centre[:, :, 2 : height + 2]
         slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
-        dxy = slope[..., 0:width] - slope[..., 2 : width + 2]
-        scale = 0.25 if normalized else 1.0
-        return torch.stack([dxx * scale, dxy * scale, dyy * scale], 2)
+        dxy = slope[..., 2 : width + 2] - slope[..., 0:width]
+        return torch.stack([dxx, dxy * 0.25 if normalized else dxy, dyy], 2)
     smooth_y, slope_y, curve_y = _five_taps(p, 2)
     dxx = _five_taps(smooth_y, 3)[2]
     dxy = _five_taps(slope_y, 3)[1]
     dyy = _five_taps(curve_y, 3)[0]
-    pure = 1.0 / 64.0 if normalized else 1.0
-    mixed = 1.0 / 36.0 if normalized else 1.0
-    return torch.stack([-pure * dxx, -mixed * dxy, -pure * dyy], 2)
+    # On x^2 / 2, x y and y^2 / 2, whose second derivatives are 1, the kernels give 64.
+    return torch.stack([dxx, dxy, dyy], 2) * (1.0 / 64.0 if normalized else 1.0)
 
 
 def _five_taps(p: Tensor, dim: int) -> Tuple[Tensor, Tensor, Tensor]:

@@ -273,20 +273,17 @@ def get_spatial_gradient_kernel2d(
     check_choice(mode, ["sobel", "diff"], "mode")
     _check_order(order)
     smooth, slope, curve = [0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [1.0, -2.0, 1.0]
-    pairs = [(smooth, slope), (slope, smooth)]
-    if order == 2:
-        pairs = [(smooth, curve), ([-1.0 * tap for tap in slope], slope), (curve, smooth)]
     if mode == "sobel":
         smooth = [1.0, 2.0, 1.0]
-        pairs = [(smooth, slope), (slope, smooth)]
         if order == 2:
-            # The opposite sign of the derivative, as in ``spatial_gradient``.
             smooth, slope, curve = (
-                [-1.0, -4.0, -6.0, -4.0, -1.0],
+                [1.0, 4.0, 6.0, 4.0, 1.0],
                 [-1.0, -2.0, 0.0, 2.0, 1.0],
                 [1.0, 0.0, -2.0, 0.0, 1.0],
             )
-            pairs = [(smooth, curve), ([-1.0 * tap for tap in slope], slope), (curve, smooth)]
+    pairs = [(smooth, slope), (slope, smooth)]
+    if order == 2:
+        pairs = [(smooth, curve), (slope, slope), (curve, smooth)]
     kernels = [[[y * x + 0.0 for x in row] for y in column] for column, row in pairs]
     return torch.tensor(kernels, device=device, dtype=dtype)
 
