@@ -50,7 +50,7 @@ IGNORING = {
     "dice": lambda p, t: losses.dice_loss(p, t),
     "dice macro": lambda p, t: losses.dice_loss(p, t, "macro"),
     "tversky": lambda p, t: losses.tversky_loss(p, t, 0.3, 0.7),
-    "tversky macro": lambda p, t: losses.tversky_loss(p, t, 0.3, 0.7, average="macro"),
+    "tversky micro": lambda p, t: losses.tversky_loss(p, t, 0.3, 0.7, average="micro"),
     "focal": lambda p, t: losses.focal_loss(p, t, 0.25, reduction="mean"),
     "binary focal": lambda p, t: losses.binary_focal_loss_with_logits(
         p, torch.where(t[:, None] == IGNORED, IGNORED, losses.one_hot(t, p.size(1))), reduction="mean"
@@ -152,14 +152,29 @@ def test_tversky_equals_the_formula(shape: tuple[int, ...]) -> None:
     for p, g in class_rows(pred, target):
         hit, false, missed = (p * g).sum(1), (p * ~g).sum(1), ((1 - p) * g).sum(1)
         macro.append(1 - (hit / (hit + 0.3 * false + 0.7 * missed)).mean())
-    assert losses.tversky_loss(pred, target, 0.3, 0.7, average="macro").item() == pytest.approx(
-        np.mean(macro), abs=1e-8
-    )
+    assert losses.tversky_loss(pred, target, 0.3, 0.7).item() == pytest.approx(np.mean(macro), abs=1e-8)
     for average in ("micro", "macro"):
         torch.testing.assert_close(
             losses.tversky_loss(pred, target, 0.5, 0.5, average=average),
             losses.dice_loss(pred, target, average),
         )
+
+
+def test_macro_leaves_absent_classes_out() -> None:
+    pred = torch.randn(2, 4, 5, 6, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    target = torch.zeros(2, 5, 6, dtype=torch.int64)
+    target[0, 2:], target[1] = 3, -100
+    p = scipy.special.softmax(pred[0].numpy(), 0)
+    dice, tversky = [], []
+    for k in (0, 3):
+        g = target[0].numpy() == k
+        hit, false, missed = p[k][g].sum(), p[k][~g].sum(), (1 - p[k][g]).sum()
+        dice.append(1 - 2 * hit / (p[k].sum() + g.sum()))
+        tversky.append(1 - hit / (hit + 0.3 * false + 0.7 * missed))
+    # no pixel of the second sample has a label
+    assert losses.dice_loss(pred, target, "macro").item() == pytest.approx((np.mean(dice) + 1) / 2, abs=1e-8)
+    loss = losses.tversky_loss(pred, target, 0.3, 0.7, eps=0.0)
+    assert loss.item() == pytest.approx((np.mean(tversky) + 1) / 2, abs=1e-8)
 
 
 # --- focal --------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ def dice_loss(
         pred: (B, C, *) logits, floating point.
         target: (B, *) integer labels, 0 to C - 1 or ignore_index.
         average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the
-            classes' quotients.
+            quotients of the classes that a sample's labels have.
         eps: added to the denominator.
         weight: (C,), ones by default: weights of the classes' sums ("micro"), or of their quotients in a
             weighted mean ("macro").
@@ -48,7 +48,7 @@ def dice_loss(
     check_prediction(pred, target, 3)
     both, predicted, labelled = _class_sums(pred, target, ignore_index)
     weights = class_weights(weight, pred, "weight")
-    return _averaged_loss(2.0 * both, predicted + labelled, weights, average, eps)
+    return _averaged_loss(2.0 * both, predicted + labelled, labelled > 0.0, weights, average, eps)
 
 
 def tversky_loss(
@@ -58,15 +58,15 @@ def tversky_loss(
     beta: float,
     eps: float = 1e-8,
     ignore_index: Optional[int] = -100,
-    average: str = "micro",
+    average: str = "macro",
 ) -> Tensor:
     """Tversky loss: 1 - TP / (TP + alpha FP + beta FN + eps), with soft counts from the softmax of pred.
 
     TP, FP and FN are true positives, false positives and false negatives. The result is the mean over the
     batch. S. Salehi et al., Tversky loss function for image segmentation using 3D fully convolutional deep
     networks, MLMI 2017. With alpha = beta = 1/2 it is ``dice_loss``. Every false positive of one class is a
-    false negative of another: summed over all classes ("micro", as in Kornia) the two are equal, and only
-    alpha + beta matters. To weight them differently as in the paper, use "macro".
+    false negative of another: summed over all classes ("micro") the two are equal, and only alpha + beta
+    matters.
 
     Args:
         pred: (B, C, *) logits, floating point.
@@ -76,7 +76,7 @@ def tversky_loss(
         eps: added to the denominator.
         ignore_index: label of pixels that are ignored; None ignores no pixels.
         average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the
-            classes' quotients.
+            quotients of the classes that a sample's labels have.
 
     Returns:
         A scalar from 0 to 1.
@@ -86,16 +86,14 @@ def tversky_loss(
         ValueError: if a shape or average is not as above.
 
     Example:
-        >>> tversky_loss(
-        ...     torch.tensor([[[9.0, -9.0], [-9.0, 9.0]]]), torch.tensor([[0, 0]]), 0.3, 0.7, average="macro"
-        ... )
-        tensor(0.7059)
+        >>> tversky_loss(torch.tensor([[[9.0, -9.0], [-9.0, 9.0]]]), torch.tensor([[0, 0]]), 0.3, 0.7)
+        tensor(0.4118)
     """
     check_choice(average, ["micro", "macro"], "average")
     check_prediction(pred, target, 3)
     both, predicted, labelled = _class_sums(pred, target, ignore_index)
     union = both + alpha * (predicted - both) + beta * (labelled - both)
-    return _averaged_loss(both, union, class_weights(None, pred, "weight"), average, eps)
+    return _averaged_loss(both, union, labelled > 0.0, class_weights(None, pred, "weight"), average, eps)
 
 
 def _class_sums(pred: Tensor, target: Tensor, ignore_index: Optional[int]) -> Tuple[Tensor, Tensor, Tensor]:
@@ -108,9 +106,16 @@ def _class_sums(pred: Tensor, target: Tensor, ignore_index: Optional[int]) -> Tu
     return (probability * label).sum(pixels), probability.sum(pixels), label.sum(pixels)
 
 
-def _averaged_loss(part: Tensor, whole: Tensor, weights: Tensor, average: str, eps: float) -> Tensor:
+def _averaged_loss(
+    part: Tensor, whole: Tensor, present: Tensor, weights: Tensor, average: str, eps: float
+) -> Tensor:
+    """The loss of sums (B, C); ``present``, (B, C), says which classes a sample's labels have."""
     if average == "micro":
         score = (part * weights).sum(1) / ((whole * weights).sum(1) + eps)
     else:
-        score = (part / (whole + eps) * weights).sum(1) / weights.sum()
+        # A sample without labelled pixels has the loss 1.
+        shares = weights * present.to(weights.dtype)
+        total = shares.sum(1)
+        quotients = part / torch.where(present, whole + eps, torch.ones_like(whole))
+        score = (quotients * shares).sum(1) / torch.where(total > 0.0, total, torch.ones_like(total))
     return (1.0 - score).mean()

@@ -294,7 +294,7 @@ _DEFINITION = "the paper's formula in NumPy float64"
 _add_segmentation("dice_loss", "", _DEFINITION)
 _add_segmentation("dice_loss", ".macro_weighted", _DEFINITION, True, average="macro")
 _add_segmentation("tversky_loss", "", _DEFINITION, alpha=0.3, beta=0.7)
-_add_segmentation("tversky_loss", ".macro", _DEFINITION, alpha=0.3, beta=0.7, average="macro")
+_add_segmentation("tversky_loss", ".micro", _DEFINITION, alpha=0.3, beta=0.7, average="micro")
 _add_segmentation(
     "focal_loss", "", "the paper's formula in NumPy float64; torch cross_entropy for gamma = 0", alpha=0.25
 )
