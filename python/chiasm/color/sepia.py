@@ -21,8 +21,8 @@ def sepia(input: Tensor, rescale: bool = True, eps: float = 1e-6) -> Tensor:
 
     Args:
         input: RGB image (*, 3, H, W), floating point or uint8.
-        rescale: divide each channel by its largest value, so that the result does not exceed 1 (for uint8,
-            255).
+        rescale: divide each image by its largest value, so that the result does not exceed 1 (for uint8, 255)
+            and keeps its tint.
         eps: added to that largest value; not used for uint8.
 
     Returns:
@@ -43,7 +43,7 @@ def sepia(input: Tensor, rescale: bool = True, eps: float = 1e-6) -> Tensor:
         return _sepia_of_bytes(input, rescale)
     toned = mix_channels(input, [0.393, 0.769, 0.189, 0.349, 0.686, 0.168, 0.272, 0.534, 0.131], 0.0, "input")
     if rescale:
-        return toned / (greatest(toned, [-2, -1]) + eps)
+        return toned / (greatest(toned, [-3, -2, -1]) + eps)
     return toned
 
 
@@ -58,5 +58,5 @@ def _sepia_of_bytes(input: Tensor, rescale: bool) -> Tensor:
         sums = red.to(torch.float32) * float(row[0]) + green.to(torch.float32) * float(row[1])
         planes.append(sums + blue.to(torch.float32) * float(row[2]))
     toned = torch.stack(planes, -3)
-    most = toned.amax([-2, -1], keepdim=True).clamp(min=1.0).to(torch.float64)
+    most = toned.amax([-3, -2, -1], keepdim=True).clamp(min=1.0).to(torch.float64)
     return torch.floor((510.0 * toned.to(torch.float64) + most) / (2.0 * most)).to(torch.uint8)
