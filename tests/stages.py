@@ -31,8 +31,8 @@ RUNTIME = (
     *(f"runtime/{name}" for name in ("CMake", "base/", "core/", "backends/", "ort/", "python/", "triton/")),
 )
 FAMILIES = (
-    *("augmentation", "color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses"),
-    *("metrics", "morphology", "ops", "pipelines"),
+    *("augmentation", "color", "contrib", "enhance", "feature", "filters", "geometry", "image", "io"),
+    *("losses", "metrics", "morphology", "ops", "pipelines"),
 )
 #: The sources of native code; readers, servers and wheels do not depend on its content.
 ARTIFACTS = ("runtime/artifact/", "python/chiasm/primitives/kernels/", "python/chiasm/export/formats/")

@@ -16,7 +16,7 @@ import textwrap
 from pathlib import Path
 from typing import Any, get_origin
 
-from chiasm.primitives.core.modules import class_name, is_tensor, settings_of
+from chiasm.primitives.core.modules import class_name, has_class, is_tensor, settings_of
 
 PACKAGE = Path(__file__).resolve().parents[1] / "python" / "chiasm"
 HEAD = "# Written by `make stubs` from the signatures of the functions; do not edit.\n"
@@ -51,7 +51,7 @@ def stub(family: Path) -> str:
             lines += [f"from .{node.module or ''} import {', '.join(names)}"] if names else []
     for made in getattr(package, "CLASSES", {}).values():
         lines += _class(made, made.__base__.__name__, made.stored)
-    functions = [n for n in public if inspect.isfunction(getattr(package, n))]
+    functions = [n for n in public if has_class(getattr(package, n))]
     lazy = hasattr(package, "__getattr__")
     classes = [class_name(name) for name in functions if lazy and class_name(name) not in public]
     for function in functions:

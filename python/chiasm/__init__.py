@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # an editor completes chiasm.filters.GaussianBlur2d
         filters,
         geometry,
         image,
+        io,
         losses,
         metrics,
         morphology,

@@ -26,6 +26,7 @@ OPS = (
     "filters",
     "geometry",
     "image",
+    "io",
     "losses",
     "metrics",
     "morphology",

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from chiasm.geometry.conversions import normalize_homography
 from chiasm.geometry.transform import homography_warp
-from chiasm.image import tensor_to_image
+from chiasm.image import tensor_to_frames
 from gallery.layout import GAP, row_of
 from gallery.panels import Panel
 
@@ -58,4 +58,4 @@ def figure(pair: Pair, levels: list[np.ndarray], settings: Settings, path: Path)
 
 
 def _rgb(bgr: Tensor) -> np.ndarray:
-    return tensor_to_image(bgr)[0].numpy()[..., ::-1]
+    return tensor_to_frames(bgr)[0].numpy()[..., ::-1]

@@ -10,13 +10,13 @@ from torch import Tensor
 from chiasm.geometry.conversions import denormalize_homography
 from chiasm.geometry.transform import build_pyramid, homography_warp
 from chiasm.geometry.transform.registrator import mean_over_covered
-from chiasm.image import image_to_tensor, tensor_to_image
+from chiasm.image import frames_to_tensor, tensor_to_frames
 from studies.optimizers import adam
 
 
 def pyramid(frame: Tensor, levels: int) -> List[Tensor]:
     """A frame (H, W, 3), uint8, as images (1, 3, H, W), (1, 3, H // 2, W // 2), ..., float32 in [0, 1]."""
-    return build_pyramid(image_to_tensor(frame), levels)
+    return build_pyramid(frames_to_tensor(frame), levels)
 
 
 def registration_step(
@@ -64,6 +64,6 @@ def warp(frame: Tensor, homography: Tensor) -> Tuple[Tensor, Tensor]:
     size = (frame.size(0), frame.size(1))
     pixels = denormalize_homography(homography, size, size, align_corners=False)
     return (
-        tensor_to_image(homography_warp(image_to_tensor(frame), homography, size))[0],
+        tensor_to_frames(homography_warp(frames_to_tensor(frame), homography, size))[0],
         pixels / pixels[:, 2:, 2:],
     )

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 
 from chiasm.geometry.registration import ImageRegistrator
-from chiasm.image import image_to_tensor
+from chiasm.image import frames_to_tensor
 
 from .descent import Engine, in_pixels
 from .in_cpp import in_cpp
@@ -83,7 +83,7 @@ def runs(pair: Pair, settings: Settings, bundles: Path) -> Iterator[Run]:
     )
     found, ms = timed(
         lambda: registrator.register(
-            *(image_to_tensor(torch.from_numpy(frame)) for frame in (pair.src, pair.dst))
+            *(frames_to_tensor(torch.from_numpy(frame)) for frame in (pair.src, pair.dst))
         )
     )
     yield Run("Python, `ImageRegistrator` with `torch.optim.Adam`", found[0].numpy(), ms)

@@ -18,31 +18,31 @@ from chiasm import image
 def test_bytes_in_and_out(channels: int) -> None:
     levels = torch.round(photo(3, channels, 19, 23) * 255).to(torch.uint8)
     channels_last = levels.permute(0, 2, 3, 1)
-    x = image.image_to_tensor(channels_last)
+    x = image.frames_to_tensor(channels_last)
     np.testing.assert_array_equal(x, levels.numpy().astype(np.float32) / np.float32(255))
     assert x.is_contiguous()
-    assert torch.equal(image.tensor_to_image(x), channels_last)
-    assert torch.equal(image.image_to_tensor(channels_last[0]), x[:1])
-    assert torch.equal(image.image_to_tensor(channels_last[0], keepdim=True), x[0])
-    assert torch.equal(image.image_to_tensor(channels_last, keepdim=True), x)
-    assert torch.equal(image.tensor_to_image(x[0]), channels_last[0])
+    assert torch.equal(image.tensor_to_frames(x), channels_last)
+    assert torch.equal(image.frames_to_tensor(channels_last[0]), x[:1])
+    assert torch.equal(image.frames_to_tensor(channels_last[0], keepdim=True), x[0])
+    assert torch.equal(image.frames_to_tensor(channels_last, keepdim=True), x)
+    assert torch.equal(image.tensor_to_frames(x[0]), channels_last[0])
 
 
 def test_bytes_round_and_saturate_as_opencv() -> None:
     x = photo(1, 3, 37, 53) * 4 - 2
     assert x.min() < 0 and x.max() > 1
     saturated = np.stack([cv2.addWeighted(p, 255.0, p, 0.0, 0.0, dtype=cv2.CV_8U) for p in x[0].numpy()], -1)
-    np.testing.assert_array_equal(image.tensor_to_image(x)[0], saturated)
+    np.testing.assert_array_equal(image.tensor_to_frames(x)[0], saturated)
     halves = torch.arange(256).reshape(1, 1, 256) / 255.0 + 0.5 / 255.0
     exact = halves.double()
     expected = np.clip(np.rint((exact * 255).numpy()), 0, 255)
-    np.testing.assert_array_equal(image.tensor_to_image(exact)[..., 0], expected[0])
+    np.testing.assert_array_equal(image.tensor_to_frames(exact)[..., 0], expected[0])
 
 
 def test_camera_frame() -> None:
-    x = image.image_to_tensor(frame(48, 64))
+    x = image.frames_to_tensor(frame(48, 64))
     assert x.shape == (1, 3, 48, 64) and x.dtype == torch.float32
-    np.testing.assert_array_equal(image.tensor_to_image(x)[0], frame(48, 64))
+    np.testing.assert_array_equal(image.tensor_to_frames(x)[0], frame(48, 64))
 
 
 @pytest.mark.parametrize(
@@ -305,14 +305,14 @@ def test_the_input_is_left_alone_and_bytes_can_be_drawn_on() -> None:
 
 X, P, C = torch.zeros(2, 3, 8, 8), torch.zeros(2, 5, 2), torch.zeros(3)
 WRONG = [
-    (lambda: image.image_to_tensor(X), TypeError, "image: expected dtype torch.uint8, got torch.float32"),
+    (lambda: image.frames_to_tensor(X), TypeError, "image: expected dtype torch.uint8, got torch.float32"),
     (
-        lambda: image.image_to_tensor(X[0, 0].byte()),
+        lambda: image.frames_to_tensor(X[0, 0].byte()),
         ValueError,
         r"image: expected shape \(H, W, C\) or \(B, H, W, C\), got \[8, 8\]",
     ),
-    (lambda: image.tensor_to_image(X.int()), TypeError, "tensor: expected a floating-point"),
-    (lambda: image.tensor_to_image(X[0, 0]), ValueError, "tensor: expected shape"),
+    (lambda: image.tensor_to_frames(X.int()), TypeError, "tensor: expected a floating-point"),
+    (lambda: image.tensor_to_frames(X[0, 0]), ValueError, "tensor: expected shape"),
     (lambda: image.make_grid(X[0]), ValueError, r"tensor: expected shape \(B, C, H, W\)"),
     (lambda: image.make_grid(X, 0), ValueError, "n_row: expected a positive number, got 0"),
     (lambda: image.make_grid(X, 2, -1), ValueError, "padding: expected zero or more, got -1"),

@@ -163,7 +163,7 @@ def test_images_of_any_value_count_somewhere(value):
     assert int(enhance.count_histogram(picture, 8).sum()) in (255, 256)
     assert color.apply_colormap(picture, "jet").shape == (1, 3, 16, 16)
     losses.mutual_information_loss(picture, picture)
-    assert int(image.tensor_to_image(picture).flatten()[3 * 16 + 4]) == (255 if value > 1 else 0)
+    assert int(image.tensor_to_frames(picture).flatten()[3 * 16 + 4]) == (255 if value > 1 else 0)
 
 
 @pytest.mark.parametrize("value", SPECIAL)

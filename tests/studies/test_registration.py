@@ -18,7 +18,7 @@ from skimage.transform import warp as skimage_warp
 
 from chiasm import runtime
 from chiasm.geometry.registration import ImageRegistrator
-from chiasm.image import image_to_tensor
+from chiasm.image import frames_to_tensor
 from studies.registration import bundles as example
 from studies.registration.descent import Engine, in_pixels
 from studies.registration.figure import WIDTH, figure
@@ -121,7 +121,7 @@ def test_finds_the_homography(shown: Pair, eager: list[np.ndarray]) -> None:
 def test_is_the_librarys_registrator(shown: Pair, eager: list[np.ndarray]) -> None:
     registrator = ImageRegistrator(pyramid_levels=SMALL.levels, lr=SMALL.lr, num_iterations=SMALL.iterations)
     found = registrator.register(
-        *(image_to_tensor(torch.from_numpy(frame)) for frame in (shown.src, shown.dst))
+        *(frames_to_tensor(torch.from_numpy(frame)) for frame in (shown.src, shown.dst))
     )
     assert np.abs(found[0].numpy() - eager[-1]).max() < SMALL.tolerance
 

@@ -224,7 +224,7 @@ class LocalFeatureMatcher(Module):
 
     >>> from chiasm.feature import LAFDescriptor
     >>> feature = LocalFeature(
-    ...     ScaleSpaceDetector(20, num_octaves=2, mr_size=3.0), LAFDescriptor(nn.Flatten(), 8)
+    ...     ScaleSpaceDetector(8, num_octaves=2, mr_size=3.0), LAFDescriptor(nn.Flatten(), 8)
     ... )
     >>> img = torch.rand(1, 1, 64, 80, generator=torch.Generator().manual_seed(0))
     >>> points1, points2, distances, valid, _, _ = LocalFeatureMatcher(feature, "smnn")(img, img)

@@ -4,14 +4,25 @@ from typing import Optional
 
 from torch import Tensor, nn
 
-from .conversion import image_to_tensor as image_to_tensor
-from .conversion import tensor_to_image as tensor_to_image
+from .arrays import ImageToTensor as ImageToTensor
+from .arrays import image_list_to_tensor as image_list_to_tensor
+from .arrays import image_to_tensor as image_to_tensor
+from .arrays import tensor_to_image as tensor_to_image
+from .base import ChannelsOrder as ChannelsOrder
+from .base import ColorSpace as ColorSpace
+from .base import ImageLayout as ImageLayout
+from .base import ImageSize as ImageSize
+from .base import PixelFormat as PixelFormat
+from .conversion import frames_to_tensor as frames_to_tensor
+from .conversion import tensor_to_frames as tensor_to_frames
 from .draw import draw_line as draw_line
 from .draw import draw_point2d as draw_point2d
 from .grid import make_grid as make_grid
+from .image import Image as Image
 from .shapes import draw_convex_polygon as draw_convex_polygon
 from .shapes import draw_rectangle as draw_rectangle
-from .size import ImageSize as ImageSize
+from .terminal import image_to_string as image_to_string
+from .terminal import print_image as print_image
 
 class DrawConvexPolygon(nn.Module):
     """`draw_convex_polygon` as a module: Fill one convex polygon in each image: all pixels whose centre
@@ -46,11 +57,10 @@ class DrawRectangle(nn.Module):
     def forward(self, image: Tensor, rectangle: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor, rectangle: Tensor) -> Tensor: ...
 
-class ImageToTensor(nn.Module):
-    """`image_to_tensor` as a module: Convert uint8 with channels last to floating point in [0, 1] with
-    channels first. Unlike in Kornia, the input is a tensor (``torch.from_numpy`` converts an array
-    without a copy), and it is always scaled. The order of the channels is kept: OpenCV's images are
-    BGR."""
+class FramesToTensor(nn.Module):
+    """`frames_to_tensor` as a module: Convert uint8 with channels last to floating point in [0, 1] with
+    channels first. The order of the channels is kept: OpenCV's images are BGR. ``image_to_tensor`` takes
+    an array and does not scale."""
 
     keepdim: bool
     def __init__(self, keepdim: bool = False) -> None: ...
@@ -67,27 +77,38 @@ class MakeGrid(nn.Module):
     def forward(self, tensor: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor) -> Tensor: ...
 
-class TensorToImage(nn.Module):
-    """`tensor_to_image` as a module: Convert floating point in [0, 1] with channels first to uint8 with
+class TensorToFrames(nn.Module):
+    """`tensor_to_frames` as a module: Convert floating point in [0, 1] with channels first to uint8 with
     channels last."""
     def __init__(self) -> None: ...
     def forward(self, tensor: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor) -> Tensor: ...
 
 __all__ = [
+    "ChannelsOrder",
+    "ColorSpace",
     "DrawConvexPolygon",
     "DrawLine",
     "DrawPoint2d",
     "DrawRectangle",
+    "FramesToTensor",
+    "Image",
+    "ImageLayout",
     "ImageSize",
     "ImageToTensor",
     "MakeGrid",
-    "TensorToImage",
+    "PixelFormat",
+    "TensorToFrames",
     "draw_convex_polygon",
     "draw_line",
     "draw_point2d",
     "draw_rectangle",
+    "frames_to_tensor",
+    "image_list_to_tensor",
+    "image_to_string",
     "image_to_tensor",
     "make_grid",
+    "print_image",
+    "tensor_to_frames",
     "tensor_to_image",
 ]

@@ -7,10 +7,9 @@ from ..primitives.core.checks import check_floating, check_tensor
 from ..primitives.numbers.rounding import known_or
 
 
-def image_to_tensor(image: Tensor, keepdim: bool = False) -> Tensor:
-    """Convert uint8 with channels last to floating point in [0, 1] with channels first. Unlike in Kornia, the
-    input is a tensor (``torch.from_numpy`` converts an array without a copy), and it is always scaled. The
-    order of the channels is kept: OpenCV's images are BGR.
+def frames_to_tensor(image: Tensor, keepdim: bool = False) -> Tensor:
+    """Convert uint8 with channels last to floating point in [0, 1] with channels first. The order of the
+    channels is kept: OpenCV's images are BGR. ``image_to_tensor`` takes an array and does not scale.
 
     Args:
         image: (H, W, C) or (B, H, W, C), uint8.
@@ -24,7 +23,7 @@ def image_to_tensor(image: Tensor, keepdim: bool = False) -> Tensor:
         ValueError: if image has neither 3 nor 4 dimensions.
 
     Example:
-        >>> image_to_tensor(torch.full((4, 6, 3), 255, dtype=torch.uint8)).shape
+        >>> frames_to_tensor(torch.full((4, 6, 3), 255, dtype=torch.uint8)).shape
         torch.Size([1, 3, 4, 6])
     """
     check_tensor(image, "image")
@@ -37,11 +36,11 @@ def image_to_tensor(image: Tensor, keepdim: bool = False) -> Tensor:
     return made[0] if keepdim and image.dim() == 3 else made
 
 
-def tensor_to_image(tensor: Tensor) -> Tensor:
+def tensor_to_frames(tensor: Tensor) -> Tensor:
     """Convert floating point in [0, 1] with channels first to uint8 with channels last.
 
     255 times the value is rounded to the nearest integer (ties to even) and saturated, like OpenCV's
-    ``convertTo``. Unlike in Kornia, the result is a tensor; ``.numpy()`` converts it to an array.
+    ``convertTo``. ``tensor_to_image`` makes an array and does not scale.
 
     Args:
         tensor: (C, H, W) or (B, C, H, W), floating point.
@@ -54,7 +53,7 @@ def tensor_to_image(tensor: Tensor) -> Tensor:
         ValueError: if tensor has neither 3 nor 4 dimensions.
 
     Example:
-        >>> tensor_to_image(torch.tensor([0.5, 1.5]).reshape(2, 1, 1))
+        >>> tensor_to_frames(torch.tensor([0.5, 1.5]).reshape(2, 1, 1))
         tensor([[[128, 255]]], dtype=torch.uint8)
     """
     check_floating(tensor, "tensor")

@@ -98,6 +98,16 @@ NOT_DEPLOYED = {
     "geometry.epipolar.find_essential": (
         "the first output of `find_essential_5point`, which is deployed under its name"
     ),
+    **{
+        f"image.{name}": "takes or makes arrays of NumPy, text or files, which are eager Python's"
+        for name in (
+            "image_list_to_tensor",
+            "image_to_string",
+            "image_to_tensor",
+            "print_image",
+            "tensor_to_image",
+        )
+    },
     "geometry.bbox.nms": (
         "how many boxes are left depends on the data (it scripts): `geometry.bbox.nms_fixed`, which returns"
         " all and a mask, is deployed for it"

@@ -13,7 +13,7 @@ from . import add
 
 add(
     Spec(
-        "image.image_to_tensor",
+        "image.frames_to_tensor",
         [
             TensorSpec(
                 "image",
@@ -33,7 +33,7 @@ add(
 )
 add(
     Spec(
-        "image.tensor_to_image",
+        "image.tensor_to_frames",
         [image("tensor")],
         [TensorSpec("output", layout="NHWC", description="bytes")],
         gradients=(),

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 from typing_extensions import Self  # Python's own from 3.11; torch needs the package
 
-from ...image.size import ImageSize
+from ...image.base import ImageSize
 from ...primitives.core.checks import check_floating, check_last
 from ..calibration import distort_points, undistort_points
 from ..vector import Vector2, Vector3, bare

@@ -16,6 +16,7 @@ from typing import (
     Sequence,
     Tuple,
     Type,
+    TypeVar,
     Union,
     get_args,
     get_origin,
@@ -25,6 +26,8 @@ import torch
 from torch import Tensor, nn
 
 from .source import made_from
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class Module(nn.Module):
@@ -169,6 +172,17 @@ _SPELLED = {
 }
 
 
+def eager_only(function: _Function) -> _Function:
+    """Mark a function of arrays, text or files, of which no module class is made."""
+    vars(function)["eager_only"] = True
+    return function
+
+
+def has_class(public: Any) -> bool:
+    """Whether a public name of a package is a function of which a module class is made."""
+    return inspect.isfunction(public) and not hasattr(public, "eager_only")
+
+
 def lazy_modules(
     package: str, functions: Dict[str, Any], forms: Optional[Mapping[str, ModuleForm]] = None
 ) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
@@ -189,14 +203,14 @@ def lazy_modules(
         if wanted in functions:
             return functions[wanted]
         for public in functions["__all__"]:
-            if class_name(public) == wanted and inspect.isfunction(functions[public]):
+            if class_name(public) == wanted and has_class(functions[public]):
                 functions[wanted] = module_class(functions[public], known.get(public, ModuleForm()))
                 return functions[wanted]
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     def __dir__() -> List[str]:
         public: List[str] = functions["__all__"]
-        classes = [class_name(name) for name in public if inspect.isfunction(functions[name])]
+        classes = [class_name(name) for name in public if has_class(functions[name])]
         return sorted({*public, *classes, *others})
 
     return __getattr__, __dir__
