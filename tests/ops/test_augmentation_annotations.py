@@ -9,6 +9,8 @@ from torch import Tensor
 from torchvision.transforms.v2 import functional as vision
 
 from chiasm import augmentation as A
+from chiasm.geometry.boxes import Boxes
+from chiasm.geometry.keypoints import Keypoints
 
 SEEDS = torch.arange(2000) * 1000003
 WHOLE = [
@@ -296,3 +298,28 @@ def test_boxes_narrower_than_a_pixel_keep_their_width() -> None:
     boxes = torch.tensor([[[0.0, 0.0, 0.0, 0.0], [3.0, 2.0, 3.25, 8.0], [3.0, 2.0, 9.0, 8.0]]])
     expected = torch.stack([16 - boxes[..., 2], boxes[..., 1], 16 - boxes[..., 0], boxes[..., 3]], -1)
     assert flip(photos(1), boxes)[1].equal(expected)
+
+
+def test_boxes_and_keypoints_as_objects() -> None:
+    images, corners = photos(), torch.tensor([[[2.0, 3.0, 9.0, 8.0], [0.0, 1.0, 5.0, 5.0]]] * 2)
+    points = torch.tensor([[[2.0, 3.0], [9.0, 8.0]]] * 2)
+    for boxes in (Boxes.from_tensor(corners, "xyxy"), Boxes.from_tensor(corners, "xyxy_plus")):
+        augment = turn(data_keys=["input", "bbox_xyxy", "keypoints"])
+        _, moved, kept = augment(images, boxes, Keypoints(points))
+        assert isinstance(moved, Boxes) and isinstance(kept, Keypoints) and moved.mode == boxes.mode
+        np.testing.assert_allclose(moved.data, turned(boxes.data, 30.0), atol=1e-5)
+        np.testing.assert_allclose(kept.data, turned(points, 30.0), atol=1e-5)
+        _, back, again = augment.inverse(images, moved, kept)
+        np.testing.assert_allclose(back.to_tensor(), corners, atol=1e-4)
+        np.testing.assert_allclose(again.data, points, atol=1e-4)
+    alone = turn(data_keys=["input", "bbox"])(images[0], Boxes.from_tensor(corners[0]))[1]
+    np.testing.assert_allclose(alone.data, turned(Boxes.from_tensor(corners[:1]).data, 30.0), atol=1e-5)
+    named = turn(data_keys=None)({"image": images, "bbox": Boxes.from_tensor(corners), "id": 3})
+    assert isinstance(named["bbox"], Boxes)
+
+
+def test_policies_have_kornias_path() -> None:
+    from chiasm.augmentation.auto import AutoAugment, RandAugment, TrivialAugment
+
+    assert (AutoAugment, RandAugment, TrivialAugment) == (A.AutoAugment, A.RandAugment, A.TrivialAugment)
+    assert A.auto.RandAugment(n=2, m=10)(photos()).shape == photos().shape

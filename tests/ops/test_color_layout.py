@@ -60,6 +60,15 @@ def test_blend_equals_pillow() -> None:
         below = Image.new("RGBA", over.size, (*background.tolist(), 255))
         expected = np.asarray(Image.alpha_composite(below, over))[..., :3].astype(np.float64)
         assert np.abs(hwc(actual, b) * 255 - expected).max() <= 0.51
+    numbers = tuple((background / 255.0).tolist())
+    for given in (
+        numbers,
+        torch.tensor(numbers).view(3, 1, 1),
+        torch.tensor(numbers).view(3, 1, 1).expand(2, 3, 37, 53),
+    ):
+        made = color.rgba_to_rgb(as_bytes(x).double() / 255, given)
+        torch.testing.assert_close(made, actual, rtol=0, atol=1e-7)
+        assert torch.jit.script(color.RgbaToRgb(given))(as_bytes(x).double() / 255).equal(made)
 
 
 def test_bytes_equal_numpy_and_opencv() -> None:
@@ -130,7 +139,12 @@ WRONG = [
     (
         lambda: color.rgba_to_rgb(X[:, [0, 0, 0, 0]], torch.ones(4)),
         ValueError,
-        r"background_color: expected shape \(3,\), got \[4\]",
+        r"background_color: expected shape \(\*, 3, H, W\), got \[4, 1, 1\]",
+    ),
+    (
+        lambda: color.rgba_to_rgb(X[:, [0, 0, 0, 0]], (1.0, 1.0)),
+        ValueError,
+        "background_color: expected 3 numbers, got 2",
     ),
     (
         lambda: color.rgba_to_rgb(X[:, [0, 0, 0, 0]].byte(), torch.ones(3)),

@@ -11,6 +11,7 @@ from chiasm.contrib import (
     CombineTensorPatches,
     ExtractTensorPatches,
     combine_tensor_patches,
+    compute_padding,
     extract_tensor_patches,
 )
 
@@ -44,6 +45,25 @@ def windows(x: np.ndarray, window: object, stride: object, padding: object) -> n
         :, :, :: pair(stride)[0], :: pair(stride)[1]
     ]
     return view.transpose(0, 2, 3, 1, 4, 5).reshape(x.shape[0], -1, x.shape[1], *pair(window))
+
+
+@pytest.mark.parametrize("size", [(8, 9), (5, 31), (3, 7)])
+@pytest.mark.parametrize(("window", "stride"), [(3, None), ((4, 3), (2, 3)), ((5, 2), (3, 2)), ((9, 12), 4)])
+def test_padding_makes_the_last_windows_end_with_the_image(
+    size: tuple[int, int], window: object, stride: object
+) -> None:
+    top, bottom, left, right = compute_padding(size, window, stride)
+    for length, before, after, one, step in zip(
+        size, (top, left), (bottom, right), pair(window), pair(stride or window)
+    ):
+        total = before + length + after
+        fitting = [n for n in range(length, length + one + step) if n >= one and (n - one) % step == 0]
+        assert total == fitting[0] and after - before in (0, 1)
+    x = photo(1, 2, *size)
+    cut = extract_tensor_patches(x, window, stride or window, (top, bottom, left, right))
+    assert combine_tensor_patches(cut, size, window, stride, unpadding=(top, bottom, left, right)).allclose(
+        x, atol=1e-6
+    )
 
 
 def put_together(

@@ -3,10 +3,12 @@
 import importlib
 import inspect
 
+import numpy as np
 import pytest
 import torch
 from test_catalog import arguments, assert_same
 
+from chiasm import enhance
 from chiasm.export.catalog import Entry, catalog
 from chiasm.filters import BilateralBlur, GaussianBlur2d
 from chiasm.primitives.core.modules import class_name
@@ -97,3 +99,16 @@ def test_a_learned_setting_is_a_parameter() -> None:
 def test_unknown_class() -> None:
     with pytest.raises(ImportError, match="Sobell"):
         from chiasm.filters import Sobell  # noqa: F401
+
+
+def test_a_module_that_multiplies() -> None:
+    x = torch.rand(2, 3, dtype=torch.float64)
+    for factor in (0.3, torch.tensor(0.3)):
+        module = enhance.Rescale(factor)
+        np.testing.assert_allclose(torch.jit.script(module)(x), x.numpy() * float(factor), rtol=1e-12)
+    assert enhance.Rescale(0.5)(torch.tensor([3], dtype=torch.uint8)).item() == 1.5
+    assert enhance.Rescale(torch.tensor(0.5)).to(torch.float16).factor.dtype == torch.float16
+    with pytest.raises(ValueError, match=r"^factor: expected a tensor without dimensions, got \[1\]"):
+        enhance.Rescale(torch.ones(1))
+    with pytest.raises(TypeError, match=r"^factor: expected a number or a tensor, got str"):
+        enhance.Rescale("2")  # pyright: ignore[reportArgumentType]

@@ -153,3 +153,11 @@ WRONG = [
 def test_message(call, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_registration_says_how_it_goes(capsys: pytest.CaptureFixture[str]) -> None:
+    image = torch.rand(1, 1, 32, 40, generator=torch.Generator().manual_seed(0))
+    registrator = ImageRegistrator("similarity", num_iterations=2, pyramid_levels=2)
+    registrator.register(image, image, True)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(":")[0] for line in lines] == ["20 x 16 pixels", "40 x 32 pixels"]

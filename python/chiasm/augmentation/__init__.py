@@ -1,6 +1,7 @@
 """Random augmentations of training images, written as functions of seeds, so that they export like every
 op."""
 
+from . import auto
 from .affine import RandomAffine, RandomShear, RandomTranslate, random_affine
 from .base import (
     AugmentationBase2D,
@@ -164,6 +165,7 @@ __all__ = [
     "SmallestMaxSize",
     "VideoSequential",
     "aug_mix",
+    "auto",
     "auto_augment",
     "rand_augment",
     "random_affine",

@@ -5,6 +5,7 @@ from typing import List, Optional, Sequence, Tuple, Union
 
 from torch import Tensor
 
+from . import auto as auto
 from .affine import RandomAffine as RandomAffine
 from .affine import RandomShear as RandomShear
 from .affine import RandomTranslate as RandomTranslate
@@ -799,6 +800,7 @@ __all__ = [
     "TrivialAugment",
     "VideoSequential",
     "aug_mix",
+    "auto",
     "auto_augment",
     "rand_augment",
     "random_affine",

@@ -5,6 +5,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, cast
 import torch
 from torch import Tensor, nn
 
+from ..geometry.held import Held
 from ..primitives.core.checks import check_rank
 from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, integers, ranks, split, uniform
@@ -15,7 +16,7 @@ from .cut import Cut
 from .cut3d import Cut3D
 from .drawn_sizes import Sized
 from .iou_crop import RandomIoUCrop
-from .keys import keys_of_call, on_dict, read_keys
+from .keys import keys_of_call, on_dict, on_held, read_keys
 from .mixing import MixAugmentationBase, RandomMosaic
 from .patch_mix import PatchMix
 from .resizing import Resize
@@ -118,9 +119,10 @@ class AugmentationSequential(Module):
         data_keys: the arguments of a call: "input" (or "image"), and any number of "mask" (B, C, H, W) of
             any dtype, "bbox" (B, N, 4, 2) with the centres of corner pixels, "bbox_xyxy" and "bbox_xywh" (B,
             N, 4) with the edges of boxes, "keypoints" (B, N, 2), and "class" (or "label"), which stays as it
-            is. Boxes and keypoints may be a list of B tensors (N, ...) of different lengths; of whole numbers
-            they become float32. A second "input" is changed as the first one. A call also takes a dict, whose
-            keys are these words, maybe with "_" or "-" and more ("mask_left"); other items stay as they are.
+            is. Boxes and keypoints may be a list of B tensors (N, ...) of different lengths, or ``Boxes`` and
+            ``Keypoints`` of ``geometry``; of whole numbers they become float32. A second "input" is changed
+            as the first one. A call also takes a dict, whose keys are these words, maybe with "_" or "-" and
+            more ("mask_left"); other items stay as they are.
         same_on_batch: True or False overrides the setting of each augmentation.
         keepdim: True returns an image without a batch dimension for an image without one.
         random_apply: how many steps are applied to each sample, in their order: a number, (least, greatest),
@@ -198,6 +200,8 @@ class AugmentationSequential(Module):
         if len(args) == 2 and self.data_keys == ["input"] and data_keys is None and seed is None:
             return super().__call__(args[0], args[1])  # forward's own arguments, images and seeds
         keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args))
+        if any(isinstance(arg, Held) for arg in args):
+            return on_held(self.__call__, args, keys, params=params, seed=seed, generator=generator)
         data, single = self._batched(keys, args)
         first = keys.index("input")
         if seed is None:
@@ -243,6 +247,8 @@ class AugmentationSequential(Module):
         if len(args) == 1 and isinstance(args[0], dict):
             return on_dict(self.inverse, args[0], _KEYS, params=params)
         keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args), with_image=False)
+        if any(isinstance(arg, Held) for arg in args):
+            return on_held(self.inverse, args, keys, params=params)
         params = self._params if params is None else params
         self._check_params(params)
         data, single = self._batched(keys, args, shape_of(params[0])[0] if params else -1)

@@ -2,6 +2,8 @@
 
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
+from ..geometry.held import Held
+
 #: Other names of keys, from Kornia.
 _ALIASES = {"image": "input", "label": "class"}
 
@@ -46,6 +48,18 @@ def on_dict(call: Callable[..., Any], data: Dict[str, Any], known: Sequence[str]
         raise ValueError(f"args: expected a dict with some of the keys {list(known)}, got {list(data)}")
     made = call(*[data[name] for name in names], data_keys=[keys[name] for name in names], **settings)
     return {**data, **dict(zip(names, made if len(names) > 1 else [made]))}
+
+
+def on_held(call: Callable[..., Any], args: Sequence[Any], keys: List[str], **settings: Any) -> Any:
+    """What ``call`` makes of arguments among which are ``Boxes`` and ``Keypoints``, which come back as such.
+    Boxes hold the centres of their corner pixels, whatever format they show."""
+    held = [isinstance(arg, Held) for arg in args]
+    tensors = [arg.data if one else arg for arg, one in zip(args, held)]
+    data_keys = ["bbox" if one and key.startswith("bbox") else key for key, one in zip(keys, held)]
+    made = call(*tensors, data_keys=data_keys, **settings)
+    made = made if len(args) > 1 else [made]
+    made = [arg._with(value) if one else value for arg, value, one in zip(args, made, held)]
+    return made if len(args) > 1 else made[0]
 
 
 def keys_of_call(

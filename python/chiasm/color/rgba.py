@@ -1,11 +1,11 @@
 """The alpha channel."""
 
-from typing import List, Optional, Union
+from typing import List, Optional, Tuple, Union
 
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_number, check_rgb, check_tensor
+from ..primitives.core.checks import check_floating, check_number, check_rgb, check_triple
 from ..primitives.core.pixels import check_pixel_value
 from ..primitives.images.color_planes import arranged, check_channels
 
@@ -54,36 +54,45 @@ def bgr_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
     return _with_alpha(image, [2, 1, 0], alpha_val)
 
 
-def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Tensor:
+def rgba_to_rgb(
+    image: Tensor, background_color: Optional[Union[Tensor, Tuple[float, float, float]]] = None
+) -> Tensor:
     """Drop the alpha channel, or blend with a background: alpha C + (1 - alpha) background.
 
     T. Porter, T. Duff, Compositing digital images, SIGGRAPH 1984 ("over", alpha not premultiplied).
 
     Args:
         image: RGBA image (*, 4, H, W), any dtype; with a background, floating point with alpha in [0, 1].
-        background_color: (3,) red, green, blue. Without it alpha is ignored, as in OpenCV.
+        background_color: red, green, blue: three numbers, (3,), or an image (*, 3, H, W) or (*, 3, 1, 1).
+            Without it alpha is ignored, as in OpenCV.
 
     Returns:
         (*, 3, H, W): red, green, blue.
 
     Raises:
         TypeError: if there is a background and image is not floating point.
-        ValueError: if image is not (*, 4, H, W) or background_color is not (3,).
+        ValueError: if image is not (*, 4, H, W) or background_color is not as above.
 
     Example:
-        >>> rgba_to_rgb(torch.tensor([1.0, 0.0, 0.0, 0.25]).reshape(1, 4, 1, 1), torch.ones(3)).flatten()
+        >>> red = torch.tensor([1.0, 0.0, 0.0, 0.25]).reshape(1, 4, 1, 1)
+        >>> rgba_to_rgb(red, (1.0, 1.0, 1.0)).flatten()
         tensor([1.0000, 0.7500, 0.7500])
     """
     check_channels(image, 4, "image")
     if background_color is None:
         return arranged(image, [0, 1, 2], 0.0)
     check_floating(image, "image")
-    check_tensor(background_color, "background_color")
-    if background_color.dim() != 1 or background_color.size(0) != 3:
-        raise ValueError(f"background_color: expected shape (3,), got {list(background_color.shape)}")
-    back = background_color.to(image.dtype)
     alpha = image.select(-3, 3)
-    return torch.stack([back[i] + alpha * (image.select(-3, i) - back[i]) for i in range(3)], -3)
+    if isinstance(background_color, Tensor):
+        back = background_color.to(image.dtype)
+        back = back[:, None, None] if back.dim() == 1 else back
+        check_channels(back, 3, "background_color")
+        planes = [back.select(-3, i) for i in range(3)]
+    else:
+        check_triple(background_color, "background_color")
+        red, green, blue = background_color
+        planes = [torch.full_like(alpha, red), torch.full_like(alpha, green), torch.full_like(alpha, blue)]
+    return torch.stack([p + alpha * (image.select(-3, i) - p) for i, p in enumerate(planes)], -3)
 
 
 def rgba_to_bgr(image: Tensor) -> Tensor:

@@ -11,12 +11,13 @@ from .distance_transform import distance_transform, distance_transform_edt
 from .histogram import histogram_matching, interp
 from .image_stitcher import ImageStitcher
 from .kmeans import KMeans, kmeans
-from .patches import combine_tensor_patches, extract_tensor_patches
+from .patches import combine_tensor_patches, compute_padding, extract_tensor_patches
 
 __all__ = [
     "ImageStitcher",
     "KMeans",
     "combine_tensor_patches",
+    "compute_padding",
     "connected_components",
     "connected_components_union_find",
     "connected_components_with_stats",

@@ -16,6 +16,7 @@ from .image_stitcher import ImageStitcher as ImageStitcher
 from .kmeans import KMeans as KMeans
 from .kmeans import kmeans as kmeans
 from .patches import combine_tensor_patches as combine_tensor_patches
+from .patches import compute_padding as compute_padding
 from .patches import extract_tensor_patches as extract_tensor_patches
 
 class CombineTensorPatches(nn.Module):
@@ -39,6 +40,22 @@ class CombineTensorPatches(nn.Module):
     ) -> None: ...
     def forward(self, patches: Tensor) -> Tensor: ...
     def __call__(self, patches: Tensor) -> Tensor: ...
+
+class ComputePadding(nn.Module):
+    """`compute_padding` as a module: The padding by which the last windows end with the image, as
+    ``allow_auto_padding`` adds it."""
+
+    original_size: Union[int, Tuple[int, int]]
+    window_size: Union[int, Tuple[int, int]]
+    stride: Union[int, Tuple[int, int], None]
+    def __init__(
+        self,
+        original_size: Union[int, Tuple[int, int]],
+        window_size: Union[int, Tuple[int, int]],
+        stride: Union[int, Tuple[int, int], None] = None,
+    ) -> None: ...
+    def forward(self) -> Tuple[int, int, int, int]: ...
+    def __call__(self) -> Tuple[int, int, int, int]: ...
 
 class ConnectedComponents(nn.Module):
     """`connected_components` as a module: Label the 8-connected components of a binary image. In Kornia,
@@ -137,6 +154,7 @@ class Interp(nn.Module):
 
 __all__ = [
     "CombineTensorPatches",
+    "ComputePadding",
     "ConnectedComponents",
     "ConnectedComponentsUnionFind",
     "ConnectedComponentsWithStats",
@@ -149,6 +167,7 @@ __all__ = [
     "Interp",
     "KMeans",
     "combine_tensor_patches",
+    "compute_padding",
     "connected_components",
     "connected_components_union_find",
     "connected_components_with_stats",

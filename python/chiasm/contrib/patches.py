@@ -121,6 +121,40 @@ def combine_tensor_patches(
     return image / (count + eps)
 
 
+def compute_padding(
+    original_size: Union[int, Tuple[int, int]],
+    window_size: Union[int, Tuple[int, int]],
+    stride: Optional[Union[int, Tuple[int, int]]] = None,
+) -> Tuple[int, int, int, int]:
+    """The padding by which the last windows end with the image, as ``allow_auto_padding`` adds it.
+
+    Args:
+        original_size: (H, W) of the image, or one number for both.
+        window_size: (rows, columns) of the windows.
+        stride: the distance of windows; by default they are adjacent.
+
+    Returns:
+        Above, below, left and right, of which those before are the same or one less.
+
+    Raises:
+        ValueError: if a size or a stride is not positive.
+
+    Example:
+        >>> compute_padding((32, 40), 7)
+        (1, 2, 1, 1)
+    """
+    height, width = positive_pair(original_size, "original_size")
+    rows, columns = positive_pair(window_size, "window_size")
+    down, right = positive_pair(window_size if stride is None else stride, "stride")
+    more_rows, more_columns = _missing(height - rows, down), _missing(width - columns, right)
+    return more_rows // 2, more_rows - more_rows // 2, more_columns // 2, more_columns - more_columns // 2
+
+
+def _missing(room: int, stride: int) -> int:
+    """The pixels that an axis lacks beyond its first window and ``room`` more, to hold whole steps."""
+    return -room if room < 0 else (stride - room % stride) % stride
+
+
 def _windows(
     size: int, window: int, stride: int, before: int, after: int, is_fitted: bool
 ) -> Tuple[int, int]:

@@ -11,7 +11,7 @@ from .adjust import (
     adjust_saturation_with_gray_subtraction,
     adjust_sigmoid,
 )
-from .arithmetic import add_weighted, invert, shift_rgb
+from .arithmetic import Rescale, add_weighted, invert, shift_rgb
 from .clahe import clahe, equalize_clahe
 from .counting import count_histogram
 from .density import histogram, histogram2d, image_histogram2d
@@ -29,6 +29,7 @@ from .whitening import linear_transform, zca_mean, zca_whiten
 from .zca import ZCAWhitening
 
 __all__ = [
+    "Rescale",
     "ThresholdType",
     "ZCAWhitening",
     "add_weighted",

@@ -12,6 +12,7 @@ from .adjust import adjust_gamma as adjust_gamma
 from .adjust import adjust_log as adjust_log
 from .adjust import adjust_saturation_with_gray_subtraction as adjust_saturation_with_gray_subtraction
 from .adjust import adjust_sigmoid as adjust_sigmoid
+from .arithmetic import Rescale as Rescale
 from .arithmetic import add_weighted as add_weighted
 from .arithmetic import invert as invert
 from .arithmetic import shift_rgb as shift_rgb
@@ -487,6 +488,7 @@ __all__ = [
     "Normalize",
     "NormalizeMinMax",
     "Posterize",
+    "Rescale",
     "Sharpness",
     "ShiftRgb",
     "Solarize",

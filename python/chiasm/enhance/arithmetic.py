@@ -6,7 +6,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import per_sample
-from ..primitives.core.checks import check_floating, check_rgb, check_values
+from ..primitives.core.checks import check_floating, check_number, check_rgb, check_tensor, check_values
+from ..primitives.core.modules import Module, hold
 from ..primitives.core.pixels import weighted_sum
 from ..primitives.images.tables import levels, table_entries
 
@@ -120,3 +121,37 @@ def shift_rgb(image: Tensor, r_shift: Tensor, g_shift: Tensor, b_shift: Tensor) 
     green = green + per_sample(g_shift, green, "g_shift")
     blue = blue + per_sample(b_shift, blue, "b_shift")
     return torch.stack([red, green, blue], 1).clamp(0.0, 1.0)
+
+
+class Rescale(Module):
+    """Multiply every value by a factor.
+
+    Args:
+        factor: a number, or a tensor without dimensions, which moves with the module.
+
+    ``forward`` takes a tensor of any shape; integers become floating point, unless factor is an integer
+    tensor.
+
+    Raises:
+        TypeError: if factor is neither.
+        ValueError: if factor is a tensor with dimensions, or not finite.
+
+    Example:
+        >>> Rescale(2.0)(torch.tensor([0.5, 1.0]))
+        tensor([1., 2.])
+    """
+
+    def __init__(self, factor: Union[float, Tensor]) -> None:
+        super().__init__()
+        if not isinstance(factor, Tensor):
+            check_number(factor, "factor")
+            self.factor = float(factor)
+        elif factor.dim() == 0:
+            hold(self, "factor", factor)
+        else:
+            raise ValueError(f"factor: expected a tensor without dimensions, got {list(factor.shape)}")
+
+    def forward(self, input: Tensor) -> Tensor:
+        """The product."""
+        check_tensor(input, "input")
+        return input * self.factor

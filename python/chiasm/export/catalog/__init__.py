@@ -108,6 +108,9 @@ NOT_DEPLOYED = {
             "tensor_to_image",
         )
     },
+    "contrib.compute_padding": (
+        "takes no tensor: its result is an argument of `contrib.extract_tensor_patches` (it scripts)"
+    ),
     "geometry.bbox.nms": (
         "how many boxes are left depends on the data (it scripts): `geometry.bbox.nms_fixed`, which returns"
         " all and a mask, is deployed for it"

@@ -187,13 +187,18 @@ class ImageRegistrator(Module):
 
     @torch.enable_grad()
     def register(
-        self, src_img: Tensor, dst_img: Tensor, output_intermediate_models: bool = False
+        self,
+        src_img: Tensor,
+        dst_img: Tensor,
+        verbose: bool = False,
+        output_intermediate_models: bool = False,
     ) -> Union[Tensor, Tuple[Tensor, List[Tensor]]]:
         """Learn the transforms that align source images with destination images, starting from the identity.
 
         Args:
             src_img: (B, C, H, W), floating point, values of the order of 1.
             dst_img: (B, C, H, W); with ``allow_shape_mismatch`` of any height and width.
+            verbose: print the loss at the end of each level.
             output_intermediate_models: also return the transforms of each level, the coarsest first.
 
         Returns:
@@ -221,6 +226,9 @@ class ImageRegistrator(Module):
         for source, target in zip(sources[::-1], targets[::-1]):
             self._descend(source, target)
             models.append(self.model().detach())
+            if verbose:
+                loss = self.get_single_level_loss(source, target, models[-1])
+                print(f"{source.size(3)} x {source.size(2)} pixels: loss {loss.item():.6f}")
         return (models[-1], models) if output_intermediate_models else models[-1]
 
     def warp_src_into_dst(self, src_img: Tensor) -> Tensor:
