@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # an editor completes chiasm.filters.GaussianBlur2d
     from . import (  # noqa: F401
         augmentation,
         color,
+        constants,
         contrib,
         data,
         doctor,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:  # an editor completes chiasm.filters.GaussianBlur2d
 
 __version__ = "0.1.0"
 
-_SUBMODULES = (*OPS, "data", "doctor", "export", "onnx", "runtime", "triton")
+_SUBMODULES = (*OPS, "constants", "data", "doctor", "export", "onnx", "runtime", "triton")
 
 sys.meta_path.append(MissingOps)
 

@@ -9,6 +9,7 @@ from torch import Tensor
 from torchvision.transforms.v2 import functional as vision
 
 from chiasm import augmentation as A
+from chiasm import constants
 from chiasm.geometry.boxes import Boxes
 from chiasm.geometry.keypoints import Keypoints
 
@@ -323,3 +324,28 @@ def test_policies_have_kornias_path() -> None:
 
     assert (AutoAugment, RandAugment, TrivialAugment) == (A.AutoAugment, A.RandAugment, A.TrivialAugment)
     assert A.auto.RandAugment(n=2, m=10)(photos()).shape == photos().shape
+
+
+def test_settings_are_members_of_kornias_enumerations() -> None:
+    images = photos()
+    assert constants.Resample.get("Bicubic") is constants.Resample.get(2) is constants.Resample.BICUBIC
+    assert constants.DataKey.IMAGE is constants.DataKey.INPUT
+    with pytest.raises(ValueError, match=r"^value: expected one of \['constant', .*\], got 'wrap'"):
+        constants.BorderType.get("wrap")
+    for member in constants.Resample:
+        made = A.RandomRotation(50.0, resample=member, p=1.0)  # pyright: ignore[reportArgumentType]
+        same = A.RandomRotation(50.0, resample=member.name.lower(), p=1.0)
+        assert made(images, seed=SEEDS[:2]).equal(same(images, seed=SEEDS[:2]))
+    for name in ("ZEROS", "BORDER", "REFLECTION"):
+        for kind in (
+            lambda mode: A.RandomShear(20.0, padding_mode=mode, p=1.0),
+            lambda mode: A.RandomThinPlateSpline(padding_mode=mode, p=1.0),
+            lambda mode: A.RandomElasticTransform((5, 5), (2.0, 2.0), padding_mode=mode, p=1.0),
+        ):
+            made, same = kind(constants.SamplePadding[name]), kind(name.lower())
+            assert made(images, seed=SEEDS[:2]).equal(same(images, seed=SEEDS[:2]))
+    keys = constants.DataKey
+    flip = A.AugmentationSequential(
+        A.RandomHorizontalFlip(p=1.0), data_keys=[keys.INPUT, keys.KEYPOINTS, keys.CLASS]
+    )
+    assert flip(images, torch.zeros(2, 1, 2), torch.arange(2))[1].tolist() == [[[15.0, 0.0]]] * 2

@@ -113,6 +113,26 @@ def test_two_views_of_a_photo(mode: str) -> None:
         assert (part[~valid] == 0).all()
 
 
+def test_a_dictionary_of_images_gives_one_of_matches() -> None:
+    img = photo("coffee.png")
+    first, second = torch.cat([img, img.flip(3)]), torch.cat([0.8 * img, img.flip(3)])
+    described = feature.LocalFeature(detector(), feature.LAFDescriptor(feature.SiftDescribe(), 32))
+    module = feature.LocalFeatureMatcher(described, feature.DescriptorMatcher("smnn", 0.9))
+    points1, points2, distances, valid, lafs1, lafs2 = module(first, second)
+    found = module({"image0": first, "image1": second})
+    rows = [(b, k) for b in range(2) for k in range(SLOTS) if valid[b, k]]
+    assert len(rows) > 8 and found["batch_indexes"].tolist() == [b for b, _ in rows]
+    for name, values in {"keypoints0": points1, "keypoints1": points2, "confidence": 1 - distances}.items():
+        assert found[name].equal(torch.stack([values[row] for row in rows]))
+    for name, frames in {"lafs0": lafs1, "lafs1": lafs2}.items():
+        assert found[name].equal(torch.stack([frames[row] for row in rows])[None])
+    by_hand = feature.match_smnn(*(described(i)[3] for i in (first, second)), 0.9)
+    assert by_hand[2].sum() >= len(rows)
+    torch.jit.script(module)
+    with pytest.raises(ValueError, match=r"^data: expected 'image0' and 'image1', got \['image0'\]"):
+        module({"image0": first})
+
+
 class Grid(nn.Module):
     """A detector that returns the same positions for all images."""
 

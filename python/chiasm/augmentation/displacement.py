@@ -15,7 +15,7 @@ from ..primitives.resampling.warping import normalized_axis, position_dtype
 from .annotations import moved_mask
 from .base import AugmentationBase2D, Range, as_mode, check_batch, select
 from .decisions import below
-from .settings import fixed, number, whole
+from .settings import fixed, number, whole, word
 
 
 def _noise(seed: Tensor, height: int, width: int) -> Tensor:
@@ -94,7 +94,7 @@ class RandomElasticTransform(AugmentationBase2D):
         self.align_corners, self.resample, self.padding_mode = (
             bool(align_corners),
             as_mode(resample),
-            padding_mode,
+            word("padding_mode", padding_mode),
         )
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
@@ -202,7 +202,7 @@ class RandomThinPlateSpline(AugmentationBase2D):
     ) -> None:
         super().__init__(p, 1.0, same_on_batch, keepdim)
         self.scale, self.align_corners = number("scale", scale), bool(align_corners)
-        self.padding_mode = padding_mode
+        self.padding_mode = word("padding_mode", padding_mode)
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         source, target = _control_points(seed, self.scale)

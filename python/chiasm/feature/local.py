@@ -8,7 +8,7 @@ nn.Module that torch.jit.script accepts; its ``forward`` must be annotated, sinc
 argument without annotation for a Tensor.
 """
 
-from typing import List, Optional, Tuple, Union
+from typing import Any, List, Optional, Tuple, Union
 
 import torch
 from torch import Tensor, nn
@@ -21,6 +21,7 @@ from .adalam import match_adalam
 from .detection import detect_keypoints
 from .laf import get_laf_center
 from .matching import match_fginn, match_mnn, match_nn, match_smnn, match_snn
+from .patch_modules import DescriptorMatcher
 from .response_modules import response_name
 
 _MODES = ["nn", "mnn", "snn", "smnn", "fginn", "adalam"]
@@ -215,7 +216,12 @@ class LocalFeatureMatcher(Module):
 
     Args:
         local_feature: ``LocalFeature``, or any module that takes an image and returns the same.
-        matcher: a mode of ``GeometryAwareDescriptorMatcher``, or any matcher (see above).
+        matcher: a mode of ``GeometryAwareDescriptorMatcher``, or any matcher (see above), or a
+            ``DescriptorMatcher``, whose mode and ratio are taken.
+
+    In eager Python a call also takes Kornia's dictionary, of "image0" and "image1", and returns Kornia's, of
+    the M matches of all pairs of images: "keypoints0" and "keypoints1" (M, 2), "lafs0" and "lafs1"
+    (1, M, 2, 3), "confidence" (M,), 1 less the distance, and "batch_indexes" (M,), the number of each pair.
 
     ``forward`` takes two images of the same batch and any two sizes. It returns, for each of the K slots of
     the first image: points1 and points2 (B, K, 2), x and y in pixels; distances (B, K) from the matcher;
@@ -235,7 +241,27 @@ class LocalFeatureMatcher(Module):
     def __init__(self, local_feature: nn.Module, matcher: Union[str, nn.Module] = "smnn") -> None:
         super().__init__()
         self.local_feature = local_feature
+        if isinstance(matcher, DescriptorMatcher):
+            matcher = GeometryAwareDescriptorMatcher(matcher.match_mode, matcher.th)
         self.matcher = GeometryAwareDescriptorMatcher(matcher) if isinstance(matcher, str) else matcher
+
+    def __call__(self, *images: Any) -> Any:
+        """``forward``, or what Kornia's class makes of its dictionary."""
+        if len(images) != 1 or not isinstance(images[0], dict):
+            return super().__call__(*images)
+        given = images[0]
+        if set(given) != {"image0", "image1"}:
+            raise ValueError(f"data: expected 'image0' and 'image1', got {sorted(given)}")
+        made = super().__call__(given["image0"], given["image1"])
+        points1, points2, distances, valid, lafs1, lafs2 = made
+        return {
+            "keypoints0": points1[valid],
+            "keypoints1": points2[valid],
+            "lafs0": lafs1[valid][None],
+            "lafs1": lafs2[valid][None],
+            "confidence": 1.0 - distances[valid],
+            "batch_indexes": valid.nonzero()[:, 0],
+        }
 
     def forward(self, img1: Tensor, img2: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
         lafs1, _, valid1, descriptors1 = self.local_feature(img1)
