@@ -289,8 +289,7 @@ class RgbToRaw(nn.Module):
 
 class RgbToRgb255(nn.Module):
     """`rgb_to_rgb255` as a module: Convert an image in [0, 1] to uint8: 255 times the value, rounded
-    (halves to even) and saturated. This is the conversion of OpenCV's ``convertTo`` with scale 255.
-    Kornia cuts the fraction off instead."""
+    (halves to even) and saturated. This is the conversion of OpenCV's ``convertTo`` with scale 255."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...

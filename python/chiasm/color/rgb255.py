@@ -10,7 +10,7 @@ from ..primitives.numbers.rounding import known_or
 
 def rgb_to_rgb255(image: Tensor) -> Tensor:
     """Convert an image in [0, 1] to uint8: 255 times the value, rounded (halves to even) and saturated. This
-    is the conversion of OpenCV's ``convertTo`` with scale 255. Kornia cuts the fraction off instead.
+    is the conversion of OpenCV's ``convertTo`` with scale 255.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 1], floating point.

@@ -28,8 +28,7 @@ def canny(
     low threshold that is connected to a pixel above the high threshold. The gradient is the unnormalized
     Sobel gradient of the blurred image. A pixel is on a ridge if its magnitude exceeds that of both
     neighbours along the gradient direction, rounded to 45 degrees; outside the image the magnitude is 0. If
-    the two pixels at an ideal step have equal magnitudes, the left or upper one is the ridge, as in OpenCV;
-    in Kornia neither is.
+    the two pixels at an ideal step have equal magnitudes, the left or upper one is the ridge, as in OpenCV.
 
     Weak edges are followed to their end by union-find. The number of steps grows with the logarithm of their
     length; a spiral of one pixel width over a whole 1080p frame needs fewer than ten steps.

@@ -13,8 +13,7 @@ def median_blur(
 ) -> Tensor:
     """Replace each pixel by the median of its neighbourhood.
 
-    Kornia pads with zeros, which is ``border_type="constant"`` here; OpenCV replicates the border. The
-    gradient goes to the median element; equal elements share it.
+    OpenCV replicates the border. The gradient goes to the median element; equal elements share it.
 
     Args:
         input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted

@@ -21,8 +21,7 @@ def draw_rectangle(
 ) -> Tensor:
     """Draw rectangles, later ones over earlier ones.
 
-    Unlike Kornia, this op does not change its input, rounds coordinates instead of truncating them, and draws
-    the complete corners of wide lines.
+    Unlike Kornia, this op does not change its input, and wide lines are centred on the edges, as in OpenCV.
 
     Args:
         image: (B, C, H, W), any dtype.

@@ -43,8 +43,7 @@ class BottomHat(nn.Module):
 class Closing(nn.Module):
     """`closing` as a module: Close: dilation, then erosion, which removes dark details smaller than the
     element. Like SciPy's ``grey_closing``. The dilation counts the origin from the element's other end,
-    so that the result is never below tensor for any origin. Kornia does not, so it differs for even
-    sizes and off-centre origins."""
+    so that the result is never below tensor for any origin."""
 
     structuring_element: Optional[Tensor]
     origin: Optional[List[int]]
@@ -162,8 +161,7 @@ class MinFilter2d(nn.Module):
 class Opening(nn.Module):
     """`opening` as a module: Open: erosion, then dilation, which removes bright details smaller than the
     element. Like SciPy's ``grey_opening``. The dilation counts the origin from the element's other end,
-    so that the result never exceeds tensor for any origin. Kornia does not, so it differs for even sizes
-    and off-centre origins."""
+    so that the result never exceeds tensor for any origin."""
 
     structuring_element: Optional[Tensor]
     origin: Optional[List[int]]

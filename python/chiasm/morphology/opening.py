@@ -20,7 +20,7 @@ def opening(
 ) -> Tensor:
     """Open: erosion, then dilation, which removes bright details smaller than the element. Like SciPy's
     ``grey_opening``. The dilation counts the origin from the element's other end, so that the result never
-    exceeds tensor for any origin. Kornia does not, so it differs for even sizes and off-centre origins.
+    exceeds tensor for any origin.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
@@ -63,7 +63,7 @@ def closing(
 ) -> Tensor:
     """Close: dilation, then erosion, which removes dark details smaller than the element. Like SciPy's
     ``grey_closing``. The dilation counts the origin from the element's other end, so that the result is never
-    below tensor for any origin. Kornia does not, so it differs for even sizes and off-centre origins.
+    below tensor for any origin.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
