@@ -4,7 +4,9 @@ import inspect
 import math
 from typing import Any
 
+import numpy as np
 import pytest
+import scipy.ndimage
 import torch
 from torch import Tensor
 
@@ -200,3 +202,9 @@ def test_whole_numbers_may_be_floats() -> None:
     labels = torch.arange(5)
     one, other = A.RandomCutMixV2(2.0), A.RandomCutMixV2(2)
     assert one(x, labels, seed=SEED)[0].equal(other(x, labels, seed=SEED)[0])
+
+
+def test_medians_reflect_at_the_border() -> None:
+    x = torch.rand(2, 3, 9, 12, generator=torch.Generator().manual_seed(0))
+    expected = scipy.ndimage.median_filter(x.numpy(), (1, 1, 3, 5), mode="mirror")
+    np.testing.assert_array_equal(A.RandomMedianBlur((3, 5), p=1.0)(x), expected)

@@ -97,7 +97,7 @@ def random_median_blur(
     input: Tensor,
     seed: Tensor,
     kernel_size: Tuple[int, int] = (3, 3),
-    border_type: str = "constant",
+    border_type: str = "reflect",
     p: float = 0.5,
 ) -> Tensor:
     """Replace each pixel by the median of its window, by ``median_blur``.
