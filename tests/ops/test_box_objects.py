@@ -164,3 +164,19 @@ def test_what_is_refused() -> None:
     for made in (Boxes, Keypoints):
         with pytest.raises(TypeError, match="expected a floating-point tensor"):
             made(torch.ones(1, 4, 2).long())
+
+
+def test_padding_of_a_list_is_no_box_in_any_format() -> None:
+    for mode in ("xyxy", "xyxy_plus", "xywh", "vertices", "vertices_plus"):
+        image = Boxes.from_tensor(BOXES[0]).to_tensor(mode)
+        made = Boxes.from_tensor([image, image[:1]], mode)
+        assert made.data[0].equal(Boxes.from_tensor(BOXES[0]).data) and not made.data[1, 1:].any()
+
+
+def test_vertices_of_volumes() -> None:
+    made = Boxes3D.from_tensor(torch.tensor([[1.0, 2.0, 3.0, 5.0, 7.0, 9.0]]))
+    for mode, end in (("vertices", (5, 7, 9)), ("vertices_plus", (4, 6, 8))):
+        (x1, y1, z1), (x2, y2, z2) = (1, 2, 3), end
+        face = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
+        assert made.to_tensor(mode).tolist() == [[[x, y, z] for z in (z1, z2) for x, y in face]]
+    assert made.to_tensor("vertices_plus").equal(made.data)

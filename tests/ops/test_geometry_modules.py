@@ -244,6 +244,21 @@ def test_camera_has_its_numbers() -> None:
     assert pose.extrinsics.grad[:, :3].abs().min() > 0
 
 
+def test_cameras_of_scaled_images_keep_their_form() -> None:
+    factor = torch.tensor([0.5, 2.0], dtype=D)
+    for size in (3, 4):
+        whole = torch.eye(size, dtype=D).repeat(2, 1, 1)
+        whole[:, :2, :3] = torch.tensor([[40.0, 0.3, 14.5], [0.0, 38.0, 12.2]], dtype=D)
+        heights = torch.tensor([24.0, 25.0], dtype=D), torch.tensor([30.0, 31.0], dtype=D)
+        camera = PinholeCamera(whole.clone(), torch.eye(4, dtype=D).repeat(2, 1, 1), *heights)
+        made = camera.scale(factor)
+        np.testing.assert_allclose(made.intrinsics[:, :2], whole[:, :2] * factor[:, None, None])
+        assert made.intrinsics[:, 2:].equal(whole[:, 2:]) and camera.intrinsics.equal(whole)
+        assert made.height.tolist() == [12.0, 50.0] and made.width.tolist() == [15.0, 62.0]
+        assert camera.scale_(factor) is camera and camera.intrinsics.equal(made.intrinsics)
+        assert camera.height.equal(made.height) and camera.width.equal(made.width)
+
+
 def test_stereo_camera_equals_opencv() -> None:
     R, t = pose(4, 0.1)
     t = np.array([[-0.7], [0.02], [0.05]])

@@ -52,6 +52,8 @@ def test_rotations_of_space() -> None:
     np.testing.assert_allclose(a.inverse() * (a * points), points, atol=1e-12)
     np.testing.assert_allclose(a.log(), turn.as_rotvec(), atol=1e-12)
     np.testing.assert_allclose(a.adjoint(), turn.as_matrix(), atol=1e-12)
+    plane = So2.exp(torch.tensor([0.3, -2.0], dtype=torch.float64))
+    np.testing.assert_array_equal(plane.adjoint(), np.broadcast_to(np.eye(2), (2, 2, 2)))
     np.testing.assert_allclose(So3.vee(So3.hat(v)), v)
     angle = numbers(5)
     for axis, made in zip("xyz", (So3.rot_x, So3.rot_y, So3.rot_z)):

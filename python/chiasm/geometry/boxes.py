@@ -126,6 +126,8 @@ class Boxes(_Boxes):
             if validate_boxes and not bool(real.all()):
                 raise ValueError("boxes: expected positive widths and heights")
             made = _corners(first, end)
+        if counts is not None:  # the vertices of no box are 0, whatever the format
+            made = torch.where(_present(counts, data)[..., None, None], made, torch.zeros_like(made))
         boxes_made = cls.__new__(cls)
         _Boxes.__init__(boxes_made, made, mode, counts)
         return boxes_made
@@ -315,16 +317,16 @@ class Boxes3D(_Boxes):
         end = first + second - 1.0 if mode == "xyzwhd" else second - (1.0 if mode == "xyzxyz" else 0.0)
         if validate_boxes and not bool((end - first + 1.0 > 0.0).all()):
             raise ValueError("boxes: expected positive widths, heights and depths")
-        front = _corners(first[..., :2], end[..., :2])
-        depths = [z[..., None, None].expand(*front.shape[:-1], 1) for z in (first[..., 2], end[..., 2])]
-        return cls(torch.cat([torch.cat([front, z], -1) for z in depths], -2), mode=mode)
+        return cls(_corners3d(first, end), mode=mode)
 
     def to_tensor(self, mode: str = "xyzxyz") -> Tensor:
-        """(N, 6) or (B, N, 6), the boxes in a format; of boxes that are not along the axes, the least that
-        hold them."""
-        check_choice(mode, _MODES_3D, "mode")
+        """(N, 6) or (B, N, 6), or with "vertices" and "vertices_plus" (N, 8, 3) or (B, N, 8, 3), the boxes in
+        a format; of boxes that are not along the axes, the least that hold them."""
+        check_choice(mode, [*_MODES_3D, "vertices", "vertices_plus"], "mode")
         first, last = self._data.amin(-2), self._data.amax(-2)
-        end = last if mode == "xyzxyz_plus" else last + 1.0
+        end = last if mode.endswith("plus") else last + 1.0
+        if mode.startswith("vertices"):
+            return _corners3d(first, end)
         return torch.cat([first, end - first if mode == "xyzwhd" else end], -1)
 
     def get_boxes_shape(self) -> Tuple[Tensor, Tensor, Tensor]:
@@ -371,6 +373,13 @@ def _corners(first: Tensor, last: Tensor) -> Tensor:
     low_x, low_y, high_x, high_y = *first.unbind(-1), *last.unbind(-1)
     pairs = ((low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y))
     return torch.stack([torch.stack(pair, -1) for pair in pairs], -2)
+
+
+def _corners3d(first: Tensor, last: Tensor) -> Tensor:
+    """(*, 8, 3), the front clockwise from the top left, then the back."""
+    face = _corners(first[..., :2], last[..., :2])
+    depths = [z[..., None, None].expand(*face.shape[:-1], 1) for z in (first[..., 2], last[..., 2])]
+    return torch.cat([torch.cat([face, z], -1) for z in depths], -2)
 
 
 def _beyond(like: Tensor) -> Tensor:

@@ -132,8 +132,8 @@ class So2(Module):
         return So2(self.z.conj().resolve_conj())
 
     def adjoint(self) -> Tensor:
-        """(*, 2, 2), the matrices, as in Kornia; a tangent does not change."""
-        return self.matrix()
+        """(*, 2, 2), identities: turns of a plane commute, so that a tangent does not change."""
+        return torch.eye(2, dtype=self.z.real.dtype, device=self.z.device).expand(*self.z.shape, 2, 2)
 
 
 class So3(Module):

@@ -303,8 +303,22 @@ class PinholeCamera(Module):
 
     def scale(self, scale_factor: Tensor) -> "PinholeCamera":
         """The cameras of images scaled by factors (B,), or (1,) for all: see :func:`scale_intrinsics`."""
-        scaled = scale_intrinsics(self.camera_matrix, scale_factor)
-        return PinholeCamera(scaled, self.extrinsics, self.height * scale_factor, self.width * scale_factor)
+        height, width = self.height * scale_factor, self.width * scale_factor
+        return PinholeCamera(self._scaled(scale_factor), self.extrinsics, height, width)
+
+    @torch.jit.unused
+    def scale_(self, scale_factor: Tensor) -> "PinholeCamera":
+        """``scale`` of these cameras themselves."""
+        self.intrinsics.copy_(self._scaled(scale_factor))
+        self.height.mul_(scale_factor)
+        self.width.mul_(scale_factor)
+        return self
+
+    def _scaled(self, scale_factor: Tensor) -> Tensor:
+        """The matrices of scaled images, of the size of ``intrinsics``."""
+        made = self.intrinsics.clone()
+        made[..., :3, :3] = scale_intrinsics(self.camera_matrix, scale_factor)
+        return made
 
     @torch.jit.unused
     def device(self) -> torch.device:
