@@ -93,6 +93,7 @@ def test_a_factor_or_a_multiple_is_a_size(dtype: str) -> None:
     x = torch.from_numpy((noise("uint16") >> 8).astype(dtype))[None]
     assert rescale(x, (2.0, 0.5)).equal(resize(x, (74, 14)))
     assert resize_to_be_divisible(x, 8, "nearest").equal(resize(x, (40, 32), "nearest"))
+    assert resize_to_be_divisible(x[0], 8, "nearest").equal(resize(x[0], (40, 32), "nearest"))
 
 
 @DTYPES

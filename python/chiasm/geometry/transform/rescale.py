@@ -77,14 +77,14 @@ def resize_to_be_divisible(
     """Resize images to the nearest sizes that are divisible by a number.
 
     Args:
-        input: (B, C, H, W), of a type that :func:`resize` takes.
+        input: (B, C, H, W), (C, H, W) or (H, W), of a type that :func:`resize` takes.
         divisible_factor: the number.
         interpolation, align_corners, antialias: as in :func:`resize`.
         side: for compatibility with Kornia; ignored, since both sizes are determined.
 
     Returns:
-        (B, C, k * divisible_factor, l * divisible_factor), k and l being H / divisible_factor and W /
-        divisible_factor rounded to the nearest, halves to even.
+        The same with sizes k * divisible_factor and l * divisible_factor, k and l being H / divisible_factor
+        and W / divisible_factor rounded to the nearest, halves to even.
 
     Raises:
         TypeError: if input is not of a type as above.
@@ -95,16 +95,16 @@ def resize_to_be_divisible(
         >>> resize_to_be_divisible(torch.ones(1, 3, 30, 50), 16).shape
         torch.Size([1, 3, 32, 48])
     """
-    check_pixels(input, "input", True)
+    check_pixels(in_batch(input, "input"), "input", True)
     if divisible_factor < 1:
         raise ValueError(f"divisible_factor: expected a positive number, got {divisible_factor}")
     size = (
-        _nearest_multiple(input.size(2), divisible_factor),
-        _nearest_multiple(input.size(3), divisible_factor),
+        _nearest_multiple(input.size(-2), divisible_factor),
+        _nearest_multiple(input.size(-1), divisible_factor),
     )
     if size[0] < 1 or size[1] < 1:
         raise ValueError(
-            f"divisible_factor: expected less than twice the sides {input.size(2)} x {input.size(3)}, got"
+            f"divisible_factor: expected less than twice the sides {input.size(-2)} x {input.size(-1)}, got"
             f" {divisible_factor}"
         )
     return resize(input, size, interpolation, align_corners, side, antialias)
