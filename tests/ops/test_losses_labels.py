@@ -307,6 +307,8 @@ def test_lovasz_hinge_equals_the_definition(shape: tuple[int, ...]) -> None:
     for z, t in zip(pred.flatten(1).numpy(), target.flatten(1).numpy(), strict=True):
         expected.append(lovasz_extension(np.maximum(0.0, 1 - z * (2 * t - 1)), t > 0))
     assert losses.lovasz_hinge_loss(pred, target).item() == pytest.approx(np.mean(expected), rel=1e-10)
+    for mask in (target.float(), target > 0):
+        assert losses.lovasz_hinge_loss(pred, mask).equal(losses.lovasz_hinge_loss(pred, target))
 
 
 def test_lovasz_of_a_large_image_keeps_its_digits() -> None:

@@ -70,6 +70,7 @@ WRONG = [
     (lambda: blur_pool2d(X.int(), 3), TypeError, "input: expected a floating-point"),
     (lambda: blur_pool2d(X, 0), ValueError, r"kernel_size: expected positive sizes, got \(0, 0\)"),
     (lambda: blur_pool2d(X, 3, 0), ValueError, "stride: expected at least 1, got 0"),
+    (lambda: blur_pool2d(X, 3, (2, 2)), TypeError, "stride: expected a number or a tensor, got tuple"),
     (lambda: max_blur_pool2d(X, 3, 2, 0), ValueError, "max_pool_size: expected at least 1, got 0"),
     (lambda: max_blur_pool2d(X.int(), 3), TypeError, "input: expected a floating-point"),
     (lambda: edge_aware_blur_pool2d(X, 4), ValueError, r"kernel_size: expected odd .* got \(4, 4\)"),

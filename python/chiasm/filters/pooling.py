@@ -6,7 +6,7 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.checks import check_image, check_integer, odd_pair
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.filters.correlation import max_shifts, weigh_and_thin
 from ..primitives.filters.padding import padded, stencil
@@ -27,7 +27,7 @@ def blur_pool2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], stride:
         (B, C, (H + 2 * ((rows - 1) // 2) - rows) // stride + 1, and the same formula for W and columns).
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is not floating point, or stride not a whole number.
         ValueError: if input is not 4-D, or a size is not positive.
 
     Example:
@@ -37,6 +37,7 @@ def blur_pool2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], stride:
     """
     check_image(input, "input")
     ky, kx = positive_pair(kernel_size, "kernel_size")
+    check_integer(stride, "stride")
     if stride < 1:
         raise ValueError(f"stride: expected at least 1, got {stride}")
     ry, rx = (ky - 1) // 2, (kx - 1) // 2

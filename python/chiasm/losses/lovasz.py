@@ -5,9 +5,9 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_image, check_tensor
 from ..primitives.numbers.ranking import stable_topk
-from .labels import check_labels, check_prediction, class_planes, class_weights
+from .labels import check_prediction, class_planes, class_weights
 
 
 def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
@@ -19,13 +19,13 @@ def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
 
     Args:
         pred: (B, 1, H, W) logits of the foreground, floating point.
-        target: (B, H, W) integer labels, 0 or 1.
+        target: (B, H, W), of any dtype: above 0 in the foreground.
 
     Returns:
         A scalar.
 
     Raises:
-        TypeError: if pred is not floating point or target not of integers.
+        TypeError: if pred is not floating point.
         ValueError: if a shape is not as above.
 
     Example:
@@ -35,7 +35,7 @@ def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
     check_image(pred, "pred")
     if pred.size(1) != 1:
         raise ValueError(f"pred: expected shape (B, 1, H, W), got {list(pred.shape)}")
-    check_labels(target, "target")
+    check_tensor(target, "target")
     if target.dim() != 3 or target.size(0) != pred.size(0) or target.shape[1:] != pred.shape[2:]:
         raise ValueError(
             f"target: expected shape (B, H, W) for pred {list(pred.shape)}, got {list(target.shape)}"
