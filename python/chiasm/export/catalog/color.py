@@ -209,7 +209,8 @@ _SEPIA = np.array([[0.393, 0.769, 0.189], [0.349, 0.686, 0.168], [0.272, 0.534, 
 
 def _toned(cv2: Any, x: Any) -> Any:
     toned = cv2.transform(x, _SEPIA)
-    return cv2.divide(toned, (*(cv2.minMaxLoc(plane)[1] + 1e-6 for plane in cv2.split(toned)), 1.0))
+    most = max(cv2.minMaxLoc(plane)[1] for plane in cv2.split(toned)) + 1e-6
+    return cv2.divide(toned, (most, most, most, 1.0))
 
 
 add(
