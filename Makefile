@@ -79,6 +79,7 @@ test-quick: build ## what needs no bundles: changed ops, a part of the others, t
 	ctest --preset release -j $(JOBS) -L core -E guarded_kernels
 
 test-ops: build ## values, gradients, scripting, docstrings of the ops
+	@tools/kornia.sh
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/ops
 
 test-export: build test-bundles ## the exporter, the command, the runtime in Python

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Install Kornia in .deps/kornia, only for benchmarks: without dependencies, so that it uses the project's
-# torch. The benchmarks add the folder to their path.
+# Install Kornia in .deps/kornia, for benchmarks and tests that compare with it: without dependencies, so that
+# it uses the project's torch. They add the folder to their path.
 # usage: tools/kornia.sh        Safe to run again, quick when nothing has changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -1,6 +1,6 @@
 """Functions under Kornia's names give Kornia's results, but for those that docs/kornia.md lists.
 
-Left out where there is no Kornia: tools/kornia.sh installs it.
+`make test-ops` installs Kornia (tools/kornia.sh); without it this is left out.
 """
 
 import importlib
