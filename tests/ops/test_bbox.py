@@ -90,6 +90,14 @@ def test_transformed_boxes(restore: bool) -> None:
     )
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16, torch.float64])
+def test_a_matrix_of_another_dtype(dtype: torch.dtype) -> None:
+    """As a letterbox's, which is float32 whatever the network computes in."""
+    m = torch.tensor([[[3.0, 0.0, -8.0], [0.0, 3.0, 4.0], [0.0, 0.0, 1.0]]])
+    moved = b.transform_bbox(m, torch.tensor([[1.0, 2.0, 30.0, 40.0]], dtype=dtype))
+    assert moved.dtype == dtype and moved.tolist() == [[-5.0, 10.0, 82.0, 124.0]]
+
+
 def test_valid_boxes() -> None:
     boxes, volumes = b.bbox_generator(*starts(2)), b.bbox_generator3d(*starts(3))
     for function, whole, good in (

@@ -23,12 +23,34 @@ def boxes(*shape: int, seed: int = 0, dtype: torch.dtype = torch.float64) -> Ten
     return torch.cat([corner, corner + size], -1).to(dtype)
 
 
-@pytest.mark.parametrize("name", ["box_iou", "generalized_box_iou", "distance_box_iou", "complete_box_iou"])
+PAIRS = ["box_iou", "generalized_box_iou", "distance_box_iou", "complete_box_iou"]
+
+
+@pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize(("n", "m"), [(1, 1), (7, 5), (0, 3), (40, 60)])
 def test_pairs_are_torchvisions(name: str, n: int, m: int) -> None:
     first, second = boxes(n), boxes(m, seed=1)
     expected = getattr(torchvision.ops, name)(first, second)
     torch.testing.assert_close(getattr(ops, name)(first, second), expected, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_leading_dimensions_are_torchvisions(name: str) -> None:
+    first, second = boxes(2, 3, 7), boxes(3, 5, seed=1)
+    for call in (getattr(ops, name), torch.jit.script(getattr(ops, name))):
+        torch.testing.assert_close(call(first, second), getattr(torchvision.ops, name)(first, second))
+    torch.testing.assert_close(ops.box_area(first), torchvision.ops.box_area(first))
+
+
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+@pytest.mark.parametrize("name", ["box_area", *PAIRS, *(f"{pair}_loss" for pair in PAIRS[1:])])
+def test_areas_beyond_half_precision(name: str, dtype: torch.dtype) -> None:
+    """The area of the least of these boxes is 270^2, and float16 ends at 65504."""
+    given = [(90 * boxes(9, seed=seed)).to(dtype) for seed in ([0] if name == "box_area" else [0, 1])]
+    actual = getattr(ops, name)(*given)
+    expected = getattr(torchvision.ops, name)(*(x.float() for x in given))
+    assert actual.dtype == torch.float32 and expected.isfinite().all()
+    torch.testing.assert_close(actual, expected)
 
 
 LOSSES = ["generalized_box_iou_loss", "distance_box_iou_loss", "complete_box_iou_loss"]
@@ -99,6 +121,34 @@ def test_suppression_is_torchvisions(seed: int) -> None:
     assert found[0].tolist() == [True] * len(best) + [False] * (20 - len(best))
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_suppression_of_boxes_of_half_precision(dtype: torch.dtype) -> None:
+    x = (20 * boxes(200)).to(dtype)
+    scores = torch.randperm(200).to(torch.float32) / 256
+    kept = torchvision.ops.nms(x.float(), scores, 0.4)
+    assert torch.equal(ops.nms(x, scores, 0.4), kept) and len(kept) < 150
+    slots, _ = ops.batched_nms_fixed(x[None], scores[None], torch.zeros(1, 200, dtype=torch.int64), 0.4, 20)
+    assert torch.equal(slots[0], kept[:20])
+
+
+def test_scores_of_nan_suppress_nothing() -> None:
+    x, scores, labels = boxes(100), torch.rand(100, dtype=torch.float64), torch.randint(0, 3, (100,))
+    scores[::3] = float("nan")
+    known = torch.where(scores > 0.2)[0]
+    expected = known[torchvision.ops.batched_nms(x[known], scores[known], labels[known], 0.4)]
+    slots, found = ops.batched_nms_fixed(x[None], scores[None], labels[None], 0.4, 30, 0.2)
+    assert slots[0][found[0]].tolist() == expected[:30].tolist() and len(expected) > 5
+
+
+def test_boxes_with_corners_in_the_wrong_order_suppress_nothing() -> None:
+    x = boxes(60)
+    x[::4, 2] = x[::4, 0] - 1000  # an area below -3000, so that unions are negative
+    x[1::4, 3] = x[1::4, 1] - 1000
+    scores = torch.rand(60, dtype=torch.float64)
+    expected = torchvision.ops.nms(x, scores, 0.3)
+    assert torch.equal(ops.nms(x, scores, 0.3), expected) and len(expected) < 60
+
+
 def test_any_score_counts_without_a_threshold() -> None:
     scores = torch.tensor([-5.0, float("-inf"), -7.0, 0.0], dtype=torch.float64)
     apart = torch.arange(4.0)[:, None] * 10 + torch.tensor([0.0, 0.0, 5.0, 5.0])
@@ -163,17 +213,49 @@ def test_yolo_compares_the_best_places_alone() -> None:
     torch.testing.assert_close(scores, torch.tensor([[0.9, 0.8, 0.0, 0.0]]))
 
 
-def test_detr() -> None:
+@pytest.mark.parametrize("version", ["v8", "v5"])
+def test_yolo_ignores_places_with_nan(version: str) -> None:
+    random = np.random.default_rng(0)
+    centred = np.concatenate([random.uniform(0, 90, (40, 2)), random.uniform(20, 80, (40, 2))], 1)
+    scores = random.uniform(0, 1, (40, 3))
+    scores[::2, 1] = np.nan
+    if version == "v8":
+        output = torch.from_numpy(np.concatenate([centred, scores], 1)).T[None]
+        result = ops.decode_yolov8(output, 0.5, 0.3, 10, candidates=20)
+    else:
+        output = torch.from_numpy(np.concatenate([centred, np.ones((40, 1)), scores], 1))[None]
+        result = ops.decode_yolov5(output, 0.5, 0.3, 10, candidates=20)
+    expected = expected_detections(centred[1::2], scores[1::2], 0.5, 0.3, 10)
+    assert result[1][0][result[3][0]].tolist() == [score for _, score, _ in expected]
+    np.testing.assert_allclose(result[0][0][result[3][0]], [box for box, _, _ in expected])
+
+
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_decoded_boxes_of_half_precision_are_float32(dtype: torch.dtype) -> None:
+    """float16 has no 1234.5, and bfloat16 no 257."""
+    output = torch.tensor([1240.0, 264.0, 11.0, 14.0, 1.0, 1.0], dtype=dtype)
+    centre, side = output[:2].float(), output[2:4].float()  # as far as the dtype has them
+    expected = torch.cat([centre - side / 2, centre + side / 2])
+    assert torch.equal(ops.decode_yolov8(output[None, :, None])[0][0, 0], expected)
+    assert torch.equal(ops.decode_yolov5(output[None, None])[0][0, 0], expected)
+    fractions = output[None, None, :4] / 2048
+    boxes, scores, _, _ = ops.decode_detr(output[None, None, 4:5], fractions, (2048, 2048), max_output=1)
+    assert torch.equal(boxes[0, 0], expected) and scores.dtype == dtype
+
+
+@pytest.mark.parametrize("unknown", [0, 3])
+def test_detr(unknown: int) -> None:
     random = np.random.default_rng(0)
     logits, centred = random.normal(0, 2, (2, 30, 5)), random.uniform(0.1, 0.9, (2, 30, 4))
+    logits[:, :unknown] = np.nan
     result = ops.decode_detr(torch.from_numpy(logits), torch.from_numpy(centred), (480, 640), 0.6, 140)
     for i in range(2):
-        order = np.argsort(-logits[i].reshape(-1), kind="stable")[:140]
+        order = np.argsort(-logits[i].reshape(-1), kind="stable")[:140]  # NaN is last
         scores = 1 / (1 + np.exp(-logits[i].reshape(-1)[order]))
         found = scores > 0.6
         assert 0 < found.sum() < 140
         assert result[3][i].tolist() == found.tolist()
-        np.testing.assert_allclose(result[1][i], scores * found, atol=1e-12)
+        np.testing.assert_allclose(result[1][i], np.where(found, scores, 0), atol=1e-12)
         assert result[2][i].tolist() == (order % 5 * found).tolist()
         box = centred[i][order // 5] * np.array([640, 480, 640, 480])
         corners = np.concatenate([box[:, :2] - box[:, 2:] / 2, box[:, :2] + box[:, 2:] / 2], 1)
@@ -186,7 +268,10 @@ X, S, L = boxes(1, 5, dtype=torch.float32), torch.rand(1, 5), torch.zeros(1, 5, 
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda: ops.box_area(X), ValueError, r"boxes: expected .*\(N, 4\)"),
+        (lambda: ops.box_area(X[..., :3]), ValueError, r"boxes: expected shape \(\*, 4\)"),
+        (lambda: ops.clip_boxes_to_image(X, (4, 5, 6)), ValueError, "size: expected 2 numbers, got 3"),
+        (lambda: ops.box_iou(X[0, 0], X[0]), ValueError, r"boxes1: expected shape \(\.\.\., N, 4\)"),
+        (lambda: ops.box_iou(X.expand(2, 5, 4), X.expand(3, 5, 4)), ValueError, "boxes2: expected leading"),
         (lambda: ops.box_convert(X, "yxyx", "xyxy"), ValueError, "in_fmt: expected one of"),
         (lambda: ops.box_iou(X[0], X[0, :, :3]), ValueError, "boxes2: expected"),
         (lambda: ops.box_iou(X[0].int(), X[0]), TypeError, "boxes1: expected"),

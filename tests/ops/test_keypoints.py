@@ -127,9 +127,21 @@ def test_nan_is_found_and_not_refined() -> None:
 
 def test_half_precision_is_computed_in_float32() -> None:
     maps = noisy(1, 20, 20).half()
-    points, _ = ops.decode_heatmaps(maps, "dark")
-    assert points.dtype == torch.float16
-    torch.testing.assert_close(points, ops.decode_heatmaps(maps.float(), "dark")[0].half())
+    points, scores = ops.decode_heatmaps(maps, "dark")
+    assert points.dtype == torch.float32 and scores.dtype == torch.float16
+    torch.testing.assert_close(points, ops.decode_heatmaps(maps.float(), "dark")[0])
+
+
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_positions_that_half_precision_lacks(dtype: torch.dtype) -> None:
+    """bfloat16 has no 383, float16 no 2047.5."""
+    maps = torch.zeros(1, 1, 384, 288, dtype=dtype)
+    maps[0, 0, 383, 287] = 1
+    for refinement in ("none", "quarter", "dark"):
+        assert ops.decode_heatmaps(maps, refinement)[0].tolist() == [[[287.0, 383.0]]]
+    places = torch.zeros(1, 1, 4096, dtype=dtype)
+    places[0, 0, 4095] = 1
+    assert ops.decode_simcc(places, places[..., 4000:])[0].tolist() == [[[2047.5, 47.5]]]
 
 
 def test_an_empty_batch_and_no_keypoints() -> None:

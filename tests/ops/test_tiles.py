@@ -115,6 +115,16 @@ def test_detections_are_suppressed_across_tiles(seed: int) -> None:
         assert all(not part[i, count:].any() for part in result)
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_large_images_exceed_half_precision(dtype: torch.dtype) -> None:
+    origins = torch.tensor([[0, 0], [4001, 3003]])
+    boxes = torch.tensor([0.0, 0.0, 5.0, 7.0], dtype=dtype).expand(1, 2, 1, 4)
+    scores = torch.tensor([[[0.75], [0.5]]], dtype=dtype)
+    classes, found = torch.zeros(1, 2, 1, dtype=torch.int64), torch.ones(1, 2, 1, dtype=torch.bool)
+    merged = ops.merge_detections(boxes, scores, classes, found, origins, max_output=2)
+    assert merged[0][0, 1].tolist() == [4001.0, 3003.0, 4006.0, 3010.0] and merged[1].dtype == dtype
+
+
 def test_nothing_is_found() -> None:
     nothing = ops.merge_detections(*NOTHING, torch.zeros(2, 2), max_output=3)
     assert all(not part.any() for part in nothing) and nothing[0].shape == (1, 3, 4)
@@ -144,6 +154,9 @@ def merged(place: int, value: Tensor, origins: Tensor | None = None, most: int =
         (lambda: ops.tile(X, (9, 9)), ValueError, "size: expected one within the image"),
         (lambda: ops.tile(X, 4, 4), ValueError, "overlap: expected 0 to less than"),
         (lambda: ops.tile(X, 4, (0, -1)), ValueError, "overlap: expected 0 to less than"),
+        (lambda: ops.tile(X, 4, (1,)), ValueError, "overlap: expected 2 numbers, got 1"),
+        (lambda: ops.tile(X, 4, 0.5), TypeError, "overlap: expected 2 numbers, got float"),
+        (lambda: ops.merge(X[None], 9), TypeError, "image_size: expected 2 numbers, got int"),
         (lambda: ops.merge(X, (4, 5)), ValueError, r"tiles: expected shape \(B, T, C, rows, columns\)"),
         (lambda: ops.merge(X[None].int(), (9, 9)), TypeError, "tiles: expected a floating-point"),
         (lambda: ops.merge(X[None], (7, 9)), ValueError, "tiles: expected tiles of a pixel or more, within"),
@@ -155,6 +168,11 @@ def merged(place: int, value: Tensor, origins: Tensor | None = None, most: int =
         (lambda: merged(2, NOTHING[2].int()), TypeError, "labels: expected dtype int64"),
         (lambda: merged(3, NOTHING[2]), TypeError, "found: expected dtype bool"),
         (lambda: merged(0, NOTHING[0], torch.zeros(3, 2)), ValueError, r"origins: expected shape \(T, 2\)"),
+        (
+            lambda: merged(0, NOTHING[0], torch.zeros(2, 2).int()),
+            TypeError,
+            "origins: expected dtype",
+        ),
         (lambda: merged(0, NOTHING[0], None, 0), ValueError, "max_output: expected a positive"),
     ],
 )

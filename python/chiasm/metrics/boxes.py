@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank, check_tensor
-from ..primitives.geometry.boxes import intersections
+from ..primitives.geometry.boxes import intersections, wide
 from ..primitives.numbers.ranking import stable_topk
 from .classification import check_integer_tensor
 
@@ -22,7 +22,8 @@ def mean_iou_bbox(boxes_1: Tensor, boxes_2: Tensor, box_format: str = "xyxy") ->
             height.
 
     Returns:
-        (N, M), in [0, 1]; 0 if the union is empty. A box whose second corner is before its first is empty.
+        (N, M), in [0, 1], float32 for half precision; 0 if the union is empty. A box whose second corner is
+        before its first is empty.
 
     Raises:
         TypeError: if boxes_1 or boxes_2 is not floating point.
@@ -163,7 +164,8 @@ def _average_precision(detected: Tensor, hit: Tensor, total: Tensor) -> Tensor:
 
 
 def _pairwise_iou(a: Tensor, b: Tensor) -> Tensor:
-    """(*, N, M) of corners (*, N, 4) and (*, M, 4)."""
+    """(*, N, M), at least float32, of corners (*, N, 4) and (*, M, 4)."""
+    a, b = wide(a), wide(b)
     intersection = intersections(a[..., :, None, :], b[..., None, :, :])
     union = _area(a)[..., :, None] + _area(b)[..., None, :] - intersection
     empty = union <= 0

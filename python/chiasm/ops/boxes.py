@@ -6,28 +6,28 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_last, check_rank
-from ..primitives.geometry.boxes import box_areas, intersections_and_unions
+from ..primitives.core.checks import check_broadcastable, check_choice, check_last, check_pair, check_rank
+from ..primitives.geometry.boxes import box_areas, intersections_and_unions, wide
 
 
 def box_area(boxes: Tensor) -> Tensor:
     """The areas of boxes.
 
     Args:
-        boxes: (N, 4) as x1, y1, x2, y2, floating point.
+        boxes: (..., 4) as x1, y1, x2, y2, floating point.
 
     Returns:
-        (N,); negative if exactly one side is negative.
+        (...), float32 for half precision, which areas exceed; negative if exactly one side is negative.
 
     Raises:
         TypeError: if boxes is not floating point.
-        ValueError: if boxes is not (N, 4).
+        ValueError: if the last dimension is not 4.
 
     Example:
         >>> box_area(torch.tensor([[1.0, 1.0, 3.0, 4.0]]))
         tensor([6.])
     """
-    _check_boxes(boxes, "boxes")
+    check_last(boxes, 4, "boxes")
     return box_areas(boxes)
 
 
@@ -81,13 +81,14 @@ def clip_boxes_to_image(boxes: Tensor, size: Tuple[int, int]) -> Tensor:
 
     Raises:
         TypeError: if boxes is not floating point.
-        ValueError: if the last dimension is not 4.
+        ValueError: if the last dimension is not 4, or size is not two numbers.
 
     Example:
         >>> clip_boxes_to_image(torch.tensor([[-1.0, 2.0, 9.0, 3.0]]), (4, 6))
         tensor([[0., 2., 6., 3.]])
     """
     check_last(boxes, 4, "boxes")
+    check_pair(size, "size")
     height, width = size
     across, down = boxes[..., 0::2].clamp(0, width), boxes[..., 1::2].clamp(0, height)
     return torch.stack([across, down], -1).flatten(-2)
@@ -112,7 +113,8 @@ def remove_small_boxes(boxes: Tensor, min_size: float) -> Tensor:
         >>> remove_small_boxes(torch.tensor([[0.0, 0.0, 1.0, 5.0], [0.0, 0.0, 2.0, 5.0]]), 2.0)
         tensor([1])
     """
-    _check_boxes(boxes, "boxes")
+    check_rank(boxes, 2, "(N, 4)", "boxes")
+    check_last(boxes, 4, "boxes")
     sides = boxes[:, 2:] - boxes[:, :2]
     return torch.where((sides >= min_size).all(1))[0]
 
@@ -121,21 +123,22 @@ def box_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
     """Intersection over union (IoU) of each box of one set with each box of another set.
 
     Args:
-        boxes1: (N, 4) as x1, y1, x2, y2, floating point.
-        boxes2: (M, 4).
+        boxes1: (..., N, 4) as x1, y1, x2, y2, floating point.
+        boxes2: (..., M, 4); leading dimensions broadcast.
 
     Returns:
-        (N, M), in [0, 1]; NaN where both boxes are empty.
+        (..., N, M), in [0, 1], float32 for half precision; NaN where both boxes are empty.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
-        ValueError: if boxes1 is not (N, 4) or boxes2 not (M, 4).
+        ValueError: if boxes1 is not (..., N, 4) or boxes2 not (..., M, 4), or leading dimensions differ.
 
     Example:
         >>> box_iou(torch.tensor([[0.0, 0.0, 2.0, 2.0]]), torch.tensor([[1.0, 0.0, 3.0, 2.0]]))
         tensor([[0.3333]])
     """
-    intersection, union = _pairs(boxes1, boxes2)
+    first, second = _pairs(boxes1, boxes2)
+    intersection, union = intersections_and_unions(first, second)
     return intersection / union
 
 
@@ -145,22 +148,23 @@ def generalized_box_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
     H. Rezatofighi et al., Generalized Intersection over Union, CVPR 2019.
 
     Args:
-        boxes1: (N, 4) as x1, y1, x2, y2, floating point.
-        boxes2: (M, 4).
+        boxes1: (..., N, 4) as x1, y1, x2, y2, floating point.
+        boxes2: (..., M, 4); leading dimensions broadcast.
 
     Returns:
-        (N, M), in [-1, 1].
+        (..., N, M), in [-1, 1], float32 for half precision.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
-        ValueError: if boxes1 is not (N, 4) or boxes2 not (M, 4).
+        ValueError: if boxes1 is not (..., N, 4) or boxes2 not (..., M, 4), or leading dimensions differ.
 
     Example:
         >>> generalized_box_iou(torch.tensor([[0.0, 0.0, 1.0, 1.0]]), torch.tensor([[1.0, 0.0, 3.0, 1.0]]))
         tensor([[0.]])
     """
-    intersection, union = _pairs(boxes1, boxes2)
-    hull = _hulls(boxes1, boxes2)
+    first, second = _pairs(boxes1, boxes2)
+    intersection, union = intersections_and_unions(first, second)
+    hull = _hulls(first, second)
     area = hull[..., 0] * hull[..., 1]
     return intersection / union - (area - union) / area
 
@@ -171,24 +175,24 @@ def distance_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tenso
     Z. Zheng et al., Distance-IoU Loss, AAAI 2020.
 
     Args:
-        boxes1: (N, 4) as x1, y1, x2, y2, floating point.
-        boxes2: (M, 4).
+        boxes1: (..., N, 4) as x1, y1, x2, y2, floating point.
+        boxes2: (..., M, 4); leading dimensions broadcast.
         eps: added to the denominator of the distance.
 
     Returns:
-        (N, M), in [-1, 1].
+        (..., N, M), in [-1, 1], float32 for half precision.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
-        ValueError: if boxes1 is not (N, 4) or boxes2 not (M, 4).
+        ValueError: if boxes1 is not (..., N, 4) or boxes2 not (..., M, 4), or leading dimensions differ.
 
     Example:
         >>> distance_box_iou(torch.tensor([[0.0, 0.0, 2.0, 2.0]]), torch.tensor([[0.0, 0.0, 2.0, 2.0]]))
         tensor([[1.]])
     """
-    intersection, union = _pairs(boxes1, boxes2)
-    sides = _hulls(boxes1, boxes2)
-    return intersection / union - centre_distance(boxes1[:, None], boxes2, sides, eps)
+    first, second = _pairs(boxes1, boxes2)
+    intersection, union = intersections_and_unions(first, second)
+    return intersection / union - centre_distance(first, second, _hulls(first, second), eps)
 
 
 def complete_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tensor:
@@ -198,25 +202,26 @@ def complete_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tenso
     Z. Zheng et al., Distance-IoU Loss, AAAI 2020, equations 10 to 12.
 
     Args:
-        boxes1: (N, 4) as x1, y1, x2, y2, floating point.
-        boxes2: (M, 4).
+        boxes1: (..., N, 4) as x1, y1, x2, y2, floating point.
+        boxes2: (..., M, 4); leading dimensions broadcast.
         eps: added to the denominators.
 
     Returns:
-        (N, M).
+        (..., N, M), float32 for half precision.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
-        ValueError: if boxes1 is not (N, 4) or boxes2 not (M, 4).
+        ValueError: if boxes1 is not (..., N, 4) or boxes2 not (..., M, 4), or leading dimensions differ.
 
     Example:
         >>> complete_box_iou(torch.tensor([[0.0, 0.0, 2.0, 2.0]]), torch.tensor([[0.0, 0.0, 2.0, 2.0]]))
         tensor([[1.]])
     """
-    intersection, union = _pairs(boxes1, boxes2)
+    first, second = _pairs(boxes1, boxes2)
+    intersection, union = intersections_and_unions(first, second)
     iou = intersection / union
-    distance = centre_distance(boxes1[:, None], boxes2, _hulls(boxes1, boxes2), eps)
-    return iou - distance - aspect_penalty(boxes1[:, None], boxes2, iou, eps)
+    distance = centre_distance(first, second, _hulls(first, second), eps)
+    return iou - distance - aspect_penalty(first, second, iou, eps)
 
 
 def hull_sides(boxes1: Tensor, boxes2: Tensor) -> Tensor:
@@ -242,18 +247,16 @@ def aspect_penalty(boxes1: Tensor, boxes2: Tensor, iou: Tensor, eps: float) -> T
     return (apart / (1.0 - iou + apart + eps)).detach() * apart
 
 
-def _check_boxes(boxes: Tensor, name: str) -> None:
-    check_rank(boxes, 2, "(N, 4)", name)
-    check_last(boxes, 4, name)
-
-
 def _pairs(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:
-    """Intersections and unions (N, M)."""
-    _check_boxes(boxes1, "boxes1")
-    _check_boxes(boxes2, "boxes2")
-    return intersections_and_unions(boxes1[:, None], boxes2)
+    """The boxes (..., N, 1, 4) and (..., 1, M, 4), at least float32."""
+    for name, boxes, layout in [("boxes1", boxes1, "(..., N, 4)"), ("boxes2", boxes2, "(..., M, 4)")]:
+        check_last(boxes, 4, name)
+        if boxes.dim() < 2:
+            raise ValueError(f"{name}: expected shape {layout}, got {list(boxes.shape)}")
+    check_broadcastable(boxes2, boxes1, "boxes2", "boxes1", 2, 2)
+    return wide(boxes1)[..., :, None, :], wide(boxes2)[..., None, :, :]
 
 
 def _hulls(boxes1: Tensor, boxes2: Tensor) -> Tensor:
-    """Sides (N, M, 2) of the smallest box around each pair, at least 0."""
-    return hull_sides(boxes1[:, None], boxes2).clamp(min=0.0)
+    """Sides (..., 2) of the smallest box around each pair, at least 0."""
+    return hull_sides(boxes1, boxes2).clamp(min=0.0)

@@ -6,8 +6,9 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_pair, check_rank
-from ..primitives.geometry.boxes import boxes_at
+from ..primitives.geometry.boxes import boxes_at, wide
 from ..primitives.numbers.ranking import stable_topk
+from ..primitives.numbers.slots import above_or_nothing
 from .boxes import box_convert
 from .suppression import batched_nms_fixed
 
@@ -26,16 +27,16 @@ def decode_yolov8(
     Args:
         output: the network's output, (B, 4 + C, N), floating point: centre, width and height of a box at each
             of N places, and the scores of C classes, in [0, 1].
-        score_threshold: objects are dropped unless their score is above this.
+        score_threshold: objects are dropped unless their score is above this, which NaN is not.
         iou_threshold: if the IoU (intersection over union) of two boxes of a class is greater than this, only
             the one with the higher score is kept.
         max_output: the number K of slots for objects.
         candidates: only this many places, those with the highest scores, take part in the suppression.
 
     Returns:
-        Boxes (B, K, 4) as x1, y1, x2, y2 in pixels of the network's input; scores (B, K); labels (B, K),
-        int64; and (B, K), bool, a mask of the slots that hold an object. Objects are in descending order of
-        score; empty slots are 0.
+        Boxes (B, K, 4) as x1, y1, x2, y2 in pixels of the network's input, float32 for half precision;
+        scores (B, K); labels (B, K), int64; and (B, K), bool, a mask of the slots that hold an object.
+        Objects are in descending order of score; empty slots are 0.
 
     Raises:
         TypeError: if output is not floating point.
@@ -51,7 +52,7 @@ def decode_yolov8(
     """
     _check_output(output, 2, "(B, 4 + C, N)", 5)
     boxes, classes = output[:, :4].transpose(1, 2), output[:, 4:]
-    best = classes.amax(1)
+    best = above_or_nothing(classes.amax(1), score_threshold)
     values, places = stable_topk(best, fewer(candidates, best.size(1)))
     scores = classes.gather(2, places[:, None].expand(-1, classes.size(1), -1)).transpose(1, 2)
     return _selected(boxes, scores, values, places, score_threshold, iou_threshold, max_output)
@@ -69,7 +70,8 @@ def decode_yolov5(
     Args:
         output: the network's output, (B, N, 5 + C), floating point: centre, width and height of a box at each
             of N places, the objectness (probability of an object), and the scores of C classes.
-        score_threshold: objects are dropped unless their score, objectness times class score, is above this.
+        score_threshold: objects are dropped unless their score, objectness times class score, is above this,
+            which NaN is not.
         iou_threshold: if the IoU (intersection over union) of two boxes of a class is greater than this, only
             the one with the higher score is kept.
         max_output: the number K of slots for objects.
@@ -92,7 +94,7 @@ def decode_yolov5(
     """
     _check_output(output, 1, "(B, N, 5 + C)", 6)
     classes = output[..., 5:] * output[..., 4:5]
-    best = classes.amax(2)
+    best = above_or_nothing(classes.amax(2), score_threshold)
     values, places = stable_topk(best, fewer(candidates, best.size(1)))
     scores = classes.gather(1, places[..., None].expand(-1, -1, classes.size(2)))
     return _selected(output[..., :4], scores, values, places, score_threshold, iou_threshold, max_output)
@@ -112,12 +114,13 @@ def decode_detr(
             classes for each of Q queries.
         pred_boxes: (B, Q, 4), floating point: centre, width and height as fractions of the image's sides.
         size: height and width of the image.
-        score_threshold: objects are dropped unless their score is above this.
+        score_threshold: objects are dropped unless their score is above this, which NaN is not.
         max_output: the number K of slots for objects, at most Q * C.
 
     Returns:
-        Boxes (B, K, 4) as x1, y1, x2, y2 in pixels, scores (B, K), labels (B, K), int64, and (B, K), bool,
-        a mask of the slots that hold an object. Objects are in descending order of score; empty slots are 0.
+        Boxes (B, K, 4) as x1, y1, x2, y2 in pixels, float32 for half precision; scores (B, K); labels (B, K),
+        int64; and (B, K), bool, a mask of the slots that hold an object. Objects are in descending order of
+        score; empty slots are 0.
 
     Raises:
         TypeError: if logits or pred_boxes is not floating point.
@@ -139,13 +142,14 @@ def decode_detr(
     check_pair(size, "size")
     if max_output < 1 or max_output > logits.size(1) * logits.size(2):
         raise ValueError(f"max_output: expected a number from 1 to Q * C, got {max_output}")
-    values, places = stable_topk(logits.flatten(1), max_output)
-    scores = torch.sigmoid(values)
+    each = logits.flatten(1)
+    places = stable_topk(above_or_nothing(each, float("-inf")), max_output)[1]
+    scores = torch.sigmoid(each.gather(1, places))
     queries = places // logits.size(2)
     labels = places - queries * logits.size(2)
-    picked = box_convert(boxes_at(pred_boxes, queries), "cxcywh", "xyxy")
+    picked = box_convert(wide(boxes_at(pred_boxes, queries)), "cxcywh", "xyxy")
     height, width = float(size[0]), float(size[1])
-    sides = torch.tensor([width, height, width, height], dtype=pred_boxes.dtype, device=pred_boxes.device)
+    sides = torch.tensor([width, height, width, height], dtype=picked.dtype, device=picked.device)
     return where_found(picked * sides, scores, labels, scores > score_threshold)
 
 
@@ -176,7 +180,7 @@ def _selected(
     ``values``."""
     # Converted first: otherwise the export would fuse the slice of the tensor and the selection of boxes into
     # one operator, which OpenVINO rejects.
-    chosen = boxes_at(box_convert(boxes, "cxcywh", "xyxy"), places)
+    chosen = boxes_at(box_convert(wide(boxes), "cxcywh", "xyxy"), places)
     return suppressed(chosen, values, scores.argmax(2), iou_threshold, max_output, score_threshold)
 
 

@@ -28,14 +28,15 @@ def decode_heatmaps(
       is limited to the centres of the outermost pixels.
 
     Args:
-        heatmaps: (B, K, H, W), floating point, one for each keypoint. Half precision is computed in float32.
+        heatmaps: (B, K, H, W), floating point, one for each keypoint.
         refinement: "none", "quarter" or "dark".
         kernel_size: of the smoothing of "dark", odd: the Gaussian should be as wide as those that the network
             was trained with. Its standard deviation is 0.15 kernel_size + 0.35 pixels, OpenCV's rule: 2 for
             11 taps.
 
     Returns:
-        Points (B, K, 2), x and y in pixels of the maps; and the largest values (B, K).
+        Points (B, K, 2), x and y in pixels of the maps, float32 for half precision, which rounds positions to
+        whole pixels or more; and the largest values (B, K).
 
     Raises:
         TypeError: if heatmaps is not floating point.
@@ -67,7 +68,7 @@ def decode_heatmaps(
         smooth = gaussian_blur2d(values, (kernel_size, kernel_size), (deviation, deviation), "constant")
         x, y = (points + _newton_step(smooth, row, column)).unbind(2)
         points = torch.stack([x.clamp(0, heatmaps.size(3) - 1), y.clamp(0, heatmaps.size(2) - 1)], 2)
-    return points.to(heatmaps.dtype), scores[..., 0].to(heatmaps.dtype)
+    return points, scores[..., 0].to(heatmaps.dtype)
 
 
 def decode_simcc(simcc_x: Tensor, simcc_y: Tensor, split_ratio: float = 2.0) -> Tuple[Tensor, Tensor]:
@@ -84,8 +85,8 @@ def decode_simcc(simcc_x: Tensor, simcc_y: Tensor, split_ratio: float = 2.0) -> 
         split_ratio: the number of places for each pixel.
 
     Returns:
-        Points (B, K, 2), x and y in pixels (of equal values the first place is used); and scores (B, K), the
-        smaller of the largest values along x and along y.
+        Points (B, K, 2), x and y in pixels, float32 for half precision (of equal values the first place is
+        used); and scores (B, K), the smaller of the largest values along x and along y.
 
     Raises:
         TypeError: if simcc_x or simcc_y is not floating point.
@@ -109,7 +110,7 @@ def decode_simcc(simcc_x: Tensor, simcc_y: Tensor, split_ratio: float = 2.0) -> 
     largest_x, place_x = stable_topk(simcc_x, 1)
     largest_y, place_y = stable_topk(simcc_y, 1)
     points = torch.cat([place_x, place_y], 2).to(position_dtype(simcc_x.dtype)) / split_ratio
-    return points.to(simcc_x.dtype), torch.minimum(largest_x, largest_y)[..., 0]
+    return points, torch.minimum(largest_x, largest_y)[..., 0]
 
 
 def _around(values: Tensor, row: Tensor, column: Tensor) -> Tensor:

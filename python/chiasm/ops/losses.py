@@ -5,7 +5,7 @@ from typing import Tuple
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_last, check_same_shape
-from ..primitives.geometry.boxes import intersections_and_unions
+from ..primitives.geometry.boxes import intersections_and_unions, wide
 from ..primitives.numbers.loss_reduction import reduced
 from .boxes import aspect_penalty, centre_distance, hull_sides
 
@@ -24,7 +24,7 @@ def generalized_box_iou_loss(
         eps: added to the denominators.
 
     Returns:
-        (...), or a scalar tensor; the mean of no boxes is 0.
+        (...), or a scalar tensor, float32 for half precision; the mean of no boxes is 0.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -35,8 +35,9 @@ def generalized_box_iou_loss(
         >>> generalized_box_iou_loss(boxes, torch.tensor([[2.0, 0.0, 6.0, 2.0]]))
         tensor([1.])
     """
-    intersection, union = _overlap(boxes1, boxes2)
-    hull = hull_sides(boxes1, boxes2)
+    first, second = _checked(boxes1, boxes2)
+    intersection, union = intersections_and_unions(first, second)
+    hull = hull_sides(first, second)
     area = hull[..., 0] * hull[..., 1]
     return _reduced(1.0 - intersection / (union + eps) + (area - union) / (area + eps), reduction)
 
@@ -55,7 +56,7 @@ def distance_box_iou_loss(
         eps: added to the denominators.
 
     Returns:
-        (...), or a scalar tensor; the mean of no boxes is 0.
+        (...), or a scalar tensor, float32 for half precision; the mean of no boxes is 0.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -66,7 +67,8 @@ def distance_box_iou_loss(
         >>> distance_box_iou_loss(boxes, boxes).abs()
         tensor([0.])
     """
-    return _reduced(_distance_loss(boxes1, boxes2, eps)[0], reduction)
+    first, second = _checked(boxes1, boxes2)
+    return _reduced(_distance_loss(first, second, eps)[0], reduction)
 
 
 def complete_box_iou_loss(
@@ -84,7 +86,7 @@ def complete_box_iou_loss(
         eps: added to the denominators.
 
     Returns:
-        (...), or a scalar tensor; the mean of no boxes is 0.
+        (...), or a scalar tensor, float32 for half precision; the mean of no boxes is 0.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -95,8 +97,9 @@ def complete_box_iou_loss(
         >>> complete_box_iou_loss(boxes, boxes).abs()
         tensor([0.])
     """
-    loss, iou = _distance_loss(boxes1, boxes2, eps)
-    return _reduced(loss + aspect_penalty(boxes1, boxes2, iou, eps), reduction)
+    first, second = _checked(boxes1, boxes2)
+    loss, iou = _distance_loss(first, second, eps)
+    return _reduced(loss + aspect_penalty(first, second, iou, eps), reduction)
 
 
 def _reduced(loss: Tensor, reduction: str) -> Tensor:
@@ -107,17 +110,17 @@ def _reduced(loss: Tensor, reduction: str) -> Tensor:
     return reduced(loss, reduction)
 
 
-def _overlap(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:
-    """Intersections and unions, of box and target."""
+def _checked(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:
+    """Boxes and targets, at least float32."""
     check_last(boxes1, 4, "boxes1")
     check_floating(boxes1, "boxes1")
     check_floating(boxes2, "boxes2")
     check_same_shape(boxes2, boxes1, "boxes2", "boxes1")
-    return intersections_and_unions(boxes1, boxes2)
+    return wide(boxes1), wide(boxes2)
 
 
 def _distance_loss(boxes1: Tensor, boxes2: Tensor, eps: float) -> Tuple[Tensor, Tensor]:
     """The loss by the distance of centres, and the intersection over union."""
-    intersection, union = _overlap(boxes1, boxes2)
+    intersection, union = intersections_and_unions(boxes1, boxes2)
     iou = intersection / (union + eps)
     return 1.0 - iou + centre_distance(boxes1, boxes2, hull_sides(boxes1, boxes2), eps), iou

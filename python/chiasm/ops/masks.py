@@ -7,6 +7,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_not_empty, check_rank, check_tensor
 from ..primitives.core.window_sizes import positive_pair
+from ..primitives.geometry.boxes import wide
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.numbers.search import first_and_last
 from ..primitives.resampling.resizing import resized
@@ -15,7 +16,7 @@ from ..primitives.resampling.warping import position_dtype, resample_image
 
 def masks_to_boxes(masks: Tensor) -> Tensor:
     """The bounding boxes of masks, as indices of their corner pixels. As in torchvision, the corner x2, y2 is
-    the last pixel of the mask, not the one after it. torchvision raises an error for an empty mask.
+    the last pixel of the mask, not the one after it.
 
     Args:
         masks: (N, H, W), any dtype: nonzero pixels belong to the mask.
@@ -60,7 +61,7 @@ def masks_from_prototypes(
         (B, N, H, W), in [0, 1], 0 outside of the boxes.
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if an argument is not floating point, or coefficients are of another dtype than prototypes.
         ValueError: if a shape is not as above, or size is not positive.
 
     Example:
@@ -80,6 +81,10 @@ def masks_from_prototypes(
             f" {list(coefficients.shape)}"
         )
     check_floating(coefficients, "coefficients")
+    if coefficients.dtype != prototypes.dtype:
+        raise TypeError(
+            f"coefficients: expected prototypes' dtype {prototypes.dtype}, got {coefficients.dtype}"
+        )
     check_tensor(boxes, "boxes")
     if boxes.dim() != 3 or boxes.shape[:2] != coefficients.shape[:2] or boxes.size(2) != 4:
         raise ValueError(
@@ -91,10 +96,11 @@ def masks_from_prototypes(
     mixed = small_matmul(coefficients, prototypes.flatten(2))
     masks = torch.sigmoid(mixed).unflatten(2, [prototypes.size(2), prototypes.size(3)])
     large = resized(masks, height, width, "bilinear", False, False)
-    column = torch.arange(width, device=boxes.device).to(boxes.dtype)
-    row = torch.arange(height, device=boxes.device).to(boxes.dtype)
-    across = (column >= boxes[..., 0:1]) & (column < boxes[..., 2:3])
-    down = (row >= boxes[..., 1:2]) & (row < boxes[..., 3:4])
+    corners = wide(boxes)  # half precision has no odd columns beyond 256 or 2048
+    column = torch.arange(width, device=boxes.device).to(corners.dtype)
+    row = torch.arange(height, device=boxes.device).to(corners.dtype)
+    across = (column >= corners[..., 0:1]) & (column < corners[..., 2:3])
+    down = (row >= corners[..., 1:2]) & (row < corners[..., 3:4])
     return torch.where(down[..., None] & across[:, :, None], large, torch.zeros_like(large))
 
 

@@ -7,9 +7,10 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_last, check_rank
-from ..primitives.geometry.boxes import boxes_at
+from ..primitives.geometry.boxes import boxes_at, wide
 from ..primitives.numbers.ranking import stable_topk
 from ..primitives.numbers.reshaping import reshaped
+from ..primitives.numbers.slots import above_or_nothing
 from .boxes import clip_boxes_to_image
 from .decoding import Detections, fewer, suppressed
 
@@ -37,7 +38,7 @@ def decode_ssd(
         deltas: the network's output, (B, N, 4), floating point: of x, of y, of the width, of the height.
         anchors: (N, 4) as x1, y1, x2, y2 in pixels, floating point.
         size: height and width of the image, into which boxes are clipped.
-        score_threshold: objects are dropped unless their score is above this.
+        score_threshold: objects are dropped unless their score is above this, which NaN is not.
         iou_threshold: if the IoU (intersection over union) of two boxes of a class is greater than this, only
             the one with the higher score is kept.
         max_output: the number K of slots for objects.
@@ -45,9 +46,9 @@ def decode_ssd(
             the suppression.
 
     Returns:
-        Boxes (B, K, 4) as x1, y1, x2, y2 in pixels, scores (B, K), labels (B, K), int64, from 1 to C - 1, and
-        (B, K), bool, a mask of the slots that hold an object. Objects are in descending order of score; empty
-        slots are 0.
+        Boxes (B, K, 4) as x1, y1, x2, y2 in pixels, float32 for half precision; scores (B, K); labels (B, K),
+        int64, from 1 to C - 1; and (B, K), bool, a mask of the slots that hold an object. Objects are in
+        descending order of score; empty slots are 0.
 
     Raises:
         TypeError: if logits, deltas or anchors is not floating point.
@@ -79,10 +80,10 @@ def decode_ssd(
     batch, classes = logits.size(0), logits.size(2) - 1
     pairs = logits.size(1) * classes
     scores = reshaped(torch.softmax(logits, 2)[..., 1:], [batch, pairs])
-    values, places = stable_topk(scores, fewer(candidates, pairs))
+    values, places = stable_topk(above_or_nothing(scores, score_threshold), fewer(candidates, pairs))
     place = places // classes
     labels = places - place * classes + 1
-    chosen = _about(boxes_at(anchors[None].expand(batch, -1, -1), place), boxes_at(deltas, place))
+    chosen = _about(boxes_at(wide(anchors)[None].expand(batch, -1, -1), place), wide(boxes_at(deltas, place)))
     chosen = clip_boxes_to_image(chosen, size)
     return suppressed(chosen, values, labels, iou_threshold, max_output, score_threshold)
 

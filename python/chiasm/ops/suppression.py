@@ -6,9 +6,9 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_last, check_rank, check_tensor
-from ..primitives.geometry.boxes import boxes_at, kept_boxes
+from ..primitives.geometry.boxes import boxes_at, kept_boxes, upright, wide
 from ..primitives.numbers.ranking import stable_topk
-from ..primitives.numbers.slots import chosen_first
+from ..primitives.numbers.slots import above_or_nothing, chosen_first
 
 
 def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:
@@ -79,13 +79,15 @@ def batched_nms_fixed(
     pairs at once, which takes N * N bytes.
 
     Args:
-        boxes: (B, N, 4) as x1, y1, x2, y2, floating point.
+        boxes: (B, N, 4) as x1, y1, x2, y2, floating point. A box whose second corner is before its first is
+            empty, and suppresses no other.
         scores: (B, N), floating point.
         idxs: (B, N), int64: the class of each box.
         iou_threshold: a box is dropped if its IoU (intersection over union) with a kept box of its class is
             greater than this.
         max_output: the number K of slots, for the K kept boxes with the highest scores.
-        score_threshold: boxes are dropped unless their score is above this.
+        score_threshold: boxes are dropped unless their score is above this, which NaN is not; they suppress
+            no other box.
 
     Returns:
         (B, K), int64, the indices of the boxes kept, in descending order of score, equal scores in their
@@ -103,6 +105,9 @@ def batched_nms_fixed(
     """
     check_rank(boxes, 3, "(B, N, 4)", "boxes")
     check_slots(max_output)
+    check_floating(scores, "scores")
+    # Before the suppression: NaN would come first, and drop boxes that have a score.
+    scores = above_or_nothing(scores, score_threshold)
     values, order, kept = _ranked(boxes, scores, idxs, iou_threshold, max_output)
     kept = kept & (values > score_threshold)
     filled = torch.arange(max_output, device=boxes.device) < kept.to(torch.int64).sum(1, keepdim=True)
@@ -134,7 +139,8 @@ def _ranked(
     check_last(boxes, 4, "boxes")
     check_candidates(boxes, scores, idxs)
     values, order = stable_topk(scores, scores.size(1))
-    return values, order, kept_boxes(boxes_at(boxes, order), idxs.gather(1, order), threshold, most)
+    inputs = upright(wide(boxes_at(boxes, order)))
+    return values, order, kept_boxes(inputs, idxs.gather(1, order), threshold, most)
 
 
 def check_slots(max_output: int) -> None:

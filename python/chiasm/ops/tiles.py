@@ -5,9 +5,10 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_pixels, check_rank, check_tensor
+from ..primitives.core.checks import check_floating, check_pair, check_pixels, check_rank, check_tensor
 from ..primitives.core.materialise import stored_index
-from ..primitives.core.window_sizes import positive_pair
+from ..primitives.core.window_sizes import any_pair, positive_pair
+from ..primitives.geometry.boxes import wide
 from ..primitives.numbers.reshaping import reshaped
 from .decoding import Detections, suppressed
 
@@ -82,6 +83,7 @@ def merge(tiles: Tensor, image_size: Tuple[int, int], overlap: Union[int, Tuple[
     check_rank(tiles, 5, "(B, T, C, rows, columns)", "tiles")
     check_floating(tiles, "tiles")
     rows, columns = tiles.size(3), tiles.size(4)
+    check_pair(image_size, "image_size")
     height, width = image_size
     if rows < 1 or columns < 1 or rows > height or columns > width:
         raise ValueError(
@@ -126,12 +128,14 @@ def merge_detections(
         max_output: the number K of slots for objects.
 
     Returns:
-        Boxes (B, K, 4) in pixels of the image, scores (B, K), labels (B, K), int64, and (B, K), bool, a mask
+        Boxes (B, K, 4) in pixels of the image, float32 for half precision, which is too coarse for large
+        images; scores (B, K), labels (B, K), int64, and (B, K), bool, a mask
         of the slots that hold an object, as in ``decode_yolov8``: in descending order of score, empty slots
         are 0.
 
     Raises:
-        TypeError: if boxes or scores is not floating point, labels not int64, or found not bool.
+        TypeError: if boxes or scores is not floating point, labels not int64, found not bool, or origins
+            neither int64 nor floating point.
         ValueError: if a shape is not as above, or max_output is not positive.
 
     Example:
@@ -161,10 +165,11 @@ def merge_detections(
         raise ValueError(
             f"origins: expected shape (T, 2) for boxes {list(boxes.shape)}, got {list(origins.shape)}"
         )
-    if origins.dtype != torch.int64:
-        check_floating(origins, "origins")
+    if origins.dtype != torch.int64 and not origins.is_floating_point():
+        raise TypeError(f"origins: expected dtype int64 or floating point, got {origins.dtype}")
     batch, count = boxes.size(0), boxes.size(1) * boxes.size(2)
-    moved = boxes + torch.cat([origins, origins], 1).to(boxes.dtype)[:, None]
+    moved = wide(boxes)
+    moved = moved + torch.cat([origins, origins], 1).to(moved.dtype)[:, None]
     flat = reshaped(moved, [batch, count, 4])
     present = torch.where(found, scores, torch.full_like(scores, -float("inf")))
     values, classes = reshaped(present, [batch, count]), reshaped(labels, [batch, count])
@@ -173,10 +178,7 @@ def merge_detections(
 
 def _overlaps(overlap: Union[int, Tuple[int, int]], rows: int, columns: int) -> Tuple[int, int]:
     """The vertical and the horizontal overlap."""
-    if isinstance(overlap, int):
-        down, right = overlap, overlap
-    else:
-        down, right = overlap
+    down, right = any_pair(overlap, "overlap")
     if down < 0 or right < 0 or down >= rows or right >= columns:
         raise ValueError(
             f"overlap: expected 0 to less than the tiles' ({rows}, {columns}), got ({down}, {right})"

@@ -195,7 +195,7 @@ def transform_bbox(
             and y1 <= y2; True by default.
 
     Returns:
-        Boxes of the same shape and mode.
+        Boxes of the same shape, dtype and mode; computed in the wider dtype of both.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above, or mode is not
@@ -218,12 +218,14 @@ def transform_bbox(
     first, second = many[..., :2], many[..., 2:]
     if mode == "xywh":
         second = first + second
-    first, second = _moved(trans_mat, first), _moved(trans_mat, second)
+    wider = torch.promote_types(trans_mat.dtype, boxes.dtype)
+    matrix = trans_mat.to(wider)
+    first, second = _moved(matrix, first.to(wider)), _moved(matrix, second.to(wider))
     if restore_coordinates is None or restore_coordinates:
         first, second = torch.minimum(first, second), torch.maximum(first, second)
     if mode == "xywh":
         second = second - first
-    return torch.cat([first, second], -1).reshape(boxes.shape)
+    return torch.cat([first, second], -1).reshape(boxes.shape).to(boxes.dtype)
 
 
 def is_bbox(boxes: Tensor) -> Tensor:
