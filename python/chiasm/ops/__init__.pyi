@@ -404,8 +404,7 @@ class MasksFromPrototypes(nn.Module):
 
 class MasksToBoxes(nn.Module):
     """`masks_to_boxes` as a module: The bounding boxes of masks, as indices of their corner pixels. As
-    in torchvision, the corner x2, y2 is the last pixel of the mask, not the one after it. torchvision
-    raises an error for an empty mask."""
+    in torchvision, the corner x2, y2 is the last pixel of the mask, not the one after it."""
     def __init__(self) -> None: ...
     def forward(self, masks: Tensor) -> Tensor: ...
     def __call__(self, masks: Tensor) -> Tensor: ...

@@ -24,11 +24,12 @@ from shlex import quote
 from typing import Any
 
 import torch
+from torch import Tensor
 from torch.export import ExportedProgram
 
 from .. import isas
 from ..errors import ExportError, explain
-from ..internals import Operator, schema_of
+from ..internals import Operator, expression_of, schema_of
 from ..isas import ISAS, LINK_OF, compiler_command, library_folder, run_tool, settings
 from ..job import Artifact, ExportJob, Method
 from ..patches.cuda import gpu_compiler, on_gpu
@@ -330,11 +331,28 @@ def _inductor(
             aoti_compile_and_package(
                 program, package_path=path, inductor_configs=settings(spec.vectorize, isa) | options
             )
+            _check_sizes(program, spec, isa)
             return Path(path).read_bytes()
+    except ExportError:
+        raise
     except Exception as error:
         raise explain(spec.name, f"native code ({isa})", error) from error
     finally:
         torch.set_num_threads(threads)
+
+
+def _check_sizes(program: ExportedProgram, spec: Spec, isa: str) -> None:
+    """Raise if Inductor has fixed a size: its code does not check that, and reads beyond other inputs."""
+    for node in program.graph.find_nodes(op="placeholder"):
+        value = node.meta["val"]
+        shape: Sequence[int | torch.SymInt] = value.shape if isinstance(value, Tensor) else ()
+        for place, size in enumerate(shape):
+            if isinstance(size, torch.SymInt) and expression_of(size).is_Integer:
+                raise ExportError(
+                    f"{spec.name}: cannot be exported to native code ({isa})\n"
+                    f"  because: the compiler makes code for {node.name}.shape[{place}] = {int(size)} alone\n"
+                    "  instead: write the size into the input's shape, or leave the format out (formats=...)"
+                )
 
 
 def _repack(package: bytes) -> bytes:

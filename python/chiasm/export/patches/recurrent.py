@@ -19,11 +19,22 @@ aten = torch.ops.aten
 def layers_of_any_length() -> Generator[None]:
     """torch.export keeps LSTM and GRU layers in its graph as operators, but finds their results' shapes by
     taking as many steps as the example has. Here the shapes follow from the arguments'."""
-    with (
-        _register_rnn_while_loop_decomposition(aten.lstm.input, _lstm),
-        _register_rnn_while_loop_decomposition(aten.gru.input, _gru),
-    ):
-        yield
+    try:
+        with (
+            _register_rnn_while_loop_decomposition(aten.lstm.input, _lstm),
+            _register_rnn_while_loop_decomposition(aten.gru.input, _gru),
+        ):
+            _forget()
+            yield
+    finally:
+        _forget()
+
+
+def _forget() -> None:
+    """Torch keeps the forms of operators that it has looked up. Later traces would get the tensors without
+    values, as layers' results."""
+    for layer in (aten.lstm.input, aten.gru.input):
+        layer._dispatch_cache.clear()
 
 
 def _lstm(input: Tensor, hx: list[Tensor], *settings: Any) -> tuple[Tensor, Tensor, Tensor]:
