@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 
 import cv2
 import numpy as np
@@ -12,7 +13,8 @@ from torch import Tensor
 
 from chiasm import pipelines
 from chiasm.geometry.bbox import transform_bbox
-from chiasm.pipelines import center_crop, crop_boxes, letterbox
+from chiasm.pipelines import center_crop, crop_boxes, letterbox, letterbox_longest
+from chiasm.pipelines.letterbox import _multiples
 
 SIZES = [(72, 128), (108, 192), (481, 333), (3, 200), (64, 64), (1, 1), (640, 9)]
 MEAN, STD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
@@ -62,6 +64,38 @@ def test_letterbox_is_resize_and_border(height: int, width: int, size: tuple[int
     corners = torch.tensor([[[left, top, left + new_width, top + new_height]]], dtype=torch.float32)
     back = transform_bbox(to_frame[:1], corners)
     torch.testing.assert_close(back[0, 0], torch.tensor([0.0, 0.0, width, height]), rtol=1e-6, atol=1e-4)
+
+
+@pytest.mark.parametrize(("longest", "multiple"), [(96, 32), (50, 14), (7, 2)])
+@pytest.mark.parametrize(("height", "width"), [*SIZES, (200, 1), (161, 128)])
+def test_the_longest_side_and_multiples(height: int, width: int, longest: int, multiple: int) -> None:
+    frame = photo(height, width)
+    ratio = longest / max(height, width)
+    new_height, new_width = (max(round(side * ratio), 1) for side in (height, width))
+    below, beside = -new_height % multiple, -new_width % multiple
+    actual, to_frame = letterbox_longest(torch.from_numpy(frame)[None], longest, multiple)
+    top, left = below // 2, beside // 2
+    expected = cv2.copyMakeBorder(
+        resized(frame, new_width, new_height),
+        *(top, below - top, left, beside - left),
+        cv2.BORDER_CONSTANT,
+        value=(114, 114, 114),
+    )
+    np.testing.assert_allclose(actual[0], normalised(expected), atol=1e-6)
+    corners = torch.tensor([[[left, top, left + new_width, top + new_height]]], dtype=torch.float32)
+    back = transform_bbox(to_frame, corners)
+    torch.testing.assert_close(back[0, 0], torch.tensor([0.0, 0.0, width, height]), rtol=1e-6, atol=1e-4)
+
+
+def test_sizes_for_the_longest_side() -> None:
+    """All ties of rounding, and frames that are almost lines."""
+    random = np.random.default_rng(0)
+    several = [*random.integers(1, 40, (3000, 2)), *random.integers(1, 9000, (3000, 2))]
+    for height, width in [*several, *((n, 1280) for n in range(1, 1281)), (1, 9000), (9000, 1)]:
+        for longest, multiple in [(640, 32), (640, 2), (333, 14), (1, 2)]:
+            exact = Fraction(int(height) * longest, int(max(height, width)))
+            expected = -(-max(round(exact), 1) // multiple)
+            assert _multiples(int(height), int(width), longest, multiple) == expected
 
 
 @pytest.mark.parametrize(("height", "width"), [(720, 1280), (1080, 1920), (427, 640), (333, 500)])

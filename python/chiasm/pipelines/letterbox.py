@@ -107,6 +107,97 @@ def letterbox(
     return network_input(placed, mean, std, color, dtype, layout), to_frame
 
 
+def letterbox_longest(
+    frame: Tensor,
+    longest: int = 640,
+    multiple: int = 32,
+    value: int = 114,
+    anchor: str = "center",
+    mean: Numbers = (0.0, 0.0, 0.0),
+    std: Numbers = (1.0, 1.0, 1.0),
+    color: str = "bgr",
+    interpolation: str = "bilinear",
+    antialias: bool = False,
+    dtype: str = "float32",
+    layout: str = "NCHW",
+) -> Tuple[Tensor, Tensor]:
+    """Convert frames to the input of a detector that takes any multiple of its stride: resize with the aspect
+    ratio kept, until the longer side is ``longest``, then fill both sides up to the next multiples. A frame
+    that is not square takes fewer pixels than in ``letterbox``: this is what YOLO's authors call rectangular
+    inference. Otherwise as ``letterbox``.
+
+    Args:
+        frame: (B, H, W, 3), uint8 or uint16; (B, H, W, 4) or (B, H, W, 1) if ``color`` says so.
+        longest: the longer side of the resized frame, in pixels.
+        multiple: what height and width of the result are multiples of, an even number.
+        value: the value of the pixels beside the image, 0 to 255; with uint16, 257 times that.
+        anchor: the position of the image: "center" (half of the rest, rounded down, lies before it) or
+            "top_left".
+        mean: the means of red, green and blue, for values in [0, 1].
+        std: the standard deviations of red, green and blue, for values in [0, 1].
+        color: the order of a frame's channels: "bgr", "rgb", "bgra", "rgba" or "gray".
+        interpolation: as in ``letterbox``: "bilinear", "area", "bicubic" or "lanczos".
+        antialias: stretch the filter by the reduction factor, as in ``letterbox``.
+        dtype: that of the result, as in ``letterbox``: "float32", "float16" or "uint8".
+        layout: that of the result: "NCHW" or "NHWC".
+
+    Returns:
+        (B, 3, height, width), or (B, height, width, 3) for "NHWC", and (B, 3, 3), float32: to the frame, as
+        in ``letterbox``.
+
+    Raises:
+        TypeError: if frame is neither uint8 nor uint16.
+        ValueError: if frame is not of the shape above or has no pixels, longest is not positive, multiple is
+            not positive and even, value is no byte, a standard deviation is not above 0, or a choice is not
+            as in ``letterbox``.
+
+    Example:
+        >>> letterbox_longest(torch.zeros(1, 720, 1280, 3, dtype=torch.uint8))[0].shape
+        torch.Size([1, 3, 384, 640])
+    """
+    check_frame(frame, color, True)
+    check_integer(longest, "longest")
+    if not (longest >= 1 and longest % 1 == 0):
+        raise ValueError(f"longest: expected a positive whole number, got {longest}")
+    check_integer(multiple, "multiple")
+    if not (multiple >= 2 and multiple % 2 == 0):
+        raise ValueError(f"multiple: expected a positive even number, got {multiple}")
+    check_value(value)
+    check_choice(anchor, ["center", "top_left"], "anchor")
+    check_filter(interpolation, antialias)
+    size = (
+        multiple * _multiples(frame.size(1), frame.size(2), longest, multiple),
+        multiple * _multiples(frame.size(2), frame.size(1), longest, multiple),
+    )
+    height, width = sides(frame)
+    longer = torch.maximum(height, width)
+    resized_height = torch.round(height * longest / longer).clamp(min=1.0)
+    resized_width = torch.round(width * longest / longer).clamp(min=1.0)
+    top, left = torch.zeros_like(height), torch.zeros_like(width)
+    if anchor == "center":
+        top = torch.floor((torch.ones_like(top) * size[0] - resized_height) * 0.5)
+        left = torch.floor((torch.ones_like(left) * size[1] - resized_width) * 0.5)
+    # The same, rounded down, in numbers.
+    least = (
+        larger(smaller(longest, frame.size(1) * longest // frame.size(2)), 1),
+        larger(smaller(longest, frame.size(2) * longest // frame.size(1)), 1),
+    )
+    to = [left, top, resized_width, resized_height]
+    placed, to_frame = placed_frames(frame, to, least, size, value, interpolation, antialias)
+    return network_input(placed, mean, std, color, dtype, layout), to_frame
+
+
+def _multiples(side: int, other: int, longest: int, multiple: int) -> int:
+    """How many times ``multiple`` it takes to hold a side of a frame that is resized until the longer one is
+    ``longest``. It is written with + - * // alone, which is what a manifest states sizes with: 1 // (1 + x)
+    is 1 if x is 0, and 0 if x is above 0."""
+    # side / other * longest is rounded, halves to even, and so to an even multiple, which holds it: rounding
+    # up what is more than a half above a multiple rounds both.
+    count = (2 * longest * side + (2 * multiple - 1) * other - 1) // (2 * multiple * other)
+    most = (longest + multiple - 1) // multiple  # of the longer side
+    return most + (count - most) * (1 // (1 + count // most)) + 1 // (1 + count)
+
+
 def pad_to_multiple(
     frame: Tensor,
     multiple: int = 32,

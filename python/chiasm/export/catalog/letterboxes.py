@@ -10,7 +10,7 @@ from ..peer import opencv
 from ..spec import ErrorInput, Spec, like
 from . import add, rejected, rejected_words
 from .geometry_transform import SIZES
-from .pipelines import FRAMES, INPUT, STD, TO_FRAME, fitted
+from .pipelines import FRAMES, INPUT, STD, TO_FRAME, bordered, fitted
 
 _LEVEL = 1.001 / 255
 _PIXELS = replace(INPUT, layout="NHWC", description="input of a network: levels, not normalised")
@@ -137,6 +137,32 @@ add(
         reference="OpenCV resize, copyMakeBorder",
     ),
     "pipelines.letterbox",
+)
+
+
+def _longest(cv2: Any, frame: np.ndarray):
+    height, width = frame.shape[:2]
+    ratio = 640 / max(height, width)
+    size = tuple(-(-max(round(side * ratio), 1) // 32) * 32 for side in (height, width))
+    whole, to_frame = bordered(cv2, frame, size, ratio)
+    return cv2.dnn.blobFromImage(whole, 1 / 255, swapRB=True)[0], to_frame
+
+
+add(
+    Spec(
+        "pipelines.letterbox_longest",
+        [FRAMES],
+        [INPUT, TO_FRAME],
+        also=({"antialias": True, "longest": 300, "multiple": 64},),
+        peer=opencv(_longest, "samples", atol=_LEVEL),
+        reference="OpenCV resize, copyMakeBorder, blobFromImage",
+        errors=(
+            *STD,
+            *rejected("longest", "a positive whole number", 0, 1.5),
+            *rejected("multiple", "a positive even number", 0, 3, 2.5),
+            *rejected_words("anchor", "interpolation", "dtype", "layout"),
+        ),
+    )
 )
 add(
     Spec(

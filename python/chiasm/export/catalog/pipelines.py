@@ -85,8 +85,12 @@ TO_FRAME = TensorSpec("to_frame", description="from coordinates in the output to
 def fitted(cv2: Any, frame: np.ndarray, size: tuple[int, ...] = (640, 640)):
     """The method of YOLO's authors, up to the conversion to planes, and the transform back. chiasm uses
     INTER_LINEAR_EXACT and may differ by a level."""
+    return bordered(cv2, frame, size, min(size[0] / frame.shape[0], size[1] / frame.shape[1]))
+
+
+def bordered(cv2: Any, frame: np.ndarray, size: tuple[int, ...], ratio: float):
+    """``fitted``, with a ratio of its own."""
     height, width = frame.shape[:2]
-    ratio = min(size[0] / height, size[1] / width)
     new_width, new_height = max(round(width * ratio), 1), max(round(height * ratio), 1)
     left, top = (size[1] - new_width) // 2, (size[0] - new_height) // 2
     inner = cv2.resize(frame, (new_width, new_height), interpolation=cv2.INTER_LINEAR)

@@ -143,6 +143,9 @@ def _expression(e: sympy.Expr, names: dict[sympy.Symbol, str]) -> str | None:
         return str(int(e))
     if e.is_Symbol:
         return names[e]
+    if scaled := _scaled(e):
+        part = _expression(scaled[0], names)
+        return part and f"({part} * {scaled[1]} // {scaled[2]})"
     parts = [part for a in e.args if (part := _expression(a, names)) is not None]
     if len(parts) < len(e.args):
         return None
@@ -151,5 +154,17 @@ def _expression(e: sympy.Expr, names: dict[sympy.Symbol, str]) -> str | None:
     if e.is_Mul:
         return " * ".join(parts)
     if type(e).__name__ in ("FloorDiv", "CleanDiv"):
-        return f"({parts[0]} // {parts[1]})"
+        return f"({parts[0]} // {f'({parts[1]})' if e.args[1].is_Mul else parts[1]})"
     return None
+
+
+def _scaled(e: sympy.Expr) -> tuple[sympy.Expr, int, int] | None:
+    """(n, p, q) of an expression n * p // q that torch writes as int(n * (p / q)), as for an image resized by
+    a scale factor of 1.5. The product is exact if p and q are small and q is a power of 2."""
+    if type(e).__name__ != "TruncToInt" or not e.args[0].is_Mul or len(e.args[0].args) != 2:
+        return None
+    factor, size = e.args[0].args
+    if not isinstance(factor, sympy.Float) or type(size).__name__ != "ToFloat" or not factor > 0:
+        return None
+    p, q = float(factor).as_integer_ratio()
+    return (size.args[0], p, q) if max(p, q) < 1 << 20 else None
