@@ -32,7 +32,9 @@ def areas(box: np.ndarray) -> np.ndarray:
 
 
 def kept_by_definition(boxes: np.ndarray, threshold: float) -> np.ndarray:
-    """Boxes in the order of their scores, one after the other, by IEEE 754's arithmetic."""
+    """Boxes in the order of their scores, one after the other, by IEEE 754's arithmetic. A box whose second
+    corner is before its first is empty."""
+    boxes = np.concatenate([boxes[:, :2], np.maximum(boxes[:, :2], boxes[:, 2:])], 1)
     kept = np.ones(len(boxes), bool)
     with np.errstate(invalid="ignore"):
         for i in range(len(boxes)):
