@@ -98,10 +98,7 @@ def letterbox(
             larger(smaller(size[0], frame.size(1) * size[1] // frame.size(2)), 1),
             larger(smaller(size[1], frame.size(2) * size[0] // frame.size(1)), 1),
         )
-        top, left = torch.zeros_like(height), torch.zeros_like(width)
-        if anchor == "center":
-            top = torch.floor((target_height - resized_height) * 0.5)
-            left = torch.floor((target_width - resized_width) * 0.5)
+        left, top = _before(anchor, size, resized_height, resized_width)
         to = [left, top, resized_width, resized_height]
     placed, to_frame = placed_frames(frame, to, least, size, value, interpolation, antialias)
     return network_input(placed, mean, std, color, dtype, layout), to_frame
@@ -173,10 +170,7 @@ def letterbox_longest(
     longer = torch.maximum(height, width)
     resized_height = torch.round(height * longest / longer).clamp(min=1.0)
     resized_width = torch.round(width * longest / longer).clamp(min=1.0)
-    top, left = torch.zeros_like(height), torch.zeros_like(width)
-    if anchor == "center":
-        top = torch.floor((torch.ones_like(top) * size[0] - resized_height) * 0.5)
-        left = torch.floor((torch.ones_like(left) * size[1] - resized_width) * 0.5)
+    left, top = _before(anchor, size, resized_height, resized_width)
     # The same, rounded down, in numbers.
     least = (
         larger(smaller(longest, frame.size(1) * longest // frame.size(2)), 1),
@@ -185,6 +179,14 @@ def letterbox_longest(
     to = [left, top, resized_width, resized_height]
     placed, to_frame = placed_frames(frame, to, least, size, value, interpolation, antialias)
     return network_input(placed, mean, std, color, dtype, layout), to_frame
+
+
+def _before(anchor: str, size: Tuple[int, int], height: Tensor, width: Tensor) -> Tuple[Tensor, Tensor]:
+    """How much of a result of this size lies on the left of an image (height, width), and above it."""
+    if anchor != "center":
+        return torch.zeros_like(width), torch.zeros_like(height)
+    one = torch.ones_like(height)
+    return torch.floor((one * size[1] - width) * 0.5), torch.floor((one * size[0] - height) * 0.5)
 
 
 def _multiples(side: int, other: int, longest: int, multiple: int) -> int:
@@ -248,10 +250,7 @@ def pad_to_multiple(
         (frame.size(2) + multiple - 1) // multiple * multiple,
     )
     height, width = sides(frame)
-    top, left = torch.zeros_like(height), torch.zeros_like(width)
-    if anchor == "center":
-        top = torch.floor((torch.ones_like(top) * size[0] - height) * 0.5)
-        left = torch.floor((torch.ones_like(left) * size[1] - width) * 0.5)
+    left, top = _before(anchor, size, height, width)
     least = (frame.size(1), frame.size(2))
     placed, to_frame = placed_frames(frame, [left, top, width, height], least, size, value)
     return network_input(placed, mean, std, color, dtype, layout), to_frame
