@@ -104,6 +104,12 @@ KNOWN = {
     **_old(
         _OLD_FUSION,
         ["forward"],
+        "transform.crop_and_resize.frames transform.crop_by_boxes.frames",
+        dtype="uint8",
+    ),
+    **_old(
+        _OLD_FUSION,
+        ["forward"],
         """
         match_fginn.mutual match_fginn.plain match_mnn.masked match_mnn.plain match_nn.masked match_nn.plain
         match_smnn match_smnn_batched match_snn match_adalam.masked match_adalam.plain
