@@ -10,6 +10,7 @@ from typing import Dict, List, NamedTuple, Tuple
 import numpy as np
 import pytest
 import torch
+import torchvision
 from torch import Tensor, nn
 from torch.nn import functional as F
 
@@ -351,6 +352,11 @@ def by_python(input: Tensor) -> Tensor:
     return Doubled.apply(input)
 
 
+def of_another_library(input: Tensor) -> Tensor:
+    boxes = input.new_zeros(1, 5)
+    return torchvision.ops.roi_align(input, boxes, (2, 2))
+
+
 class NeverEvaluates(nn.Module):
     def forward(self, input: Tensor) -> Tensor:
         return input + 1
@@ -389,6 +395,11 @@ class Labelled(Tensor):
         (Holds(torch.quantize_per_tensor(torch.ones(3), 0.1, 0, torch.quint8)), "'table' is quantized"),
         (Holds(torch.nested.as_nested_tensor([torch.ones(2), torch.ones(3)])), "'table' is nested"),
         (Holds(torch.ones(3).as_subclass(Labelled)), "'table' is a Labelled.*as_subclass"),
+        (
+            of_another_library,
+            r"to TorchScript: it calls an operator of torchvision.*\n"
+            r".*test_refusals.py:\d+: .*roi_align.*\n.*torchvision.roi_align.default\n.*formats=\['onnx'\]",
+        ),
         (by_python, r"return Doubled.apply\(input\)\n.*\n.*cannot hold an autograd.Function"),
         pytest.param(
             Unreadable(),

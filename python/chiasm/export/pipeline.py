@@ -18,6 +18,7 @@ import chiasm
 from . import example_inputs
 from .bundle import Writer
 from .checks.arguments import check_call, check_inputs, check_results
+from .checks.foreign import check_operators
 from .checks.independence import SYMBOL, has_samples, independent
 from .checks.purity import check_op, preserved
 from .checks.trial import try_artifacts
@@ -106,9 +107,11 @@ def _check(job: ExportJob, variant: str | None) -> list[bool]:
     inputs = example_inputs.make(job.spec, sizes, variant)
     check_inputs(job.spec, inputs, sizes, variant)
     try:
-        return check_op(
+        copied = check_op(
             job.spec.name, lambda tensors: check_results(job.spec, call(job.op, tensors)), inputs, job.op
         )
+        check_operators(job.spec.name, partial(call, job.op), inputs, job.formats)
+        return copied
     except ExportError:
         raise
     except (Exception, SystemExit) as error:
