@@ -1,6 +1,9 @@
 """Images of NumPy and of files as tensors, and as objects, against NumPy, OpenCV and Pillow."""
 
+import os
+import struct
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 
 import cv2
@@ -194,6 +197,27 @@ def test_a_jpeg_has_its_quality(tmp_path: Path) -> None:
     )
 
 
+def test_files_that_are_no_images(tmp_path: Path) -> None:
+    whole, pipe = BytesIO(), tmp_path / "pipe.png"
+    Pillow.fromarray(RGB).save(whole, "PNG")
+    os.mkfifo(pipe)
+    damaged = {
+        "cut.png": whole.getvalue()[:60],
+        "flipped.png": whole.getvalue().replace(b"IDAT", b"IDAX"),
+        "vast.png": whole.getvalue().replace(struct.pack(">II", 7, 5), struct.pack(">II", 60000, 60000)),
+        "text.png": b"text",
+        "empty.png": b"",
+        "program.png": b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\nshowpage\n",
+    }
+    for name, data in damaged.items():
+        (tmp_path / name).write_bytes(data)
+    for file in (*(tmp_path / name for name in damaged), pipe, tmp_path, tmp_path / "none.png", f"{pipe}\0"):
+        with pytest.raises(OSError):
+            io.load_image(file)
+    with pytest.raises(OSError, match=r"path_file: .*program\.png is PostScript, which is a program"):
+        io.load_image(tmp_path / "program.png")
+
+
 # --- a terminal ---------------------------------------------------------------------------------------------
 
 
@@ -273,6 +297,10 @@ PLANES = torch.zeros(3, 5, 7, dtype=torch.uint8)
             "image: expected uint8, or uint16 of one",
         ),
         (lambda: io.write_image("a.png", PLANES, 101), ValueError, "quality: expected 0 to 100, got 101"),
+        (lambda: io.write_image("a.png", PLANES, "80"), TypeError, "quality: expected an int, got str"),
+        (lambda: io.write_image("a.nope", PLANES), ValueError, "path_file: expected the extension.*'.nope'"),
+        (lambda: io.write_image(3, PLANES), TypeError, "path_file: expected a path, got int"),
+        (lambda: io.load_image(None), TypeError, "path_file: expected a path, got NoneType"),
         (lambda: image_to_string(PLANES[:2]), ValueError, r"image: expected shape \(C, H, W\) of 1 or 3"),
         (
             lambda: image_to_string(PLANES + 1.5),

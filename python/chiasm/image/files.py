@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -48,8 +49,9 @@ def load_image(
         (C, H, W).
 
     Raises:
-        TypeError: if desired_type is not an ImageLoadType.
-        OSError: if the file cannot be read, or is not an image.
+        TypeError: if path_file is not a path, or desired_type not an ImageLoadType.
+        OSError: if the file cannot be read, is not an image, or is a program (PostScript), which Pillow would
+            start.
         ValueError: if the file has more than 8 bits to a value and desired_type is not UNCHANGED.
 
     Example:
@@ -62,22 +64,21 @@ def load_image(
     pillow = _pillow()
     if not isinstance(desired_type, ImageLoadType):
         raise TypeError(f"desired_type: expected an ImageLoadType, got {desired_type!r}")
-    with pillow.open(path_file) as file:
-        file.load()
-        if desired_type == ImageLoadType.UNCHANGED:
-            return _planes(np.array(file)).to(device)
-        if file.mode == "F" or file.mode.startswith("I"):
-            raise ValueError(
-                f"desired_type: expected UNCHANGED for {path_file}, whose values have more than 8 bits, got"
-                f" {desired_type.name}"
-            )
-        picture = file.convert("RGBA") if file.has_transparency_data else file
-        if picture.mode == "RGBA" and desired_type != ImageLoadType.RGBA8:
-            picture = pillow.alpha_composite(pillow.new("RGBA", picture.size, "white"), picture)
-        grey = desired_type in (ImageLoadType.GRAY8, ImageLoadType.GRAY32)
-        mode = "L" if grey and picture.mode in ("1", "L") else "RGB"
-        mode = "RGBA" if desired_type == ImageLoadType.RGBA8 else mode
-        loaded = _planes(np.array(picture.convert(mode))).to(device)
+    file = _decoded(path_file)
+    if desired_type == ImageLoadType.UNCHANGED:
+        return _planes(np.array(file)).to(device)
+    if file.mode == "F" or file.mode.startswith("I"):
+        raise ValueError(
+            f"desired_type: expected UNCHANGED for {path_file}, whose values have more than 8 bits, got"
+            f" {desired_type.name}"
+        )
+    picture = file.convert("RGBA") if file.has_transparency_data else file
+    if picture.mode == "RGBA" and desired_type != ImageLoadType.RGBA8:
+        picture = pillow.alpha_composite(pillow.new("RGBA", picture.size, "white"), picture)
+    grey = desired_type in (ImageLoadType.GRAY8, ImageLoadType.GRAY32)
+    mode = "L" if grey and picture.mode in ("1", "L") else "RGB"
+    mode = "RGBA" if desired_type == ImageLoadType.RGBA8 else mode
+    loaded = _planes(np.array(picture.convert(mode))).to(device)
     loaded = loaded.to(torch.float32) / 255.0 if desired_type.name.endswith("32") else loaded
     return rgb_to_grayscale(loaded) if grey and mode == "RGB" else loaded
 
@@ -92,7 +93,7 @@ def write_image(path_file: str | Path, image: Tensor, quality: int = 80) -> None
         quality: of JPEG, 0 to 100.
 
     Raises:
-        TypeError: if image is not of these dtypes.
+        TypeError: if path_file is not a path, image is not of these dtypes, or quality is not a number.
         ValueError: if image is not of these shapes, quality is not as above, or the extension is unknown.
         OSError: if the file cannot be written.
 
@@ -108,13 +109,44 @@ def write_image(path_file: str | Path, image: Tensor, quality: int = 80) -> None
         )
     if image.dtype != torch.uint8 and not (image.dtype == torch.uint16 and channels == 1):
         raise TypeError(f"image: expected uint8, or uint16 of one channel, got {image.dtype}")
+    if not isinstance(quality, int):
+        raise TypeError(f"quality: expected an int, got {type(quality).__name__}")
     if not 0 <= quality <= 100:
         raise ValueError(f"quality: expected 0 to 100, got {quality}")
-    picture = _pillow().fromarray(tensor_to_image(image, force_contiguous=True))
-    if Path(path_file).suffix.lower() in (".jpg", ".jpeg"):
+    pillow = _pillow()
+    extension = _path(path_file).suffix.lower()
+    form = pillow.registered_extensions().get(extension)
+    if form not in pillow.SAVE:
+        raise ValueError(f"path_file: expected the extension of an image, such as .png, got {extension!r}")
+    picture = pillow.fromarray(tensor_to_image(image, force_contiguous=True))
+    if form == "JPEG":
         picture.save(path_file, quality=quality)
     else:
         picture.save(path_file)
+
+
+def _decoded(path_file: str | Path) -> Any:
+    """An image of Pillow, decoded. What a decoder raises is an OSError."""
+    path = _path(path_file)
+    try:
+        path.stat()
+        if not path.is_file():  # opening a pipe would wait for its writer
+            raise OSError(f"path_file: {path} is not a regular file")
+        with _pillow().open(path) as file:
+            if file.format == "EPS":
+                raise OSError(f"path_file: {path} is PostScript, which is a program: convert it to an image")
+            file.load()
+            return file
+    except (OSError, ImportError):
+        raise
+    except Exception as error:  # a decoder may raise any
+        raise OSError(f"path_file: {path} is not an image that can be read: {error}") from error
+
+
+def _path(path_file: object) -> Path:
+    if not isinstance(path_file, (str, os.PathLike)):
+        raise TypeError(f"path_file: expected a path, got {type(path_file).__name__}")
+    return Path(path_file)
 
 
 def _pillow() -> Any:
