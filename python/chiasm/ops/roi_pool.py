@@ -75,8 +75,8 @@ def ps_roi_pool(
     J. Dai et al., R-FCN, NIPS 2016. Channel (c * PH + i) * PW + j is channel c of bin (i, j). Corners are
     rounded to pixels (halves away from zero). A bin contains all pixels that it touches, except the input's
     last row and column, as in torchvision; it is 0 if it touches none. Except natively, sums are differences
-    of a summed-area table in float64, so the input must be finite. There are gradients with respect to the
-    input.
+    of a summed-area table in float64: the input must be finite, and a value 1e10 times as large as those of a
+    bin spoils the bin's mean, even if it is outside. There are gradients with respect to the input.
 
     Args:
         input: (B, C * PH * PW, H, W), floating point.

@@ -116,7 +116,8 @@ box_maxima.lowering("native", when=kernels.has_kernel)(kernels.box_maxima)
 def box_means(x: Tensor, image: Tensor, top: Tensor, bottom: Tensor, left: Tensor, right: Tensor) -> Tensor:
     """The means (K, C, PH, PW) of the pixels in bins, each of which has planes of its own: x is (B, C, PH *
     PW, H, W), the rest as in `box_maxima`. Sums are differences of a summed-area table in float64, so x must
-    be finite.
+    be finite, and no value 1e10 times as large as others. (Weights of 0 and 1 in a matrix product would need
+    neither, but take a multiplication for every row of every image.)
 
     >>> x, zero, two = torch.arange(4.0).reshape(1, 1, 1, 1, 4), torch.tensor([[0]]), torch.tensor([[2]])
     >>> box_means(x, torch.tensor([0]), zero, zero + 1, zero, two)
