@@ -31,6 +31,10 @@ def uniforms(samples: int, size: int, seed: int = 0, batch: int = 1) -> torch.Te
     return torch.rand(batch, samples, size, generator=torch.Generator().manual_seed(seed))
 
 
+def all_of(count: int) -> torch.Tensor:
+    return torch.ones(1, count, dtype=torch.bool)
+
+
 def tensors(*arrays: np.ndarray, dtype: torch.dtype = torch.float32) -> list[torch.Tensor]:
     return [torch.from_numpy(a).to(dtype)[None] for a in arrays]
 
@@ -91,13 +95,13 @@ def floyd(u: np.ndarray, count: int) -> list[int]:
 @pytest.mark.parametrize(("count", "size"), [(4, 4), (5, 3), (9, 7), (100, 5), (1 << 20, 4)])
 def test_samples_are_floyds(count: int, size: int) -> None:
     u = uniforms(300, size)
-    index = draw_samples(u, count)
+    index = draw_samples(u, all_of(count))
     assert index[0].tolist() == [floyd(row, count) for row in u[0].numpy()]
     assert index.min() >= 0 and index.max() < count and (index.sort(-1).values.diff(dim=-1) > 0).all()
 
 
 def test_all_samples_are_as_likely() -> None:
-    index = draw_samples(uniforms(20000, 3, 1), 5)[0].sort(-1).values
+    index = draw_samples(uniforms(20000, 3, 1), all_of(5))[0].sort(-1).values
     counts = Counter(map(tuple, index.tolist()))
     assert sorted(counts) == list(itertools.combinations(range(5), 3))
     assert all(abs(n - 2000) < 5 * 2000**0.5 for n in counts.values())
@@ -105,7 +109,8 @@ def test_all_samples_are_as_likely() -> None:
 
 def test_numbers_at_the_ends_of_the_range() -> None:
     below_one = torch.tensor(1.0).nextafter(torch.tensor(0.0)).item()
-    assert draw_samples(torch.tensor([[0.0] * 4, [below_one] * 4]), 1 << 20).tolist() == [
+    numbers = torch.tensor([[[0.0] * 4, [below_one] * 4]])
+    assert draw_samples(numbers, all_of(1 << 20))[0].tolist() == [
         [0, (1 << 20) - 3, (1 << 20) - 2, (1 << 20) - 1]
     ] + [[(1 << 20) - 4, (1 << 20) - 3, (1 << 20) - 2, (1 << 20) - 1]]
 
@@ -114,7 +119,7 @@ def test_the_first_of_equal_models_is_taken() -> None:
     p, q = tensors(
         np.random.default_rng(0).uniform(-1, 1, (30, 2)), np.random.default_rng(1).uniform(-1, 1, (30, 2))
     )
-    planes = score_planes(p, q, torch.eye(3)[None], 0.5, torch.float32)
+    planes = score_planes(p, q, all_of(30), torch.eye(3)[None], 0.5, torch.float32)
     models = torch.stack([torch.randn(3, 3), torch.eye(3), 2.0 * torch.eye(3), 4.0 * torch.eye(3)])[None]
     exists = torch.tensor([[False, True, True, True]])
     for epipolar in (False, True):
@@ -166,7 +171,7 @@ def test_without_refinements_it_is_one_sample() -> None:
     errors = np.linalg.norm(mapped(estimate[0].numpy(), p) - q, axis=1)
     np.testing.assert_array_equal(mask[0], errors < 3.0)
     costs = {}
-    for row in draw_samples(numbers, 400)[0].tolist():
+    for row in draw_samples(numbers, all_of(400))[0].tolist():
         by_opencv = cv2.getPerspectiveTransform(p[row].astype(np.float32), q[row].astype(np.float32))
         costs[tuple(row)] = np.minimum(((mapped(by_opencv, p) - q) ** 2).sum(1), 9.0).sum()
     assert np.minimum(errors**2, 9.0).sum() == pytest.approx(min(costs.values()), rel=1e-3)
@@ -227,7 +232,7 @@ def test_gradient_is_that_of_the_fit_to_the_inliers() -> None:
     theirs = torch.autograd.grad(
         (find_homography_dlt(points[0][:, mask[0]], points[1][:, mask[0]]) * weights).sum(), points
     )
-    # nearly: the other points affect the normalisation of coordinates
+    # nearly: the fit is to the inliers of the model before it
     for a, b in zip(ours, theirs, strict=True):
         assert a[:, ~mask[0]].norm() < 0.01 * a.norm()
         assert torch.nn.functional.cosine_similarity(a.flatten(), b.flatten(), 0) > 0.99
@@ -333,6 +338,49 @@ def test_no_essential_matrix_is_zeros() -> None:
     points = torch.full((1, 8, 2), float("nan"))
     E, mask = ransac_essential(points, points, torch.eye(3)[None], torch.eye(3)[None], uniforms(5, 5))
     assert E.abs().max() == 0 and not mask.any()
+
+
+# --- wild points --------------------------------------------------------------------------------------------
+
+
+#: What a matcher may give that has failed: no numbers, points far away, or beyond what float32 can square.
+WILD = (np.nan, np.inf, -np.inf, 1e5, 1e10, -3e9, 1e20, 3e38)
+
+
+@pytest.mark.parametrize("wild", WILD)
+@pytest.mark.parametrize("share", [0.01, 0.2])
+def test_wild_points_have_no_influence(wild: float, share: float) -> None:
+    gone = np.random.default_rng(0).random(400) < share
+    p, q, wrong = plane(0.2, 5)
+    v = Views(0.2, 201)
+    for k, points in enumerate((p, q, v.x1, v.x2)):
+        points[gone, k % 2] = wild
+    found, within = ransac_homography(*tensors(p, q), uniforms(500, 4, 5))
+    assert corner_error(found[0]) < 1.0 and not within[0].numpy()[gone].any()
+    assert within[0].numpy()[~gone & ~wrong].mean() > 0.99
+    F, within = ransac_fundamental(*tensors(v.x1, v.x2), uniforms(1000, 7, 5), 1.5)
+    assert v.error(F[0]) < 0.4 and not within[0].numpy()[gone].any()
+    E, within = ransac_essential(*tensors(v.x1, v.x2, v.K1, v.K2), uniforms(500, 5, 5), 1.5)
+    assert v.error(v.fundamental(E[0])) < 0.4 and not within[0].numpy()[gone].any()
+
+
+@pytest.mark.parametrize("wild", WILD[:2])
+def test_wild_points_have_no_gradient(wild: float) -> None:
+    p, q, _ = plane(0.2, 5, 60)
+    p[3], q[7, 1] = wild, wild
+    points = [t.requires_grad_(True) for t in tensors(p, q, dtype=torch.float64)]
+    for function, size in ((ransac_homography, 4), (ransac_fundamental, 7)):
+        gradients = torch.autograd.grad(function(*points, uniforms(300, size))[0].sum(), points)
+        assert all(g.isfinite().all() and not g[0, [3, 7]].any() for g in gradients)
+
+
+def test_most_points_may_be_the_same() -> None:
+    """Points without a match may be zeros in the second image."""
+    p, q, _ = plane(0.1, 5)
+    empty = np.random.default_rng(0).random(400) < 0.6
+    q[empty] = 0.0
+    found, within = ransac_homography(*tensors(p, q), uniforms(2000, 4, 5))
+    assert corner_error(found[0]) < 1.5 and not within[0].numpy()[empty].any()
 
 
 # --- a photographed scene -----------------------------------------------------------------------------------

@@ -11,10 +11,9 @@ from ...primitives.geometry.consensus import (
     best_models,
     best_of_each,
     chosen,
-    common_frame,
     costs_less,
     draw_samples,
-    in_frame,
+    in_common_frame,
     inliers,
     least,
     model_costs,
@@ -47,7 +46,8 @@ def ransac_essential(
     points of Sampson's squared distance in pixels, limited to inl_th squared) are refined: three Gauss-Newton
     steps of rotation and direction of translation on the squared Sampson distances, with fixed denominators,
     of the points within a distance that decreases from nearly 3 inl_th to inl_th. The result is the model
-    with the least cost of all; among samples with equal cost the first one wins.
+    with the least cost of all; among samples with equal cost the first one wins. Correspondences with a
+    coordinate that is not finite, or some 1e8 times as far away as others, have no influence.
 
     Args:
         points1, points2: (B, N, 2), N >= 6, pixels, floating point.
@@ -83,13 +83,12 @@ def ransac_essential(
     check_matrix(K1, 3, 3, "K1")
     check_rank(K2, 3, "(B, 3, 3)", "K2")
     check_matrix(K2, 3, 3, "K2")
-    t1, t2 = common_frame(points1, points2)
-    p, q = in_frame(points1.detach(), t1), in_frame(points2.detach(), t2)
-    planes = score_planes(p, q, t1, inl_th, points1.dtype)
+    p, q, t1, t2, present = in_common_frame(points1.detach(), points2.detach())
+    planes = score_planes(p, q, present, t1, inl_th, points1.dtype)
     # From normalized pixels to rays with last coordinate 1: F = M2^T E M1.
     m1, m2 = _to_rays(K1, t1), _to_rays(K2, t2)
     rows = _rows(small_matmul(with_one(p), m1.transpose(1, 2)), small_matmul(with_one(q), m2.transpose(1, 2)))
-    index = draw_samples(uniforms, points1.size(1))
+    index = draw_samples(uniforms, present)
     sizes = [index.size(0), index.size(1)]
     of_samples = rows.gather(1, index.flatten(1)[..., None].expand([sizes[0], sizes[1] * 5, 9]))
     solutions, exists = essentials_of_five(of_samples.reshape(-1, 5, 9))

@@ -9,11 +9,10 @@ from ...primitives.core.loops import repeated
 from ...primitives.geometry.consensus import (
     best_model,
     best_of_each,
-    common_frame,
     costs_less,
     draw_samples,
     drawn,
-    in_frame,
+    in_common_frame,
     inliers,
     near_weights,
     score_planes,
@@ -32,7 +31,8 @@ def ransac_fundamental(
     (evenly spread) best is kept. The one with the least MSAC cost (the sum over all points of Sampson's
     squared distance, limited to inl_th squared) is refined: :func:`chiasm.geometry.epipolar.find_fundamental`
     of the points within a distance that decreases from nearly 3 inl_th to inl_th. The result is the model
-    with the least cost of all; among samples with equal cost the first one wins.
+    with the least cost of all; among samples with equal cost the first one wins. Correspondences with a
+    coordinate that is not finite, or some 1e8 times as far away as others, have no influence.
 
     Args:
         points1, points2: (B, N, 2), N >= 8, pixels, floating point.
@@ -65,10 +65,9 @@ def ransac_fundamental(
         True
     """
     check_arguments(points1, points2, uniforms, 8, 7, inl_th, refinements)
-    t1, t2 = common_frame(points1, points2)
-    p, q = in_frame(points1, t1), in_frame(points2, t2)
-    planes = score_planes(p, q, t1, inl_th, points1.dtype)
-    index = draw_samples(uniforms, points1.size(1))
+    p, q, t1, t2, present = in_common_frame(points1, points2)
+    planes = score_planes(p, q, present, t1, inl_th, points1.dtype)
+    index = draw_samples(uniforms, present)
     rows = epipolar_rows(drawn(p.detach(), index).flatten(0, 1), drawn(q.detach(), index).flatten(0, 1))
     solutions, exists = matrices_of_rank_two(rows)
     sizes = [index.size(0), index.size(1)]

@@ -9,12 +9,10 @@ from ...primitives.core.checks import check_tensor
 from ...primitives.core.loops import repeated
 from ...primitives.geometry.consensus import (
     best_model,
-    common_frame,
     costs_less,
-    draw_present,
     draw_samples,
     drawn,
-    in_frame,
+    in_common_frame,
     inliers,
     moved_back,
     near_weights,
@@ -41,7 +39,8 @@ def ransac_homography(
     least MSAC cost (the sum over all points of the squared distance in the second image, limited to inl_th
     squared) is refined: :func:`chiasm.geometry.homography.find_homography_dlt` of the points within a
     distance that decreases from nearly 3 inl_th to inl_th. The result is the model with the least cost of
-    all; among samples with equal cost the first one wins.
+    all; among samples with equal cost the first one wins. Correspondences with a coordinate that is not
+    finite, or some 1e8 times as far away as others, have no influence.
 
     Args:
         points1, points2: (B, N, 2), N >= 4, pixels, floating point.
@@ -82,16 +81,9 @@ def ransac_homography(
             raise ValueError(
                 f"mask: expected shape (B, N) of points1 {list(points1.shape)}, got {list(mask.shape)}"
             )
-    t1, t2 = common_frame(points1, points2, mask)
-    p, q = in_frame(points1, t1), in_frame(points2, t2)
-    if mask is not None:
-        # values at masked positions, for example NaN, must have no influence
-        p, q = (
-            torch.where(mask[..., None], p, torch.zeros_like(p)),
-            torch.where(mask[..., None], q, torch.zeros_like(q)),
-        )
-    planes = score_planes(p, q, t1, inl_th, points1.dtype, mask)
-    index = draw_samples(uniforms, points1.size(1)) if mask is None else draw_present(uniforms, mask)
+    p, q, t1, t2, present = in_common_frame(points1, points2, mask)
+    planes = score_planes(p, q, present, t1, inl_th, points1.dtype)
+    index = draw_samples(uniforms, present)
     models, exists = _homographies_of_four(drawn(p.detach(), index), drawn(q.detach(), index))
     model = best_model(models, exists, planes, False)
     # the best so far and the latest
@@ -104,8 +96,8 @@ def ransac_homography(
 @repeated
 def _refined(state: Tensor, k: Tensor, p: Tensor, q: Tensor, planes: Tensor, steps: int) -> Tensor:
     best, latest = state[:, 0], state[:, 1]
-    present = (planes[:, 6] > 0).to(p.dtype)
-    fitted = homography_by_weights(p, q, near_weights(latest, planes, False, 4, k, steps), present)
+    near = near_weights(latest, planes, False, 4, k, steps)
+    fitted = homography_by_weights(p, q, near, near)
     best = torch.where(costs_less(best, fitted, planes, False)[:, None, None], best, fitted)
     return torch.stack([best, fitted], 1)
 

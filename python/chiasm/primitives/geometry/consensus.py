@@ -16,39 +16,40 @@ from ..core.loops import repeated
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
 from ..linalg.matrices import inverse3x3, small_matmul
+from ..numbers.ranking import stable_topk
 from ..numbers.rounding import known_or
 
 
-def draw_samples(uniforms: Tensor, count: int) -> Tensor:
-    """Indices (*, m), int64: m different numbers below ``count``, drawn by uniform numbers (*, m) in [0, 1).
+def draw_samples(uniforms: Tensor, present: Tensor) -> Tensor:
+    """Indices (B, S, m), int64: m different numbers among those below N for which ``present`` (B, N) is True,
+    drawn by uniform numbers (B, S, m) in [0, 1); if these are fewer than m, the same one several times.
 
     R. Floyd's algorithm (J. Bentley, B. Floyd, Programming pearls: a sample of brilliance, CACM 30(9), 1987):
     the k-th number u (from 0) draws floor(u (l + 1)) with l = count - m + k, or l itself if that was drawn
     before. All sets are equally likely. Computed in float64, in which the product of a float32 number and a
     count is exact.
 
-    >>> draw_samples(torch.tensor([[0.0, 0.99, 0.5], [0.3, 0.3, 0.3]]), 5)
-    tensor([[0, 3, 2],
-            [0, 1, 4]])
-    """
-    return _draw(uniforms, torch.full([1], count, dtype=torch.int64, device=uniforms.device))
-
-
-def draw_present(uniforms: Tensor, mask: Tensor) -> Tensor:
-    """``draw_samples`` (B, S, m) among the numbers below N for which a mask (B, N) is True; if these are
-    fewer than m, the same one several times.
-
-    >>> draw_present(torch.tensor([[[0.0, 0.9]]]), torch.tensor([[False, True, True, False, True]]))
+    >>> u = torch.tensor([[[0.0, 0.99, 0.5], [0.3, 0.3, 0.3]]])
+    >>> draw_samples(u, torch.ones(1, 5, dtype=torch.bool))
+    tensor([[[0, 3, 2],
+             [0, 1, 4]]])
+    >>> draw_samples(torch.tensor([[[0.0, 0.9]]]), torch.tensor([[False, True, True, False, True]]))
     tensor([[[1, 4]]])
     """
-    place = torch.cumsum(mask.to(torch.int64), 1)
-    count = place[:, -1:]
-    # The k-th present entry goes to place k, the absent ones behind.
-    behind = count + torch.cumsum((~mask).to(torch.int64), 1)
-    index = torch.arange(mask.size(1), device=mask.device).expand_as(place)
-    order = torch.zeros_like(place).scatter(1, torch.where(mask, place, behind) - 1, index)
+    order, count = _present_first(present)
     picks = _draw(uniforms, count)
     return order.gather(1, picks.flatten(1)).unflatten(1, [picks.size(1), picks.size(2)])
+
+
+def _present_first(present: Tensor) -> Tuple[Tensor, Tensor]:
+    """The indices (B, N) of the present ones, ascending, then those of the absent ones; and how many are
+    present, (B, 1)."""
+    place = torch.cumsum(present.to(torch.int64), 1)
+    count = place[:, -1:]
+    behind = count + torch.cumsum((~present).to(torch.int64), 1)
+    index = torch.arange(present.size(1), device=present.device).expand_as(place)
+    order = torch.zeros_like(place).scatter(1, torch.where(present, place, behind) - 1, index)
+    return order, count
 
 
 def _draw(uniforms: Tensor, count: Tensor) -> Tensor:
@@ -73,51 +74,81 @@ def drawn(points: Tensor, index: Tensor) -> Tensor:
     return points.gather(1, flat).unflatten(1, [index.size(1), index.size(2)])
 
 
-def common_frame(points1: Tensor, points2: Tensor, mask: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
-    """Similarities (B, 3, 3), float64, that move both images' points to centroid 0 and their mean distance to
-    sqrt(2).
+def in_common_frame(
+    points1: Tensor, points2: Tensor, mask: Optional[Tensor] = None
+) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+    """The points of both images moved by similarities, in float64, (B, N, 2); the similarities (B, 3, 3); and
+    which correspondences are present, (B, N).
 
-    Both scale by the same factor, so that distances in the two images stay comparable. With a mask (B, N),
-    only its points count. The similarities carry no gradient, because results are moved back.
+    Absent are those that a mask (B, N) leaves out, those with a coordinate that is not finite, and those that
+    are so far from the others that squares of products of their coordinates would overflow in float32. Their
+    moved points are zeros. Both similarities scale by the same factor, so that distances in the two images
+    stay comparable. They carry no gradient, because results are moved back.
     """
-    p, q = points1.detach().to(torch.float64), points2.detach().to(torch.float64)
-    share = torch.ones_like(p[..., 0]) if mask is None else mask.to(torch.float64)
-    share = share / torch.clamp(share.sum(1, keepdim=True), min=1.0)
+    x = torch.cat([points1, points2], -1).to(torch.float64)
+    present = (x.abs() < float("inf")).all(-1)
     if mask is not None:
-        p, q = (
-            torch.where(mask[..., None], p, torch.zeros_like(p)),
-            torch.where(mask[..., None], q, torch.zeros_like(q)),
-        )
-    centre1, centre2 = (p * share[..., None]).sum(1), (q * share[..., None]).sum(1)
-    a, b = p - centre1[:, None], q - centre2[:, None]
-    distance = 0.5 * ((torch.sqrt((a * a).sum(-1)) + torch.sqrt((b * b).sum(-1))) * share).sum(1)
-    scale = 2.0**0.5 / (distance + 1e-8)
-    return _similarity(scale, centre1), _similarity(scale, centre2)
+        present = present & mask
+    centre, scale = _medians(_or_zeros(x.detach(), present), present)
+    moved = x * scale[:, None] - (centre * scale)[:, None]
+    present = present & (moved.abs() <= 1e8).all(-1)
+    return (
+        _or_zeros(moved[..., 0:2], present),
+        _or_zeros(moved[..., 2:4], present),
+        _similarity(scale, centre[:, 0:2]),
+        _similarity(scale, centre[:, 2:4]),
+        present,
+    )
+
+
+def _or_zeros(x: Tensor, present: Tensor) -> Tensor:
+    return torch.where(present[..., None], x, torch.zeros_like(x))
+
+
+def _medians(x: Tensor, present: Tensor) -> Tuple[Tensor, Tensor]:
+    """The medians (B, 4) of the coordinates of the correspondences (B, N, 4) that are present; and the factor
+    (B, 1) by which the median distance from there becomes sqrt(2).
+
+    They are medians of 65 correspondences, spread by the golden ratio. Means would be at the mercy of one
+    wrong coordinate of 1e10. Distances of zero do not count: half of the points may be the same.
+    """
+    order, count = _present_first(present)
+    index = torch.floor(_spread(65, x) * count).to(torch.int64)
+    place = order.gather(1, index)[..., None].expand([x.size(0), 65, 4])
+    some = x.gather(1, place)
+    centre = stable_topk(some.transpose(1, 2), 33)[0][..., 32]
+    a = some - centre[:, None]
+    a = a * a
+    distance = 0.5 * (torch.sqrt(a[..., 0] + a[..., 1]) + torch.sqrt(a[..., 2] + a[..., 3]))
+    sizes = (distance > 0).to(torch.int64).sum(1, keepdim=True)
+    distance = stable_topk(distance, 65)[0].gather(1, sizes // 2)
+    return centre, 2.0**0.5 / (distance + 1e-8)
+
+
+def _spread(count: int, like: Tensor) -> Tensor:
+    """``count`` numbers in [0, 1), spread by the golden ratio, so that a regular order of the points does not
+    bias them."""
+    place = torch.arange(1, count + 1, device=like.device).to(torch.float64) * 0.6180339887498949
+    return place - torch.floor(place)
 
 
 def _similarity(scale: Tensor, centre: Tensor) -> Tensor:
     eye = torch.eye(3, dtype=scale.dtype, device=scale.device)
     shift = torch.cat([-centre, torch.zeros_like(centre[:, :1])], -1)
     keep = eye[2][:, None] * eye[2]
-    return scale[:, None, None] * (eye - keep + shift[:, :, None] * eye[2]) + keep
-
-
-def in_frame(points: Tensor, similarity: Tensor) -> Tensor:
-    """Points (B, N, 2) moved by similarities (B, 3, 3), in float64."""
-    return points.to(torch.float64) * similarity[:, None, 0, 0:1] + similarity[:, None, 0:2, 2]
+    return scale[:, None] * (eye - keep + shift[:, :, None] * eye[2]) + keep
 
 
 def score_planes(
-    p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype: torch.dtype, mask: Optional[Tensor] = None
+    p: Tensor, q: Tensor, present: Tensor, similarity: Tensor, inl_th: float, dtype: torch.dtype
 ) -> Tensor:
     """The planes (B, 7, N) from which errors are computed: x, y, 1 of both images' moved points, and the
-    bound, inl_th squared in moved pixels.
-
-    With a mask (B, N), the bound of absent points is 0: they cost nothing and are never inliers.
+    bound, inl_th squared in moved pixels. The bound of absent points is 0: they cost nothing and are never
+    inliers.
     """
     p, q = p.detach(), q.detach()
     one = torch.ones_like(p[..., 0])
-    bound = inl_th * similarity[:, 0, 0:1] * (one if mask is None else mask.to(one.dtype))
+    bound = inl_th * similarity[:, 0, 0:1] * present.to(one.dtype)
     rows = [p[..., 0], p[..., 1], one, q[..., 0], q[..., 1], one, bound * bound]
     return torch.stack(rows, 1).to(torch.float64 if dtype == torch.float64 else torch.float32)
 
@@ -206,11 +237,8 @@ def _with_parts(cost: Tensor, k: Tensor, models: Tensor, parts: Tensor, epipolar
 def best_of_each(models: Tensor, exists: Tensor, planes: Tensor) -> Tuple[Tensor, Tensor]:
     """For each sample, the solution of (B, S, c, 3, 3) with the lowest cost at 32 points, and whether one
     exists: (B, S, 3, 3), (B, S).
-
-    The 32 points are spread by the golden ratio, so that a regular order of the points does not bias them.
     """
-    place = torch.arange(1, 33, device=planes.device).to(torch.float64) * 0.6180339887498949
-    index = torch.floor((place - torch.floor(place)) * planes.size(2)).to(torch.int64)
+    index = torch.floor(_spread(32, planes) * planes.size(2)).to(torch.int64)
     jury = planes.index_select(2, torch.clamp(index, max=planes.size(2) - 1))
     cost = _cost(_unit(models.flatten(1, 2), planes), jury, True).unflatten(
         1, [models.size(1), models.size(2)]
