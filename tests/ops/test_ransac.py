@@ -95,13 +95,14 @@ def floyd(u: np.ndarray, count: int) -> list[int]:
 @pytest.mark.parametrize(("count", "size"), [(4, 4), (5, 3), (9, 7), (100, 5), (1 << 20, 4)])
 def test_samples_are_floyds(count: int, size: int) -> None:
     u = uniforms(300, size)
-    index = draw_samples(u, all_of(count))
+    index, enough = draw_samples(u, all_of(count))
+    assert enough.all()
     assert index[0].tolist() == [floyd(row, count) for row in u[0].numpy()]
     assert index.min() >= 0 and index.max() < count and (index.sort(-1).values.diff(dim=-1) > 0).all()
 
 
 def test_all_samples_are_as_likely() -> None:
-    index = draw_samples(uniforms(20000, 3, 1), all_of(5))[0].sort(-1).values
+    index = draw_samples(uniforms(20000, 3, 1), all_of(5))[0][0].sort(-1).values
     counts = Counter(map(tuple, index.tolist()))
     assert sorted(counts) == list(itertools.combinations(range(5), 3))
     assert all(abs(n - 2000) < 5 * 2000**0.5 for n in counts.values())
@@ -110,7 +111,7 @@ def test_all_samples_are_as_likely() -> None:
 def test_numbers_at_the_ends_of_the_range() -> None:
     below_one = torch.tensor(1.0).nextafter(torch.tensor(0.0)).item()
     numbers = torch.tensor([[[0.0] * 4, [below_one] * 4]])
-    assert draw_samples(numbers, all_of(1 << 20))[0].tolist() == [
+    assert draw_samples(numbers, all_of(1 << 20))[0][0].tolist() == [
         [0, (1 << 20) - 3, (1 << 20) - 2, (1 << 20) - 1]
     ] + [[(1 << 20) - 4, (1 << 20) - 3, (1 << 20) - 2, (1 << 20) - 1]]
 
@@ -171,7 +172,7 @@ def test_without_refinements_it_is_one_sample() -> None:
     errors = np.linalg.norm(mapped(estimate[0].numpy(), p) - q, axis=1)
     np.testing.assert_array_equal(mask[0], errors < 3.0)
     costs = {}
-    for row in draw_samples(numbers, all_of(400))[0].tolist():
+    for row in draw_samples(numbers, all_of(400))[0][0].tolist():
         by_opencv = cv2.getPerspectiveTransform(p[row].astype(np.float32), q[row].astype(np.float32))
         costs[tuple(row)] = np.minimum(((mapped(by_opencv, p) - q) ** 2).sum(1), 9.0).sum()
     assert np.minimum(errors**2, 9.0).sum() == pytest.approx(min(costs.values()), rel=1e-3)
@@ -335,9 +336,11 @@ def test_essential_of_a_plane() -> None:
 
 
 def test_no_essential_matrix_is_zeros() -> None:
-    points = torch.full((1, 8, 2), float("nan"))
-    E, mask = ransac_essential(points, points, torch.eye(3)[None], torch.eye(3)[None], uniforms(5, 5))
-    assert E.abs().max() == 0 and not mask.any()
+    points, eye = torch.rand(1, 8, 2, generator=torch.Generator().manual_seed(0)), torch.eye(3)[None]
+    for wrong in (4, 0):  # of which no five are left
+        points[:, wrong:] = float("nan")
+        E, mask = ransac_essential(points, points, eye, eye, uniforms(50, 5))
+        assert E.abs().max() == 0 and not mask.any()
 
 
 # --- wild points --------------------------------------------------------------------------------------------

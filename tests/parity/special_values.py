@@ -67,6 +67,7 @@ NOT_COMPARED = {
     "geometry.homography.find_homography_dlt_iterated": _NO_MODEL,
     "geometry.homography.find_homography_lines_dlt": _NO_MODEL,
     "geometry.homography.find_homography_lines_dlt_iterated": _NO_MODEL,
+    "geometry.ransac.ransac_essential": _NO_MODEL,
     "ops.kalman_update": _OVERFLOW,
     "ops.ps_roi_pool": "documented for finite values, none of them 1e10 times others",
     **{

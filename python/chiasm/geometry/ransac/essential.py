@@ -88,14 +88,14 @@ def ransac_essential(
     # From normalized pixels to rays with last coordinate 1: F = M2^T E M1.
     m1, m2 = _to_rays(K1, t1), _to_rays(K2, t2)
     rows = _rows(small_matmul(with_one(p), m1.transpose(1, 2)), small_matmul(with_one(q), m2.transpose(1, 2)))
-    index = draw_samples(uniforms, present)
+    index, enough = draw_samples(uniforms, present)
     sizes = [index.size(0), index.size(1)]
     of_samples = rows.gather(1, index.flatten(1)[..., None].expand([sizes[0], sizes[1] * 5, 9]))
     solutions, exists = essentials_of_five(of_samples.reshape(-1, 5, 9))
     fundamentals = _fundamental(solutions.unflatten(0, sizes), m1[:, None, None], m2[:, None, None])
     models, exists = best_of_each(fundamentals, exists.unflatten(0, sizes), planes)
     # The best sample may lead to a nearby minimum that is not the global one.
-    F = best_models(models, exists, planes, True, 4).flatten(0, 1)
+    F = best_models(models, exists & enough, planes, True, 4).flatten(0, 1)
     rows, n1, n2, marks = _for_each(rows), _for_each(m1), _for_each(m2), _for_each(planes)
     E = small_matmul(small_matmul(inverse3x3(n2).transpose(1, 2), F), inverse3x3(n1))
     R, _, t = decompose_essential_matrix(E)

@@ -67,12 +67,12 @@ def ransac_fundamental(
     check_arguments(points1, points2, uniforms, 8, 7, inl_th, refinements)
     p, q, t1, t2, present = in_common_frame(points1, points2)
     planes = score_planes(p, q, present, t1, inl_th, points1.dtype)
-    index = draw_samples(uniforms, present)
+    index, enough = draw_samples(uniforms, present)
     rows = epipolar_rows(drawn(p.detach(), index).flatten(0, 1), drawn(q.detach(), index).flatten(0, 1))
     solutions, exists = matrices_of_rank_two(rows)
     sizes = [index.size(0), index.size(1)]
     models, exists = best_of_each(solutions.unflatten(0, sizes), exists.unflatten(0, sizes), planes)
-    model = best_model(models, exists, planes, True)
+    model = best_model(models, exists & enough, planes, True)
     # the best so far and the latest
     F = _refined(torch.stack([model, model], 1), refinements, p, q, planes, refinements)[:, 0]
     return denormalised(F, t1, t2).to(points1.dtype), inliers(F, planes, True)

@@ -83,9 +83,9 @@ def ransac_homography(
             )
     p, q, t1, t2, present = in_common_frame(points1, points2, mask)
     planes = score_planes(p, q, present, t1, inl_th, points1.dtype)
-    index = draw_samples(uniforms, present)
+    index, enough = draw_samples(uniforms, present)
     models, exists = _homographies_of_four(drawn(p.detach(), index), drawn(q.detach(), index))
-    model = best_model(models, exists, planes, False)
+    model = best_model(models, exists & enough, planes, False)
     # the best so far and the latest
     H = _refined(torch.stack([model, model], 1), refinements, p, q, planes, refinements)[:, 0]
     within = inliers(H, planes, False)

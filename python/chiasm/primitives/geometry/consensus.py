@@ -20,9 +20,10 @@ from ..numbers.ranking import stable_topk
 from ..numbers.rounding import known_or
 
 
-def draw_samples(uniforms: Tensor, present: Tensor) -> Tensor:
+def draw_samples(uniforms: Tensor, present: Tensor) -> Tuple[Tensor, Tensor]:
     """Indices (B, S, m), int64: m different numbers among those below N for which ``present`` (B, N) is True,
-    drawn by uniform numbers (B, S, m) in [0, 1); if these are fewer than m, the same one several times.
+    drawn by uniform numbers (B, S, m) in [0, 1); if these are fewer than m, the same one several times. And
+    whether there are m, (B, 1).
 
     R. Floyd's algorithm (J. Bentley, B. Floyd, Programming pearls: a sample of brilliance, CACM 30(9), 1987):
     the k-th number u (from 0) draws floor(u (l + 1)) with l = count - m + k, or l itself if that was drawn
@@ -30,15 +31,16 @@ def draw_samples(uniforms: Tensor, present: Tensor) -> Tensor:
     count is exact.
 
     >>> u = torch.tensor([[[0.0, 0.99, 0.5], [0.3, 0.3, 0.3]]])
-    >>> draw_samples(u, torch.ones(1, 5, dtype=torch.bool))
+    >>> draw_samples(u, torch.ones(1, 5, dtype=torch.bool))[0]
     tensor([[[0, 3, 2],
              [0, 1, 4]]])
     >>> draw_samples(torch.tensor([[[0.0, 0.9]]]), torch.tensor([[False, True, True, False, True]]))
-    tensor([[[1, 4]]])
+    (tensor([[[1, 4]]]), tensor([[True]]))
     """
     order, count = _present_first(present)
     picks = _draw(uniforms, count)
-    return order.gather(1, picks.flatten(1)).unflatten(1, [picks.size(1), picks.size(2)])
+    index = order.gather(1, picks.flatten(1)).unflatten(1, [picks.size(1), picks.size(2)])
+    return index, count >= picks.size(2)
 
 
 def _present_first(present: Tensor) -> Tuple[Tensor, Tensor]:
