@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import torch
+from torch import nn
 from torch.nn import functional
 
 from chiasm import color, enhance, filters
 from chiasm.export import example_inputs
+from chiasm.export.job import run_eager
 from chiasm.export.spec import Spec, TensorSpec
 
 from .geometric import WARPED, counts, geometric, lattice, scale_space, solid, volume_sizes
@@ -46,9 +48,26 @@ def inputs(
             made[tensor.name] = repeated(tensor, chosen[tensor.name], sizes)
         elif is_image(spec, tensor):
             made[tensor.name] = picture(spec, tensor, rgb)
+        elif "a label for each" in tensor.description:
+            made[tensor.name] = levels(tensor, rgb)
     if len(made) < len(spec.inputs):
         made = example_inputs.make(spec, sizes, spec.variants()[0]) | made
     return {t.name: made[t.name] for t in spec.inputs}
+
+
+def telling(op: nn.Module, given: dict[str, torch.Tensor]) -> dict[str, torch.Tensor]:
+    """The inputs with a seed for each sample that changes it, among the first 16: many seeds leave a sample
+    as it is."""
+    if "seed" not in given or given["seed"].is_floating_point():
+        return given
+    image, seeds = next(iter(given.values())), given["seed"].clone()
+    for seed in reversed(range(16)):
+        result = run_eager(op, given | {"seed": torch.full_like(seeds, seed)})[0]
+        if result.shape != image.shape:
+            return given
+        change = (result.double() - image.double()).abs().flatten(1).mean(1)
+        seeds[change > 0.01 * float(image.max())] = seed
+    return given | {"seed": seeds}
 
 
 def is_image(spec: Spec, tensor: TensorSpec) -> bool:
@@ -75,6 +94,7 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
             .clamp(0, 1)
             .expand_as(rgb)
         )
+    rgb = fitted(tensor, rgb)
     if tensor.layout == "NCDHW" and spec.name.startswith("geometry.subpix."):
         return scale_space(rgb)
     if tensor.layout == "NCDHW":
@@ -98,6 +118,14 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     elif tensor.layout == "NHWC":
         made = made.permute(0, 2, 3, 1)
     return made.contiguous()
+
+
+def fitted(tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
+    """The photographs in the input's size, if that is fixed."""
+    size = tensor.shape[1:3] if tensor.layout == "NHWC" else tensor.shape[-2:]
+    if not all(isinstance(n, int) for n in size):
+        return rgb
+    return functional.interpolate(rgb, size, mode="bilinear", antialias=True).clamp(0, 1)
 
 
 def in_color(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
@@ -161,6 +189,13 @@ def hills(rgb: torch.Tensor) -> torch.Tensor:
 def ramp(rgb: torch.Tensor) -> torch.Tensor:
     """Alpha that grows from left to right."""
     return torch.linspace(0, 1, rgb.shape[-1]).expand(rgb.shape[0], 1, *rgb.shape[-2:]).contiguous()
+
+
+def levels(tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
+    """A label for each pixel or voxel, by its brightness, in the input's range."""
+    gray = color.rgb_to_grayscale(volume(rgb).transpose(1, 2) if "D" in tensor.shape else rgb)
+    low, high = tensor.range or (0, 1)
+    return (low + gray * (high - low)).round().to(torch.int64).squeeze(-3)
 
 
 def rarer(images: torch.Tensor) -> torch.Tensor:

@@ -48,6 +48,7 @@ auto with_type(chiasm::DType dtype, const Body& body) {
     case chiasm::DType::UInt16: return body(uint16_t{});
     case chiasm::DType::Int32: return body(int32_t{});
     case chiasm::DType::Int64: return body(int64_t{});
+    case chiasm::DType::Float16: return body(_Float16{});
     case chiasm::DType::Float32: return body(float{});
     case chiasm::DType::Float64: return body(double{});
     default: throw std::runtime_error(std::string("cases have no ") + chiasm::name(dtype));
@@ -86,9 +87,10 @@ template <class T>
 Difference difference(const T* a, const T* b, int64_t n, double atol, double rtol) {
   Difference d;
   for (int64_t i = 0; i < n; ++i) {
-    const double gap = std::fabs(double(a[i]) - double(b[i]));
-    d.error = std::max(d.error, gap);
-    d.wrong += !(gap <= atol + rtol * std::fabs(double(b[i])));
+    const auto x = double(a[i]), y = double(b[i]);
+    if (x == y || (std::isnan(x) && std::isnan(y))) continue;
+    d.error = std::max(d.error, std::fabs(x - y));
+    d.wrong += !(std::fabs(x - y) <= atol + rtol * std::fabs(y));
   }
   return d;
 }

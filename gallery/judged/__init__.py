@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from torch import Tensor
 
+from chiasm.export import example_inputs
 from chiasm.export.spec import Spec
 from gallery.geometric.setting import Inputs, Setting, made_by
 
@@ -27,6 +28,24 @@ DISPARITY = (
     "mean_bad_pixel_error",
     "root_mean_squared_disparity_error",
 )
+#: Ops on the outputs of networks, which no photograph stands for.
+OUTPUTS = (
+    "decode_simcc",
+    "deform_conv2d",
+    "masks_from_prototypes",
+    "paste_masks",
+    "ps_roi_align",
+    "ps_roi_pool",
+)
+
+
+def examples(s: Setting) -> Inputs:
+    """The spec's example inputs."""
+    return example_inputs.make(
+        s.spec, example_inputs.fit(s.spec, example_inputs.GOLDEN), s.spec.variants()[0]
+    )
+
+
 #: By the beginning of an op's name; longer names take precedence.
 MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "contrib.combine_tensor_patches": windows,
@@ -72,6 +91,7 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "metrics.ssim3d": noisy_volumes,
     "metrics.translation_ate": positions,
     **{f"metrics.{name}": disparities for name in DISPARITY},
+    **{f"ops.{name}": examples for name in OUTPUTS},
     "pipelines.two_view_homography": two_images,
 }
 

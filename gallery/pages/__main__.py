@@ -17,8 +17,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.manifest import SUFFIX, read_manifest
+from chiasm.export.tracing.module import bind_spec
 from gallery.cases import BUILD, ROOT, read_results, run, write_cases
-from gallery.inputs import inputs
+from gallery.inputs import inputs, telling
 from gallery.layout import compose, contact_sheet, titled
 from gallery.panels import Shown, caption, panels
 
@@ -99,7 +100,7 @@ def draw(entry: Entry, bundle: Path) -> tuple[str, str]:
     """Write an op's picture; returns its caption, and a description of wrong values, if there are any."""
     spec, chosen, folder = entry.spec, scene(entry.spec.name), WORK / "cases" / entry.spec.name
     photos = chosen.images()
-    given = inputs(spec, photos, chosen.target, points=24)
+    given = telling(bind_spec(entry.function(), spec), inputs(spec, photos, chosen.target, points=24))
     outputs = write_cases(entry, bundle, [("scene", given)], folder)[0]["outputs"]
     artifacts = read_manifest(bundle)["methods"]["forward"]["artifacts"]
     backend = "native" if any(a["backend"] == "native" for a in artifacts) else "onnx"

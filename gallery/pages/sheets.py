@@ -94,7 +94,11 @@ def draw(pictures: Path, names: Sequence[str], columns: int = COLUMNS) -> Image.
 
 def write_sheets(pictures: Path, folder: Path) -> None:
     """Write the sheets, the page that shows them, and the README's picture."""
-    names = sorted(p.stem for p in pictures.glob("*.jpg"))
+    drawn = sorted(p.stem for p in pictures.glob("*.jpg"))
+    # Those on frames show what those on planes show.
+    names = [
+        name for name in drawn if name.removesuffix(".frames") not in drawn or not name.endswith(".frames")
+    ]
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("*.jpg"):
         old.unlink()
@@ -104,7 +108,8 @@ def write_sheets(pictures: Path, folder: Path) -> None:
         ABOUT,
         "",
         (
-            f"{len(names)} ops. `make gallery` writes a large picture of each, with what it shows, to"
+            f"{len(names)} ops; forms for frames of bytes look as those for planes, and are left out."
+            f" `make gallery` writes a large picture of all {len(drawn)}, with what it shows, to"
             " `build/gallery/pictures`."
         ),
         "",

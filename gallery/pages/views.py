@@ -44,6 +44,7 @@ CLASSIFIED = ("binary_focal", "dice", "focal", "hausdorff", "lovasz", "one_hot",
 #: By the beginning of an op's name; the longest match counts.
 SCENES = {
     "": Scene((PORTRAIT,)),
+    "augmentation": Scene((PORTRAIT, CAT)),
     "color.raw_to_rgb": Scene((EYE,)),
     "color.rgb_to_raw": Scene((EYE,)),
     "contrib.connected": Scene((COINS,)),

@@ -21,7 +21,9 @@ def input_panels(shown: Shown) -> list[Panel]:
     made = []
     for t in shown.spec.inputs:
         tensor = shown.inputs[t.name]
-        if t.layout or "H" in t.shape:
+        if "a label for each" in t.description:
+            made.append(Panel(t.name, labels_of(label_image(tensor)), "", True))
+        elif t.layout or "H" in t.shape:
             made += image_panels(t.name, tensor, t.layout or "NCHW", t.color, True)
         elif t.name in ("kernel", "hit", "miss") and tensor.squeeze().dim() == 2:
             made.append(kernel_panel(t.name, tensor.squeeze(), True, 0.32))
@@ -63,6 +65,12 @@ def image_panels(name: str, tensor: torch.Tensor, layout: str, color: str, given
     return made
 
 
+def label_image(labels: torch.Tensor) -> np.ndarray:
+    """The first labels (H, W, 1) of (B, H, W); of volumes (B, D, H, W) the middle slice."""
+    first = labels[0] if labels.dim() == 3 else labels[0, labels.shape[1] // 2]
+    return first[..., None].numpy()
+
+
 def kernel_panel(name: str, kernel: torch.Tensor, given: bool = False, weight: float = 1.0) -> Panel:
     """A matrix, enlarged; its values range at most from black to white."""
     values = kernel.numpy()[..., None] / max(float(kernel.abs().max()), 1e-12)
@@ -99,7 +107,8 @@ def gradient(shown: Shown) -> list[Panel]:
 
 
 def labels(shown: Shown) -> list[Panel]:
-    return [*input_panels(shown), Panel("labels", labels_of(planes_of(shown.first, "NCHW")[0]))]
+    layout = shown.described[0]["layout"]
+    return [*input_panels(shown), Panel("labels", labels_of(planes_of(shown.first, layout)[0]))]
 
 
 def picture(shown: Shown) -> list[Panel]:
