@@ -56,18 +56,21 @@ def inputs(
 
 
 def telling(op: nn.Module, given: dict[str, torch.Tensor]) -> dict[str, torch.Tensor]:
-    """The inputs with a seed for each sample that changes it, among the first 16: many seeds leave a sample
-    as it is."""
+    """The inputs with those seeds of 16 choices that change every sample, by as much as possible: many seeds
+    leave a sample as it is."""
     if "seed" not in given or given["seed"].is_floating_point():
         return given
-    image, seeds = next(iter(given.values())), given["seed"].clone()
-    for seed in reversed(range(16)):
-        result = run_eager(op, given | {"seed": torch.full_like(seeds, seed)})[0]
+    image, most = next(iter(given.values())), 0.0
+    own = 1000 * torch.arange(len(image))
+    for choice in range(16):
+        tried = given | {"seed": own + choice}
+        result = run_eager(op, tried)[0]
         if result.shape != image.shape:
             return given
-        change = (result.double() - image.double()).abs().flatten(1).mean(1)
-        seeds[change > 0.01 * float(image.max())] = seed
-    return given | {"seed": seeds}
+        change = float((result.double() - image.double()).abs().flatten(1).mean(1).min())
+        if change > most:
+            given, most = tried, change
+    return given
 
 
 def is_image(spec: Spec, tensor: TensorSpec) -> bool:

@@ -22,7 +22,8 @@ def input_panels(shown: Shown) -> list[Panel]:
     for t in shown.spec.inputs:
         tensor = shown.inputs[t.name]
         if "a label for each" in t.description:
-            made.append(Panel(t.name, labels_of(label_image(tensor)), "", True))
+            weight = 0.5 if len(tensor) > 1 else 1.0
+            made.append(Panel(t.name, labels_of(label_image(tensor)), "", True, weight))
         elif t.layout or "H" in t.shape:
             made += image_panels(t.name, tensor, t.layout or "NCHW", t.color, True)
         elif t.name in ("kernel", "hit", "miss") and tensor.squeeze().dim() == 2:
