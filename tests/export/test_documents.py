@@ -207,3 +207,24 @@ export(halves, Spec("test.halves", [image()]), sys.argv[1], formats=["torchscrip
     }
     assert [name for name in found[0] if found[0][name] != found[1][name]] == []
     assert json.loads(found[0]["manifest.json"])["created"] == "2023-11-14T22:13:20Z"
+
+
+def test_the_same_torchscript_whatever_the_process_exported_before() -> None:
+    """The ops share primitives, each of which has several functions of the same name."""
+    program = """
+import hashlib, sys
+from chiasm.export.catalog import catalog
+from chiasm.export.formats.torchscript import to_torchscript
+from chiasm.export.tracing.module import bind_spec
+for name in sys.argv[1:]:
+    spec = catalog()[name].spec
+    print(name, hashlib.sha256(to_torchscript(bind_spec(catalog()[name].function(), spec), spec)).hexdigest())
+"""
+    names = ["enhance.sharpness", "filters.filter2d", "filters.sobel.frames", "filters.spatial_gradient"]
+    found = []
+    for order in (names, names[::-1]):
+        command = [sys.executable, "-c", program, *order]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=200)
+        found.append(sorted(done.stdout.splitlines()))
+    assert len(found[0]) == len(names)
+    assert found[0] == found[1]

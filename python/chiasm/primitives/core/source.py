@@ -36,11 +36,13 @@ def function_from(
         header.append(f"{p.name}: type_{p.name}" + ("" if p.default is p.empty else f" = default_{p.name}"))
     lines = [f"def {model.__name__}({', '.join(header)}) -> result_type:"] + [f"    {line}" for line in body]
     source = "\n".join(lines) + "\n"
-    # Several functions may be generated from one model. TorchScript keeps the name in its files, so it must
-    # be the same in every run.
-    filename = f"<primitive {model.__module__}.{model.__name__} {zlib.crc32(source.encode()):08x}>"
+    # Several functions may be generated from one model. TorchScript keeps their names in its files, so they
+    # must be the same in every run; it numbers equal ones, in the order in which a process compiles them.
+    mark = f"{zlib.crc32(source.encode()):08x}"
+    filename = f"<primitive {model.__module__}.{model.__name__} {mark}>"
     made = made_from(source, filename, model.__name__, scope)
     made.__doc__, made.__module__ = model.__doc__, model.__module__
+    made._jit_override_qualname = f"__torch__.{model.__module__}.made_{mark}.{model.__name__}"
     return made
 
 
