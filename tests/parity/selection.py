@@ -39,6 +39,7 @@ APART = (
     "other_runtimes.py",
     "sanitized_artifacts.py",
     "special_values.py",
+    "test_documents.py",
     "test_export.py",
     "test_onnx_docs.py",
     "test_onnx_merging.py",
