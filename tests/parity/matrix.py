@@ -63,6 +63,10 @@ class Check:
     message: str
 
 
+#: The most ops that a process checks: more than 20 GB of memory stay in use after half of the catalog.
+PER_WORKER = 24
+
+
 def main(patterns: list[str]) -> int:
     warnings.simplefilter("ignore")
     entries = [
@@ -71,13 +75,8 @@ def main(patterns: list[str]) -> int:
         if (any(fnmatch(n, p) for p in patterns) if patterns else (BUNDLES / f"{n}.chiasm").is_dir())
     ]
     console = Console(width=None if sys.stdout.isatty() else 140)
-    # Spawned, not forked: engines do not survive a fork.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), mp_context=context) as pool:
-        done = track(
-            pool.map(check_op, entries), "parity", total=len(entries), console=console, transient=True
-        )
-        checks = [check for some in done for check in some]
+    done = track(checked(entries), "parity", total=len(entries), console=console, transient=True)
+    checks = [check for some in done for check in some]
     RESULT.parent.mkdir(exist_ok=True)
     others = json.loads(RESULT.read_text()) if patterns and RESULT.exists() else []
     rows = [row for row in others if row["op"] not in entries] + [asdict(c) for c in checks]
@@ -90,6 +89,15 @@ def main(patterns: list[str]) -> int:
         )
     print(f"parity: {len(checks)} checks of {len(entries)} ops, {len(failed)} failed")
     return 1 if failed or not checks else 0
+
+
+def checked(names: list[str]) -> Iterator[list[Check]]:
+    """Each op's checks."""
+    # Spawned, not forked: engines do not survive a fork.
+    context, workers = multiprocessing.get_context("spawn"), len(os.sched_getaffinity(0))
+    for start in range(0, len(names), workers * PER_WORKER):
+        with ProcessPoolExecutor(workers, context) as pool:
+            yield from pool.map(check_op, names[start : start + workers * PER_WORKER])
 
 
 def reduces(outputs: list[TensorSpec]) -> bool:

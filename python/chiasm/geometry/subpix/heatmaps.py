@@ -10,7 +10,6 @@ import torch
 from torch import Tensor
 
 from ...primitives.core.checks import check_broadcastable, check_image, check_last, check_number
-from ...primitives.numbers.reshaping import reshaped
 from ...primitives.resampling.warping import position_dtype
 from ..conversions.pixels import normalisation
 
@@ -160,7 +159,9 @@ def inverse_temperature(temperature: Optional[Union[Tensor, float]], like: Tenso
 def _softmax(input: Tensor, temperature: Optional[Union[Tensor, float]]) -> Tensor:
     values = input.to(position_dtype(input.dtype))
     scaled = values * inverse_temperature(temperature, values)
-    return reshaped(torch.softmax(scaled.flatten(2), -1), input.shape)  # pyright: ignore[reportArgumentType]
+    # Rows first: engines add all pixels of a frame one by one, and positions in it would be wrong by 0.02.
+    raised = torch.exp(scaled - scaled.amax([2, 3], keepdim=True).detach())
+    return raised / raised.sum(3, keepdim=True).sum(2, keepdim=True)
 
 
 def _expectation(input: Tensor, normalized_coordinates: bool) -> Tensor:
