@@ -11,13 +11,15 @@ from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
+from tools.columns import wrapped
+
 from .page import ABOUT, families
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "gallery"
 COLUMNS, WIDTH, GAP, TEXT = 6, 232, 8, 13
 #: The fewest ops of a sheet: families with fewer ops share one.
 LEAST = 45
-QUALITY = 70
+QUALITY = 55
 #: The README's picture: ops on different inputs.
 HERO = (
     "filters.canny",
@@ -119,7 +121,7 @@ def write_sheets(pictures: Path, folder: Path) -> None:
         draw(pictures, members).save(folder / file, quality=QUALITY, optimize=True)
         page += [f"## {title(members)}", "", f"![{title(members)}]({file})", ""]
     draw(pictures, HERO, HERO_COLUMNS).save(folder.parent / "hero.jpg", quality=QUALITY + 10, optimize=True)
-    (folder / "README.md").write_text("\n".join(page[:-1]) + "\n")
+    (folder / "README.md").write_text(wrapped("\n".join(page[:-1]) + "\n"))
 
 
 if __name__ == "__main__":
