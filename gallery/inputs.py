@@ -76,7 +76,7 @@ def telling(op: nn.Module, given: dict[str, torch.Tensor]) -> dict[str, torch.Te
 def is_image(spec: Spec, tensor: TensorSpec) -> bool:
     """Whether an input is an image of the batch's size, and neither a mask nor labels."""
     shaped = bool(tensor.layout) or ("H" in tensor.shape and not spec.name.startswith("geometry."))
-    return shaped and tensor.dtype in ("T", "uint8")
+    return shaped and tensor.dtype in ("T", "uint8", "uint16")
 
 
 def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.Tensor:

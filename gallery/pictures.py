@@ -95,6 +95,7 @@ def channels_of(array: np.ndarray, space: str) -> list[tuple[str, np.ndarray, st
 
 def chroma_of(array: np.ndarray) -> list[tuple[str, np.ndarray, str]]:
     """(name, RGB, note) of U and V (H, W, 2)."""
+    array = array / np.float32(255) if array.dtype == np.uint8 else array
     return channels_of(np.concatenate([np.full_like(array[..., :1], 0.5), array], 2), "YUV")[1:]
 
 

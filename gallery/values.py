@@ -86,6 +86,9 @@ VALUES: dict[str, dict[str, Any]] = {
     "image.draw_point2d": {"color": RED},
     "image.draw_rectangle": {"color": [[RED, YELLOW, [0.2, 0.9, 0.3]]]},
     "morphology": {"kernel": CROSS},
+    "pipelines.crop_boxes": {
+        "boxes": [[66, 5, 140, 80], [150, 8, 226, 150], [8, 62, 120, 172], [0, 0, 62, 84]]
+    },
 }
 
 
