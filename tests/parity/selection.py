@@ -41,6 +41,7 @@ APART = (
     "special_values.py",
     "test_documents.py",
     "test_export.py",
+    "test_native_sums.py",
     "test_onnx_docs.py",
     "test_onnx_merging.py",
     Path(__file__).name,
