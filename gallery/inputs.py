@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import torch
 from torch import nn
@@ -92,11 +94,7 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     """The photographs, converted for an image input: colour space, channels, layout, dtype, range."""
     if tensor.name in ("src2", "template"):
         other = torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float() / 255.0
-        rgb = (
-            functional.interpolate(other, rgb.shape[-2:], mode="bilinear", antialias=True)
-            .clamp(0, 1)
-            .expand_as(rgb)
-        )
+        rgb = resized(other, rgb.shape[-2:]).expand_as(rgb)
     rgb = fitted(tensor, rgb)
     if tensor.layout == "NCDHW" and spec.name.startswith("geometry.subpix."):
         return scale_space(rgb)
@@ -128,6 +126,10 @@ def fitted(tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     size = tensor.shape[1:3] if tensor.layout == "NHWC" else tensor.shape[-2:]
     if not all(isinstance(n, int) for n in size):
         return rgb
+    return resized(rgb, size)
+
+
+def resized(rgb: torch.Tensor, size: Sequence[int]) -> torch.Tensor:
     return functional.interpolate(rgb, size, mode="bilinear", antialias=True).clamp(0, 1)
 
 

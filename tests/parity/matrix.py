@@ -45,6 +45,8 @@ RESULT = ROOT / "build" / "parity.json"
 
 #: So large that float32 sums over the pixels, added one after the other, miss the tolerance.
 FRAME = {"B": 1, "C": 3, "H": 600, "W": 803, "N": 8}
+#: The most ops that a process checks: two that checked all of the catalog would hold more than 20 GB.
+PER_WORKER = 24
 
 Runner = Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]
 
@@ -61,10 +63,6 @@ class Check:
     shape: str
     error: float
     message: str
-
-
-#: The most ops that a process checks: more than 20 GB of memory stay in use after half of the catalog.
-PER_WORKER = 24
 
 
 def main(patterns: list[str]) -> int:
