@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 from torch.export import ExportedProgram
 
 from chiasm.export import Spec
-from chiasm.export.formats.compiler import Build
+from chiasm.export.formats.compiler import AT_ONCE, Build
 from chiasm.export.formats.native import _inductor
 from chiasm.export.isas import LIBRARIES
 
@@ -33,7 +34,8 @@ def written(
     monkeypatch.setattr(Build, "_start", start)
     with (
         pytest.raises(Exception, match=rf"_Written|{spec.name}"),
-        closing(Build(LIBRARIES / "include")) as build,
+        ThreadPoolExecutor(AT_ONCE) as compilers,
+        closing(Build(compilers, LIBRARIES / "include")) as build,
     ):
         _inductor(program, spec, "x86-64-v3", {"aot_inductor.link_libtorch": False}, build, gradient)
     assert sources

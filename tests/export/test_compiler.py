@@ -8,9 +8,13 @@ import re
 import shlex
 import subprocess
 import sys
+import tempfile
+import time
 import zipfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from itertools import accumulate
 from pathlib import Path
 
 import pytest
@@ -19,7 +23,7 @@ from torch import Tensor
 
 from chiasm.export import Spec, TensorSpec, example_inputs, export, isas
 from chiasm.export.formats import compiler
-from chiasm.export.formats.compiler import Build
+from chiasm.export.formats.compiler import AT_ONCE, Build
 from chiasm.export.formats.native import to_native
 from chiasm.export.isas import LIBRARIES
 from chiasm.export.manifest import read_manifest
@@ -127,7 +131,10 @@ def test_precompiled_headers_change_no_byte(tmp_path: Path, monkeypatch: pytest.
             example_inputs.make(SPEC, example_inputs.fit(SPEC, example_inputs.EXAMPLE), "float32"),
             "native",
         )
-        with closing(to_native(lambda target: program, SPEC, "x86-64-v3", "chiasm 1\n")) as made:
+        with (
+            ThreadPoolExecutor(AT_ONCE) as compilers,
+            closing(to_native(lambda target: program, SPEC, "x86-64-v3", "chiasm 1\n", compilers)) as made,
+        ):
             return made.artifact().data
 
     assert code("with", True) == code("without", False)
@@ -163,12 +170,74 @@ def test_an_export_that_ends_early_leaves_no_compiler_at_work(tmp_path: Path) ->
     slow = tmp_path / "slow"
     slow.write_text("#!/bin/sh\nexec sleep 1000\n")
     slow.chmod(0o755)
-    build = Build()
-    build.run(f"{slow} {source} -c -o {tmp_path / 'op.o'}", str(tmp_path))
-    ((_, process),) = build._running
-    assert process.poll() is None and (tmp_path / "op.o").exists()
-    build.close()
-    assert process.poll() is not None and not build.folder.exists()
+    with ThreadPoolExecutor(1) as compilers:
+        build = Build(compilers)
+        for name in ("op", "next"):
+            build.run(f"{slow} {source} -c -o {tmp_path / name}.o", str(tmp_path))
+        while not build._running:
+            time.sleep(0.01)
+        (process,) = build._running
+        assert process.poll() is None and (tmp_path / "next.o").exists()
+        build.close()
+        assert process.poll() is not None and not build.folder.exists()
+        assert build._running == [process], "the next one was not started"
+
+
+def test_an_export_runs_two_compilers_at_once(tmp_path: Path) -> None:
+    log, source, tool = tmp_path / "log", tmp_path / "op.kernel.cpp", tmp_path / "tool"
+    source.write_text("")
+    tool.write_text(
+        f"""#!/bin/sh
+echo 1 >> {log}
+for word; do made=$last; last=$word; done
+sleep 0.1
+[ "$1" = -shared ] && ls op.o other.o > library.so
+touch "$last"
+echo -1 >> {log}
+"""
+    )
+    tool.chmod(0o755)
+    with ThreadPoolExecutor(AT_ONCE) as compilers:
+        builds = [Build(compilers) for _ in range(4)]
+        for build in builds:
+            for name in ("op", "other"):
+                source.rename(source := tmp_path / f"x.{name}.cpp")
+                build.run(f"{tool} {source} -c -o {tmp_path / name}.o", str(tmp_path))
+            objects = f"{tmp_path / 'op'}.o {tmp_path / 'other'}.o"
+            build.run(f"{tool} -shared {objects} -o {tmp_path / 'op'}.so", str(tmp_path))
+        for build in builds:
+            assert build.library() == b"op.o\nother.o\n", "it is linked when its objects are there"
+            build.close()
+    running = list(accumulate(map(int, log.read_text().split())))
+    assert len(running) == 24 and max(running) == 2
+
+
+def test_the_compiler_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Inductor's own files grew with each export of the same op, until it was compiled as a large one is."""
+    monkeypatch.setenv("TORCHINDUCTOR_CACHE_DIR", str(tmp_path / "inductor"))
+    monkeypatch.setenv("CHIASM_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    export(scaled_difference, SPEC, tmp_path, formats=("native",), methods=("forward",))
+    assert not (tmp_path / "inductor").exists()
+    assert not list((tmp_path / "temporary").iterdir())
+
+
+def test_a_variable_of_pytorch_switches_no_checks_on(tmp_path: Path) -> None:
+    """They rejected what the spec allows: the batch of 1."""
+    bundle = export(scaled_difference, SPEC, tmp_path, formats=("native",), methods=("forward",))
+    program = """
+import sys, numpy, chiasm.runtime
+run = chiasm.runtime.open(sys.argv[1]).method("forward", backend="native")
+print(run(numpy.ones((1, 1, 4, 4), "float32"), numpy.ones(1, "float32")).shape)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program, bundle],
+        env=os.environ | {"AOTI_RUNTIME_CHECK_INPUTS": "1", "PYTHONPATH": str(ROOT / "python")},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.stdout, done.stderr) == ("(1, 1, 3, 4)\n", "")
 
 
 def test_a_package_in_a_folder_with_a_space(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

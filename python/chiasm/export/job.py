@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from . import example_inputs
 from .checks.branches import Doubt
 from .checks.quotients import SafeQuotients
 from .errors import ExportError
+from .formats.compiler import AT_ONCE
 from .spec import Spec, TensorSpec
 from .tracing.gradient import trace_vjp
 from .tracing.graph import trace
@@ -178,9 +180,10 @@ class ExportJob:
     methods: dict[str, dict[str, Any]] = field(default_factory=dict)
     #: The methods to export, one for each dtype (derive).
     work: list[Method] = field(default_factory=list)
-    #: In the bundle's order (lower), and the compilers that may still be at work.
+    #: In the bundle's order, and what is still compiled (lower).
     artifacts: list[Artifact] = field(default_factory=list)
     compiling: list[NativeCode] = field(default_factory=list)
+    compilers: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(AT_ONCE))
     #: Formats without the gradient, and why (lower, package).
     without_gradient: dict[str, ExportError] = field(default_factory=dict)
 
@@ -199,3 +202,4 @@ class ExportJob:
         """Stop all compilers."""
         for code in self.compiling:
             code.close()
+        self.compilers.shutdown()

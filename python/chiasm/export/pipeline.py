@@ -21,7 +21,7 @@ from .checks.arguments import check_call, check_inputs, check_results
 from .checks.foreign import check_operators
 from .checks.independence import SYMBOL, has_samples, independent
 from .checks.purity import check_op, preserved
-from .checks.trial import try_artifacts
+from .checks.trial import prepare, try_artifacts
 from .documents import provenance, sbom
 from .errors import ExportError, explain
 from .formats import native, onnx, torchscript
@@ -138,7 +138,8 @@ def derive(job: ExportJob) -> None:
         module = vjp_module(job.op, job.spec, job.outputs)
         assert module is not None
         vjp = Method(job, "vjp", job.variants[0], module, *job.gradient)
-        job.work = [forward[0], vjp, *forward[1:]]
+        # Last, so that the others are compiled while it is traced, which takes the longest.
+        job.work = [*forward, vjp]
 
 
 def describe(job: ExportJob) -> None:
@@ -167,10 +168,12 @@ def _independent(job: ExportJob) -> bool:
 
 def lower(job: ExportJob) -> None:
     """Start every artifact: each method at each dtype in each format. Compilers may still run after this."""
-    for method in job.work:
-        for format in LOWERINGS:
+    prepare()
+    for format in LOWERINGS:  # one after the other: ONNX is made while native code is compiled
+        for method in job.work:
             if format in job.formats:
                 _try(job, method.name, format, partial(_lower, job, method, format))
+    for method in job.work:
         method.forget()
 
 

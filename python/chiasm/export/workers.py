@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import gc
 import multiprocessing
 import os
 import signal
@@ -21,6 +20,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..packs import SUFFIX
+from .command import collect_seldom
 from .console import console
 from .errors import ExportError
 from .manifest import FORMATS, METHODS
@@ -56,7 +56,6 @@ def export_all(ops: Sequence[Wanted], output: Path, jobs: int = 1) -> None:
     """Export ops of the catalog, several at once, with a progress bar. Raises ExportError at the end if some
     failed."""
     _expect_writable(output)
-    _collect_seldom()
     started = time.monotonic()
     failures: dict[str, str] = {}
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
@@ -127,7 +126,7 @@ def _worker(scratch: str) -> None:
     os.setsid()
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     os.environ["TMPDIR"] = tempfile.tempdir = scratch
-    _collect_seldom()
+    collect_seldom()
 
 
 def _stop(pool: Executor, output: Path) -> None:
@@ -143,12 +142,6 @@ def _stop(pool: Executor, output: Path) -> None:
     pool.shutdown(cancel_futures=True)
     for process in ids:
         clean_up(output, process)
-
-
-def _collect_seldom() -> None:
-    """Collect garbage rarely. torch's modules and an op's graphs are many small objects that stay alive: a
-    collection after every 700 new objects took a tenth of the time."""
-    gc.set_threshold(100_000)
 
 
 def _failure(name: str, error: Exception) -> str:

@@ -47,6 +47,11 @@ class Case:
     text: str
 
 
+def prepare() -> None:
+    """Start the process that will run the artifacts: it takes half a second, in which others work."""
+    _Process.of_this()
+
+
 def try_artifacts(job: ExportJob, writer: Writer) -> list[Golden]:
     """Compare the artifacts in `writer` with eager Python; those that need a machine, an engine or a CPU that
     is not available are skipped.

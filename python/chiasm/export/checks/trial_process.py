@@ -1,5 +1,6 @@
 """Runs the self-tests of the bundles that standard input names, and writes their rows (checks/trial.py)."""
 
+import contextlib
 import json
 import os
 import sys
@@ -7,6 +8,11 @@ import sys
 # Output of engines must not mix with the answers.
 answers = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)
+
+with contextlib.suppress(Exception):  # the first request reports it
+    import chiasm.runtime
+
+    chiasm.runtime.backends()  # which loads their libraries
 
 for line in sys.stdin:
     request = json.loads(line)

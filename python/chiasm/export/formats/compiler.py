@@ -8,47 +8,56 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
+from concurrent.futures import Executor, Future, wait
 from pathlib import Path
+from threading import Lock
 
 import torch
 
 #: The first header that Inductor's code includes, for each of the two files that it writes.
 HEADERS = {"wrapper": "torch/csrc/inductor/aoti_include/cpu.h", "kernel": "torch/csrc/inductor/cpp_prefix.h"}
+#: How many compilers an export runs at once: Inductor writes two files for each method.
+AT_ONCE = 2
 #: Bytes of C++ above which -O3 takes four times as long as -O2: thousands of lines of arithmetic, with no
 #: loop in them to unroll.
 _LARGE = 150_000
 
 
 class Build:
-    """Builds the library of an Inductor package from the commands that Inductor passes to `run`. `run` starts
-    compilers without waiting; `library` waits, and links.
+    """Builds the library of an Inductor package from the commands that Inductor passes to `run`. `run` gives
+    them to `compilers` without waiting; `library` waits.
 
     Args:
+        compilers: runs compilers and linkers, in the order of its submissions; shared by the builds of an
+            export, so that their number does not grow with the number of methods.
         include: headers that go before the compiler's own.
         precompiled: a folder of headers from `precompile`, perhaps for other settings.
         objects: object files that are linked too.
-        after: another build, whose compilers must end before this one's start, so that the number of
-            compilers does not grow with the number of methods.
         dropped: words that are removed from the linker's command.
         at_once: when Inductor links, it gets the library; otherwise it gets an empty file, and goes on.
     """
 
     def __init__(
         self,
+        compilers: Executor,
         include: Path | None = None,
         precompiled: Path | None = None,
         objects: Sequence[Path] = (),
-        after: Build | None = None,
         dropped: Sequence[str] = (),
         at_once: bool = False,
     ) -> None:
-        self.include, self.precompiled, self.objects = include, precompiled, list(map(str, objects))
-        self.after, self.dropped, self.at_once = after, dropped, at_once
+        self.compilers, self.include, self.precompiled = compilers, include, precompiled
+        self.objects, self.dropped, self.at_once = list(map(str, objects)), dropped, at_once
         self._scratch = tempfile.TemporaryDirectory()
         self.folder = Path(self._scratch.name)
-        self._running: list[tuple[list[str], subprocess.Popen[bytes]]] = []
+        self._compilations: list[Future[None]] = []
+        # Read here, because a thread would read it while Python changes it
+        self._environment = os.environ | _environment(include)
+        self._lock = Lock()  # of the two below
+        self._running: list[subprocess.Popen[bytes]] = []
+        self._closed = False
         self._made: dict[str, str] = {}  # Inductor's object files, and ours
-        self._link: list[str] = []
+        self._linking: Future[None] | None = None
 
     def run(self, command: str, cwd: str) -> None:
         """In place of Inductor's `run_compile_cmd`."""
@@ -60,19 +69,19 @@ class Build:
             # glibc 2.41 does not load a library that requires an executable stack, which is the default of
             # assembly, such as that of Inductor's constants.
             given = [self._made.get(word) or self._kept(word) for word in kept]
-            self._link = [*given, *self.objects, "-Wl,-z,noexecstack"]
-            self._link[self._link.index(str(target))] = "library.so"
+            link = [*given, *self.objects, "-Wl,-z,noexecstack"]
+            link[link.index(str(target))] = "library.so"
+            self._linking = self.compilers.submit(self._link, link, tuple(self._compilations))
             target.write_bytes(self.library() if self.at_once else b"")
         elif sources:
             self._start(words, sources[0], target)
         else:
-            _check(words, subprocess.run(words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT))
+            done = subprocess.run(words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            _check(words, done.returncode, done.stdout)
 
     def _start(self, words: list[str], source: str, target: Path) -> None:
         """Compile in a folder of ours, where files have the same names in every export: error messages in the
         code contain them."""
-        if self.after is not None:
-            self.after.wait()
         kind = source.split(".")[-2]
         shutil.copy(source, self.folder / f"{kind}.cpp")
         flags = _flags(words, source)
@@ -87,54 +96,58 @@ class Build:
             "-o",
             f"{kind}.o",
         ]
-        with open(self.folder / f"{kind}.log", "wb") as log:
+        self._compilations.append(self.compilers.submit(self._execute, command, kind))
+        self._made[str(target)] = f"{kind}.o"
+        target.touch()  # Inductor removes it
+
+    def _link(self, command: list[str], compilations: tuple[Future[None], ...]) -> None:
+        for compilation in compilations:  # submitted before, so that this waits for no thread but the others
+            compilation.result()
+        self._execute(command, "library")
+
+    def _execute(self, command: list[str], name: str) -> None:
+        """Run a compiler or a linker, in a thread of `compilers`."""
+        log_file = self.folder / f"{name}.log"
+        with self._lock, open(log_file, "wb") as log:
+            if self._closed:
+                return
             process = subprocess.Popen(
                 command,
                 cwd=self.folder,
-                env=os.environ | _environment(self.include),
+                env=self._environment,
                 stdout=log,
                 stderr=subprocess.STDOUT,
             )
-        self._running.append((command, process))
-        self._made[str(target)] = f"{kind}.o"
-        target.touch()  # Inductor removes it
+            self._running.append(process)
+        process.wait()
+        _check(command, process.returncode, log_file.read_bytes())
 
     def _kept(self, word: str) -> str:
         """A word of the linker's command. For an object file, a copy, because Inductor will remove the
         file."""
         return str(shutil.copy(word, self.folder)) if word.endswith(".o") else word
 
-    def wait(self) -> None:
-        """Wait until no compiler is running."""
-        for _, process in self._running:
-            process.wait()
-
     def library(self) -> bytes:
         """The linked library. Call it once."""
-        for command, process in self._running:
-            output = subprocess.CompletedProcess(
-                command, process.wait(), (self.folder / f"{Path(command[-1]).stem}.log").read_bytes()
-            )
-            _check(command, output)
-        _check(
-            self._link,
-            subprocess.run(self._link, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT),
-        )
+        assert self._linking is not None
+        self._linking.result()
         return (self.folder / "library.so").read_bytes()
 
     def close(self) -> None:
         """Stop running compilers, and remove their files."""
-        for _, process in self._running:
-            process.kill()
-            process.wait()
+        with self._lock:
+            self._closed = True
+            for process in self._running:
+                process.kill()
+        wait([*self._compilations, *filter(None, [self._linking])])
         self._scratch.cleanup()
 
 
-def _check(command: Sequence[str], done: subprocess.CompletedProcess[bytes]) -> None:
+def _check(command: Sequence[str], status: int, output: bytes) -> None:
     from torch._inductor.exc import CppCompileError
 
-    if done.returncode:
-        raise CppCompileError(list(command), done.stdout.decode(errors="replace"))
+    if status:
+        raise CppCompileError(list(command), output.decode(errors="replace"))
 
 
 def _flags(words: Sequence[str], source: str) -> list[str]:

@@ -12,12 +12,14 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import platform
 import tempfile
 import warnings
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, nullcontext
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
@@ -90,7 +92,7 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
             job.spec,
             isa,
             signature,
-            job.compiling[-1] if job.compiling else None,
+            job.compilers,
             gradient=method.name == "vjp",
         )
         job.compiling.append(code)
@@ -115,16 +117,15 @@ def to_native(
     spec: Spec,
     isa: str,
     signature: str,
-    after: NativeCode | None = None,
+    compilers: Executor,
     gradient: bool = False,
 ) -> NativeCode:
     """Begin to compile for `isa`, a level of CPUs or a GPU, or fetch the same compilation from the cache. The
     code carries `signature`.
 
     `program` returns the program for a target ("native"), which may be changed. If the op turns out to need
-    libtorch, the program without our kernels ("vjp") is used, because libtorch does not have these. `after`
-    is other code that is being compiled; its compilers must end before new ones start. `gradient`: whether
-    the program computes a gradient.
+    libtorch, the program without our kernels ("vjp") is used, because libtorch does not have these.
+    `compilers` runs the compilers. `gradient`: whether the program computes a gradient.
     """
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
@@ -137,7 +138,7 @@ def to_native(
     if kept(entry):
         return NativeCode(spec, isa, entry, None, program)
     try:
-        build = _begin(source, spec, isa, signature, after and after.build, gradient)
+        build = _begin(source, spec, isa, signature, compilers, gradient)
     except OSError as error:
         raise explain(spec.name, f"native code ({isa})", error) from error
     return NativeCode(spec, isa, entry, build, program)
@@ -181,7 +182,7 @@ class NativeCode:
                 f"{self.spec.name}: native code ({self.isa}) needs {why}, which is here for"
                 f" {platform.machine()} alone: export it without --isa {self.isa}"
             )
-        with closing(Build(at_once=True)) as whole:
+        with closing(Build(build.compilers, at_once=True)) as whole:
             program = refuse_negative(select_by_tensors(self.program("vjp"), self.spec.name))
             sum_in_steps(program)
             package = _inductor(program, self.spec, self.isa, _ONE_THREAD, whole)
@@ -204,7 +205,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 
 
 def _begin(
-    program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None, gradient: bool
+    program: ExportedProgram, spec: Spec, isa: str, signature: str, compilers: Executor, gradient: bool
 ) -> Build:
     program = refuse_negative(select_by_tensors(program, spec.name))
     sm = ISAS[isa].sm
@@ -226,9 +227,9 @@ def _begin(
         },
     }
     build = Build(
+        compilers,
         isas.LIBRARIES / "include",
         None if sm else isas.LIBRARIES / isa,
-        after=after,
         dropped=["-lcuda"] if sm else [],
     )
     try:
@@ -318,6 +319,7 @@ def _inductor(
             minima, checks = nullcontext(), gpu_compiler(ISAS[isa].sm, isas.LIBRARIES / "cuda")
         with (
             tempfile.TemporaryDirectory() as scratch,
+            _inductor_folder(scratch),
             fast_tracing(),
             known_vectors(ISAS[isa].machine),
             fast_inductor(build.run),
@@ -339,6 +341,22 @@ def _inductor(
         raise explain(spec.name, f"native code ({isa})", error) from error
     finally:
         torch.set_num_threads(threads)
+
+
+@contextmanager
+def _inductor_folder(folder: str) -> Generator[None]:
+    """Inductor keeps its sources in this folder. In one that lasts, it adds its commands to them at each
+    export: the same code would get larger each time, until it were compiled as large code is."""
+    name = "TORCHINDUCTOR_CACHE_DIR"
+    before = os.environ.get(name)
+    os.environ[name] = folder
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
 
 
 def _check_sizes(program: ExportedProgram, spec: Spec, isa: str) -> None:

@@ -50,6 +50,11 @@ PATCHES: Mapping[str, Patch] = {
         " trace",
         "ef05bf3b858e",
     ),
+    "torch._subclasses.fake_tensor:get_fast_op_impls": Patch(
+        "compares the sizes of operands by arithmetic on symbols at each sum and product, though most are"
+        " alike: a fifth of the time of a gradient's trace",
+        "5a2680a750ef",
+    ),
     "torch._inductor.sizevars:sympy": Patch(
         "calls sympy.simplify to see whether an index is linear: most of the time of a compilation; expanding"
         " does as well",
@@ -108,6 +113,11 @@ PATCHES: Mapping[str, Patch] = {
     ),
     "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": Patch(
         "what is needed of that header is compiled with the package", "74a66899070f"
+    ),
+    "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu.generate_input_output_runtime_checks": Patch(
+        "rejects sizes that the spec allows, such as a batch of 1, where AOTI_RUNTIME_CHECK_INPUTS is set;"
+        " and it is most of the wrapper's code",
+        "82995f13a658",
     ),
     "torch.cuda:is_available": Patch("a GPU is compiled for that is not here", "b91a896857c1"),
     "torch.cuda:device_count": Patch("as is_available", "efd183354fc3"),

@@ -27,7 +27,7 @@ from torch.utils import _pytree as pytree
 
 from ..formats.index_ranges import IndexRanges
 from . import replaced
-from .index_checks import checked_propagation, indirect_indexing_with
+from .index_checks import checked_propagation, indirect_indexing_with, without_runtime_checks
 
 #: By compute capability: shared memory that a block may have, in KiB, and threads of a multiprocessor (CUDA
 #: C++ Programming Guide, "Technical Specifications per Compute Capability"); multiprocessors of a large GPU.
@@ -209,6 +209,9 @@ def gpu_compiler(sm: int, toolkit: Path) -> Generator[None]:
             ),
             "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": checked_propagation(),
             "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": nothing,
+            "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu.generate_input_output_runtime_checks": (
+                without_runtime_checks
+            ),
         }
     ):
         _forget_answers()

@@ -75,10 +75,21 @@ def checked_native_code(header: Path | None = None) -> Generator[None]:
             f"{_WRAPPER}.{name}": _reporting(name)
             for name in ("_generate_scatter_fallback", "_generate_index_put_fallback")
         }
+        | {f"{_WRAPPER}.generate_input_output_runtime_checks": without_runtime_checks}
         # The needed part of it is compiled with the package (runtime/artifact/aoti/entry.cpp).
         | ({} if header else {f"{_WRAPPER}._write_aoti_interface_header": nothing})
     ):
         yield
+
+
+def without_runtime_checks(wrapper: Any) -> None:
+    """In place of the wrapper's checks of inputs, which are on if an environment variable is set."""
+    wrapper.prefix.splice_aot(
+        """
+        static constexpr bool _check_aoti_runtime_check_inputs_env() { return false; }
+        static void __check_inputs_outputs(AtenTensorHandle*, AtenTensorHandle*) {}
+        """
+    )
 
 
 class _Scalars:
