@@ -30,6 +30,13 @@ EYE = torch.eye(3)[None]
 FRAME = torch.zeros(8, 8, 3, dtype=torch.uint8)
 BOXES = torch.zeros(1, 4)
 
+
+def warped_by_two_grids() -> torch.Tensor:
+    warper = transform.HomographyWarper(4, 4)
+    warper.precompute_warp_grid(EYE.expand(2, -1, -1))
+    return warper(X)
+
+
 WRONG = [
     (
         lambda: color.rgb_to_grayscale(X[:, :2]),
@@ -263,9 +270,15 @@ WRONG = [
             EYE[0], EYE[0], EYE[0], EYE[..., :2], EYE[..., :2]
         ),
         ValueError,
-        r"x1: expected no more dimensions than E_mat \[3, 3\], got \[1, 3, 2\]",
+        r"x1: expected leading dimensions that expand to E_mat's \[3, 3\], got \[1, 3, 2\]",
     ),
     (lambda: metrics.ssim(X, X[0], 5), ValueError, "img2: expected shape"),
+    (
+        lambda: transform.Affine(angle=torch.zeros(3))(X.expand(2, -1, -1, -1)),
+        ValueError,
+        r"angle: expected one, or one for each sample of input \[2, .*\], got \[3\]",
+    ),
+    (warped_by_two_grids, ValueError, "patch_src: expected an image for each of precompute_warp_grid's 2"),
     (
         lambda: pipelines.preprocess(FRAME.float()),
         TypeError,

@@ -14,9 +14,9 @@ from chiasm.export.catalog import Entry, catalog
 FUNCTIONS = {entry.path: entry for entry in catalog().values() if not entry.spec.interleaved}
 
 
-def call_of(entry: Entry) -> dict[str, Any]:
+def call_of(entry: Entry, sizes: dict[str, int] = SMALL) -> dict[str, Any]:
     """The arguments of a call in eager Python."""
-    made = example_inputs.make(entry.spec, example_inputs.fit(entry.spec, SMALL), entry.spec.variants()[0])
+    made = example_inputs.make(entry.spec, example_inputs.fit(entry.spec, sizes), entry.spec.variants()[0])
     given: dict[str, Any] = dict(entry.spec.config)
     for t in entry.spec.inputs:
         if not t.sizes:

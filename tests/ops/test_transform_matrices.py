@@ -81,6 +81,25 @@ def test_shear_is_about_its_centre() -> None:
     torch.testing.assert_close(get_shear_matrix2d(CENTER, None, sy), get_shear_matrix2d(CENTER, zero, sy))
 
 
+@pytest.mark.parametrize("shape", [(), (1,)])
+def test_one_shear_angle_for_all(shape: tuple[int, ...]) -> None:
+    one, each = torch.full(shape, 0.3, dtype=torch.float64), torch.full((BATCH,), 0.3, dtype=torch.float64)
+    sy = uniform(BATCH, low=-1, high=1, seed=2)
+    move = uniform(BATCH, 2, low=-50, high=50, seed=3)
+    for angles, wanted in [((one,), (each,)), ((one, sy), (each, sy)), ((None, one), (None, each))]:
+        expected = get_shear_matrix2d(CENTER, *wanted)
+        torch.testing.assert_close(get_shear_matrix2d(CENTER, *angles), expected, rtol=0, atol=0)
+        torch.testing.assert_close(
+            get_affine_matrix2d(move, CENTER, SCALE, ANGLE, *angles),
+            get_affine_matrix2d(move, CENTER, SCALE, ANGLE, *wanted),
+            rtol=0,
+            atol=0,
+        )
+    torch.testing.assert_close(
+        get_shear_matrix2d(CENTER[:1], one, sy), get_shear_matrix2d(CENTER[:1].expand(BATCH, 2), each, sy)
+    )
+
+
 @pytest.mark.parametrize("sheared", [False, True])
 def test_affine_matrix_is_the_product(sheared: bool) -> None:
     sx, sy = (

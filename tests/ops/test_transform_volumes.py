@@ -186,6 +186,29 @@ def test_rotate_is_about_the_middle() -> None:
     np.testing.assert_allclose(rotate3d(X, yaw, pitch, roll, middle, align_corners=True), expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("shape", [(), (1,)])
+def test_one_angle_for_all(shape: tuple[int, ...]) -> None:
+    one, each = torch.full(shape, 20.0, dtype=D), torch.full((2,), 20.0, dtype=D)
+    roll = ANGLES[:, 2]
+    for angles, wanted in [((one, one, one), (each, each, each)), ((one, roll, one), (each, roll, each))]:
+        expected = rotate3d(X, *wanted, CENTER)
+        torch.testing.assert_close(rotate3d(X, *angles, CENTER), expected, rtol=0, atol=0)
+        torch.testing.assert_close(rotate3d(X, *angles), rotate3d(X, *wanted))
+
+
+@pytest.mark.parametrize("shape", [(), (1,)])
+def test_one_shear_angle_for_all(shape: tuple[int, ...]) -> None:
+    one, each = torch.full(shape, 0.3, dtype=D), torch.full((2,), 0.3, dtype=D)
+    for k in range(6):
+        angles, wanted = [*SHEARS[:k], one, *SHEARS[k + 1 :]], [*SHEARS[:k], each, *SHEARS[k + 1 :]]
+        expected = get_shear_matrix3d(CENTER, *wanted)
+        torch.testing.assert_close(get_shear_matrix3d(CENTER, *angles), expected, rtol=0, atol=0)
+        expected = get_affine_matrix3d(CENTER, CENTER, SCALE, ANGLES, *wanted)
+        actual = get_affine_matrix3d(CENTER, CENTER, SCALE, ANGLES, *angles)
+        torch.testing.assert_close(actual, expected, rtol=0, atol=0)
+    torch.testing.assert_close(get_shear_matrix3d(CENTER, one), get_shear_matrix3d(CENTER, each))
+
+
 def test_perspective_transform_goes_through_five_corners() -> None:
     generator = torch.Generator().manual_seed(1)
     source = CORNERS * 10 + torch.rand((2, 8, 3), generator=generator, dtype=D)

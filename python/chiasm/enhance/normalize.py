@@ -5,7 +5,13 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_not_empty, check_number, check_values
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_not_empty,
+    check_number,
+    check_values,
+)
 from ..primitives.core.layout import in_planes
 from ..primitives.numbers.reductions import greatest, least
 
@@ -102,6 +108,7 @@ def _per_channel(value: Union[float, Tensor], data: Tensor, name: str) -> Tensor
         raise ValueError(
             f"{name}: expected a number, or a scalar tensor, (1,), (C,) or (B, C), got {list(value.shape)}"
         )
+    check_broadcastable(value, data, name, "data", 0, data.dim() - 2)
     value = value.to(data.dtype)
     if value.dim() == 0:
         return value

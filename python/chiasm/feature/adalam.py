@@ -224,6 +224,8 @@ def _area(
     if isinstance(hw, Tensor):
         if hw.dim() < 1 or hw.dim() > 2 or hw.size(-1) != 2:
             raise ValueError(f"{name}: expected shape (2,) or (B, 2), got {list(hw.shape)}")
+        if hw.dim() == 2 and hw.size(0) != centre.size(0) and hw.size(0) != 1:
+            raise ValueError(f"{name}: expected a batch of {centre.size(0)}, or 1, got {list(hw.shape)}")
         size = hw.detach().to(torch.float64) + torch.zeros_like(centre[:, 0])
         return size[:, :1] * size[:, 1:]
     check_pair(hw, name)

@@ -28,6 +28,5 @@ def sift_laf_descriptors(img: Tensor, lafs: Tensor, patch_size: int = 32, rootsi
         ... ).shape
         torch.Size([1, 1, 128])
     """
-    return sift_describe(patches_of(img, lafs, patch_size, True), rootsift=rootsift).unflatten(
-        0, [lafs.size(0), lafs.size(1)]
-    )
+    patches = patches_of(img, lafs, patch_size, True, "lafs")
+    return sift_describe(patches, rootsift=rootsift).unflatten(0, [lafs.size(0), lafs.size(1)])

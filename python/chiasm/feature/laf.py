@@ -13,7 +13,7 @@ from torch import Tensor
 
 from ..geometry.conversions.angles import angle_to_rotation_matrix, rad2deg
 from ..primitives.core.checks import (
-    check_broadcastable,
+    check_expands,
     check_floating,
     check_image,
     check_number,
@@ -165,7 +165,7 @@ def scale_laf(laf: Tensor, scale_coef: Union[float, Tensor]) -> Tensor:
     check_laf(laf, "laf")
     matrix = laf[..., :2]
     if isinstance(scale_coef, Tensor):
-        check_broadcastable(scale_coef, matrix, "scale_coef", "laf[..., :2]")
+        check_expands(scale_coef, matrix, "scale_coef", "laf[..., :2]")
         scaled = matrix * scale_coef.to(laf.dtype)
     else:
         check_number(scale_coef, "scale_coef")
@@ -239,12 +239,14 @@ def laf_from_center_scale_ori(
         check_tensor(ori, "ori")
         if ori.dim() != 3 or ori.size(2) != 1:
             raise ValueError(f"ori: expected shape (B, N, 1), got {list(ori.shape)}")
+        check_expands(ori, xy[..., 0:1], "ori", "xy[..., 0:1]")
         angle = ori[..., 0].to(xy.dtype).expand_as(xy[..., 0])
     matrix = angle_to_rotation_matrix(angle)
     if scale is not None:
         check_tensor(scale, "scale")
         if scale.dim() != 4 or scale.size(2) != 1 or scale.size(3) != 1:
             raise ValueError(f"scale: expected shape (B, N, 1, 1), got {list(scale.shape)}")
+        check_expands(scale, xy[..., None, 0:1], "scale", "xy[..., None, 0:1]")
         matrix = matrix * scale.to(xy.dtype)
     return torch.cat([matrix, xy[..., None]], -1)
 
@@ -316,7 +318,7 @@ def _angles(laf: Tensor, angles: Tensor) -> Tensor:
         angles = angles.unsqueeze(0)
     if angles.dim() != 3 or angles.size(2) != 1:
         raise ValueError(f"angles_degrees: expected shape (B, N, 1), got {list(angles.shape)}")
-    check_broadcastable(angles, laf[..., 0, 0:1], "angles_degrees", "LAF[..., 0, 0:1]")
+    check_expands(angles, laf[..., 0, 0:1], "angles_degrees", "LAF[..., 0, 0:1]")
     return angles
 
 

@@ -6,7 +6,7 @@ import math
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_image
+from ..primitives.core.checks import check_floating, check_image, check_leading
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.warping import away_from_zero, check_matrices, position_dtype
 from .laf import check_laf, determinants
@@ -229,6 +229,7 @@ def perspective_transform_lafs(trans_01: Tensor, lafs_1: Tensor) -> Tensor:
     """
     check_matrices(trans_01, 3, 3, "trans_01")
     check_laf(lafs_1, "lafs_1")
+    check_leading([trans_01, lafs_1], ["trans_01", "lafs_1"], [2, 3])
     precision = position_dtype(lafs_1.dtype)
     m, frame = trans_01.to(precision)[:, None], lafs_1.to(precision)
     # The homography of the centre, and of both axes as directions.

@@ -298,6 +298,8 @@ def match_fginn(
             f"lafs2: expected a frame for each of {second.size(1)} descriptors, got {list(lafs2.shape)}"
         )
     far = dissimilarities(first, second, given, mask1, mask2)
+    if lafs2.size(0) != far.size(0):
+        raise ValueError(f"lafs2: expected a batch of {far.size(0)}, got {list(lafs2.shape)}")
     if one_is_empty(far):
         return no_matches(far, desc1)
     index = two_smallest(far, True)[..., 0]

@@ -43,14 +43,14 @@ def dissimilarities(
     far = cdist_squared(desc1, desc2) if dm is None else dm.detach()
     nowhere = torch.full_like(far, float("inf"))
     if mask1 is not None:
-        far = torch.where(_checked(mask1, desc1, "mask1")[:, :, None], far, nowhere)
+        far = torch.where(_checked(mask1, desc1, far.size(0), "mask1")[:, :, None], far, nowhere)
     if mask2 is not None:
-        far = torch.where(_checked(mask2, desc2, "mask2")[:, None, :], far, nowhere)
+        far = torch.where(_checked(mask2, desc2, far.size(0), "mask2")[:, None, :], far, nowhere)
     return far
 
 
-def _checked(mask: Tensor, desc: Tensor, name: str) -> Tensor:
-    """(B, N)."""
+def _checked(mask: Tensor, desc: Tensor, batch: int, name: str) -> Tensor:
+    """(B or 1, N)."""
     check_tensor(mask, name)
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
@@ -58,7 +58,11 @@ def _checked(mask: Tensor, desc: Tensor, name: str) -> Tensor:
         raise ValueError(
             f"{name}: expected one entry for each of {desc.size(1)} descriptors, got {list(mask.shape)}"
         )
-    return mask if mask.dim() == 2 else mask[None]
+    if mask.dim() == 1:
+        return mask[None]
+    if mask.size(0) != batch and mask.size(0) != 1:
+        raise ValueError(f"{name}: expected a batch of {batch}, or 1, got {list(mask.shape)}")
+    return mask
 
 
 def distances_to(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor) -> Tensor:

@@ -129,7 +129,7 @@ class LAFDescriptor(Module):
         self.grayscale_descriptor = grayscale_descriptor
 
     def forward(self, img: Tensor, lafs: Tensor) -> Tensor:
-        patches = patches_of(img, lafs, self.patch_size, self.grayscale_descriptor)
+        patches = patches_of(img, lafs, self.patch_size, self.grayscale_descriptor, "lafs")
         return _by_frame(self.descriptor(patches), lafs)
 
 
@@ -163,22 +163,29 @@ def get_laf_descriptors(
         >>> get_laf_descriptors(torch.rand(1, 1, 40, 40), frame, nn.Flatten(), 8).shape
         torch.Size([1, 1, 64])
     """
-    return _by_frame(patch_descriptor(patches_of(img, lafs, patch_size, grayscale_descriptor)), lafs)
+    patches = patches_of(img, lafs, patch_size, grayscale_descriptor, "lafs")
+    return _by_frame(patch_descriptor(patches), lafs)
 
 
-def patches_of(img: Tensor, lafs: Tensor, PS: int, grayscale: bool) -> Tensor:
-    """(B * N, C, PS, PS): patches from a pyramid; with ``grayscale``, the image is first converted to
-    grey."""
+def patches_of(img: Tensor, laf: Tensor, PS: int, grayscale: bool, name: str = "laf") -> Tensor:
+    """(B * N, C, PS, PS): patches from a pyramid; with ``grayscale``, the image is first converted to grey.
+    ``name`` is the caller's for the frames."""
     check_image(img, "img")
-    check_laf(lafs, "lafs")
+    check_laf(laf, name)
+    _check_batch(img, laf, name)
     if grayscale and img.size(1) == 3:
         img = rgb_to_grayscale(img)
     # Stored: each pixel of a patch is interpolated once, and read by all derivatives there.
-    return materialised(extract_patches_from_pyramid(img, lafs, PS).flatten(0, 1), 0)
+    return materialised(extract_patches_from_pyramid(img, laf, PS).flatten(0, 1), 0)
 
 
 def _by_frame(descriptors: Tensor, lafs: Tensor) -> Tensor:
     return descriptors.unflatten(0, [lafs.size(0), lafs.size(1)])
+
+
+def _check_batch(img: Tensor, laf: Tensor, name: str) -> None:
+    if laf.size(0) != img.size(0):
+        raise ValueError(f"{name}: expected img's batch of {img.size(0)}, got {list(laf.shape)}")
 
 
 def _in_pixels(img: Tensor, laf: Tensor, PS: int, in_pixels: bool) -> Tensor:
@@ -186,8 +193,7 @@ def _in_pixels(img: Tensor, laf: Tensor, PS: int, in_pixels: bool) -> Tensor:
     check_laf(laf, "laf")
     if PS < 1:
         raise ValueError(f"PS: expected a positive number, got {PS}")
-    if laf.size(0) != img.size(0):
-        raise ValueError(f"laf: expected img's batch of {img.size(0)}, got {list(laf.shape)}")
+    _check_batch(img, laf, "laf")
     frame = laf.to(position_dtype(img.dtype))
     return frame if in_pixels else denormalize_laf(frame, img)
 

@@ -6,7 +6,7 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
 from ..filters.gradient import spatial_gradient
-from ..primitives.core.checks import check_tensor
+from ..primitives.core.checks import check_broadcastable, check_tensor
 from ..primitives.filters.stencil import separable_each
 
 
@@ -31,5 +31,6 @@ def normalised_by_scale(response: Tensor, sigmas: Optional[Tensor]) -> Tensor:
     check_tensor(sigmas, "sigmas")
     if sigmas.dim() != 1:
         raise ValueError(f"sigmas: expected shape (B,), got {list(sigmas.shape)}")
+    check_broadcastable(sigmas, response, "sigmas", "input", 0, 3)
     s = sigmas.to(response.dtype)[:, None, None, None]
     return response * (s * s * s * s)

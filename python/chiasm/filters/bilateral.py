@@ -5,7 +5,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_pixels, check_positive, odd_pair
+from ..primitives.core.checks import check_choice, check_leading, check_pixels, check_positive, odd_pair
 from ..primitives.filters.bilateral import bilateral_bytes, bilateral_mean
 from .gaussian import gaussian_kernels
 
@@ -106,6 +106,7 @@ def joint_bilateral_blur(
         raise ValueError(
             f"guidance: expected input's height and width {list(input.shape)}, got {list(guidance.shape)}"
         )
+    check_leading([input, guidance], ["input", "guidance"], [3, 3])
     return _weighted_mean(
         input, guidance, kernel_size, sigma_color, sigma_space, border_type, color_distance_type
     )

@@ -295,6 +295,15 @@ def fft_conv(
     return filter2d(input, kernel, border_type, normalized, padding, behaviour)
 
 
+def check_kernel_batch(kernel: Tensor, input: Tensor, names: str) -> None:
+    """Raise unless the kernels of the arguments ``names`` are one, or one for each sample of ``input``."""
+    if kernel.size(0) != input.size(0) and kernel.size(0) != 1:
+        raise ValueError(
+            f"{names}: expected one value, or one for each of input's {input.size(0)} samples, got"
+            f" {kernel.size(0)}"
+        )
+
+
 def _ready(
     kernel: Tensor, input: Tensor, rank: int, layout: str, normalized: bool, flip: bool, name: str
 ) -> Tensor:

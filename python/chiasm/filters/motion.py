@@ -11,10 +11,11 @@ from ..primitives.core.checks import (
     check_broadcastable,
     check_choice,
     check_floating,
-    check_tensor,
+    check_pixels,
     check_triple,
 )
-from .correlation import filter2d, filter3d
+from ..primitives.resampling.volumes import check_volume
+from .correlation import check_kernel_batch, filter2d, filter3d
 from .gaussian_kernels import as_column
 
 
@@ -148,8 +149,9 @@ def motion_blur(
         >>> motion_blur(torch.eye(5)[None, None], 5, 135.0, 0.0, "constant")[0, 0, 2, 2]
         tensor(1.)
     """
-    check_tensor(input, "input")
+    check_pixels(input, "input")
     kernel = get_motion_kernel2d(kernel_size, angle, direction, mode, input.dtype)
+    check_kernel_batch(kernel, input, "angle, direction")
     return filter2d(input, kernel.to(input.device), border_type)
 
 
@@ -184,8 +186,9 @@ def motion_blur3d(
         >>> motion_blur3d(torch.ones(1, 1, 3, 4, 5), 3, (10.0, 20.0, 30.0), 0.5).shape
         torch.Size([1, 1, 3, 4, 5])
     """
-    check_tensor(input, "input")
+    check_volume(input, "input")
     kernel = get_motion_kernel3d(kernel_size, angle, direction, mode, input.dtype)
+    check_kernel_batch(kernel, input, "angle, direction")
     return filter3d(input, kernel.to(input.device), border_type)
 
 

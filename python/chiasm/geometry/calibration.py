@@ -12,9 +12,11 @@ from torch import Tensor
 from ..primitives.core.checks import (
     check_floating,
     check_last,
+    check_leading,
     check_matrix,
     check_not_empty,
     check_rank,
+    check_same_shape,
     check_tensor,
     check_values,
 )
@@ -127,6 +129,7 @@ def tilt_projection(taux: Tensor, tauy: Tensor, return_inverse: bool = False) ->
     """
     check_last(taux, 1, "taux")
     check_last(tauy, 1, "tauy")
+    check_same_shape(tauy, taux, "tauy", "taux")
     forth, back = tilt_matrices(taux[..., 0], tauy[..., 0])
     return back if return_inverse else forth
 
@@ -168,6 +171,13 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     precision = position_dtype(image.dtype)
     camera = K.to(precision).reshape(-1, 3, 3)
     lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
+    flat = image.reshape(-1, channels, height, width)
+    for value, name, given in ((camera, "K", K), (lens, "dist", dist)):
+        if value.size(0) != flat.size(0) and value.size(0) != 1:
+            raise ValueError(
+                f"{name}: expected one for each of {flat.size(0)} images, or one for all, got"
+                f" {list(given.shape)}"
+            )
     row = torch.arange(height, device=image.device).to(precision)[None, :, None]
     column = torch.arange(width, device=image.device).to(precision)[None, None, :]
     # x depends on the column alone, y on the row alone: each position is divided once, not at every pixel.
@@ -176,7 +186,6 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     x, y = _lens(x, y, lens)
     x = x * camera[:, 0:1, 0:1] + camera[:, 0:1, 2:3]
     y = y * camera[:, 1:2, 1:2] + camera[:, 1:2, 2:3]
-    flat = image.reshape(-1, channels, height, width)
     return resample_image(flat, x, y, "bilinear", "zeros", True, None).reshape(image.shape)
 
 
@@ -195,7 +204,7 @@ def solve_pnp_dlt(
         world_points: (B, N, 3), N >= 6, not coplanar, floating point.
         img_points: (B, N, 2), pixels.
         intrinsics: (B, 3, 3), camera matrices.
-        weights: (B, N), not negative; ones by default.
+        weights: (B, N), not negative; ones by default. A batch of 1 is for all, here and above.
 
     Returns:
         (B, 3, 4), [R | t] from the world to the camera's frame. Differentiable in all tensors.
@@ -218,9 +227,9 @@ def solve_pnp_dlt(
     ray = small_matmul(with_one(img_points.to(torch.float64)), inverse.transpose(1, 2))
     p, t1 = hartley(world_points.to(torch.float64), None, 1e-8)
     q, t2 = hartley(ray[..., 0:2] / ray[..., 2:3], None, 1e-8)
-    w = torch.ones_like(p[..., 0])
+    w = torch.ones_like(p[..., 0] + q[..., 0])
     if weights is not None:
-        w = weights.to(torch.float64)
+        w = w * weights.to(torch.float64)
     P = smallest_eigenvector(projective_equations(with_one(p), q, w)).reshape(-1, 3, 4)
     P = small_matmul(small_matmul(inverse3x3(t2), P), t1)
     m = P[..., 0:3]
@@ -247,8 +256,10 @@ def _check(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor]) -> 
     if points.dim() < 2:
         raise ValueError(f"points: expected shape (*, N, 2), got {list(points.shape)}")
     _check_lens(K, dist)
+    check_leading([points, K, dist], ["points", "K", "dist"], [2, 2, 1])
     if new_K is not None:
         check_matrix(new_K, 3, 3, "new_K")
+        check_leading([points, K, dist, new_K], ["points", "K", "dist", "new_K"], [2, 2, 1, 2])
 
 
 def _check_lens(K: Tensor, dist: Tensor) -> None:
@@ -262,7 +273,7 @@ def check_views(
     world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor], least: int
 ) -> None:
     """Raise unless there are ``least`` points (B, N, 3), their pixels (B, N, 2), camera matrices (B, 3, 3)
-    and, if any, weights (B, N)."""
+    and, if any, weights (B, N). Each B may be 1."""
     check_rank(world_points, 3, "(B, N, 3)", "world_points")
     check_last(world_points, 3, "world_points")
     check_rank(img_points, 3, "(B, N, 2)", "img_points")
@@ -276,7 +287,12 @@ def check_views(
             f"img_points: expected as many points as world_points, {world_points.size(1)}, got"
             f" {img_points.size(1)}"
         )
+    check_leading(
+        [world_points, img_points, intrinsics], ["world_points", "img_points", "intrinsics"], [2, 2, 2]
+    )
     if weights is not None:
         check_tensor(weights, "weights")
-    if weights is not None and weights.dim() != 2:
-        raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
+        if weights.dim() != 2:
+            raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
+        check_leading([world_points, weights], ["world_points", "weights"], [1, 0])
+        check_leading([img_points, intrinsics, weights], ["img_points", "intrinsics", "weights"], [2, 2, 1])

@@ -2,7 +2,7 @@
 # pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
 """Depth maps: conversion to points and normals, and warps of images by depth."""
 
-from typing import Optional, Tuple, Union
+from typing import List, Optional, Tuple, Union
 
 import torch
 from torch import Tensor
@@ -13,8 +13,10 @@ from ..primitives.core.checks import (
     check_floating,
     check_image,
     check_last,
+    check_leading,
     check_matrix,
     check_number,
+    check_one_for_each,
     check_rank,
 )
 from ..primitives.core.modules import Module
@@ -108,6 +110,11 @@ def depth_from_plane_equation(
     check_rank(points_uv, 3, "(B, N, 2)", "points_uv")
     check_rank(camera_matrix, 3, "(B, 3, 3)", "camera_matrix")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    check_leading(
+        [plane_normals, plane_offsets, points_uv, camera_matrix],
+        ["plane_normals", "plane_offsets", "points_uv", "camera_matrix"],
+        [1, 1, 2, 2],
+    )
     ray = with_one(from_pixels(points_uv, camera_matrix[:, None]))
     slope = (ray * plane_normals[:, None]).sum(-1)
     least = torch.where(slope < 0, torch.full_like(slope, -eps), torch.full_like(slope, eps))
@@ -136,6 +143,7 @@ def depth_to_3d(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = F
     check_depth(depth, "depth")
     check_rank(camera_matrix, 3, "(B, 3, 3)", "camera_matrix")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    check_leading([depth, camera_matrix], ["depth", "camera_matrix"], [3, 2])
     z = depth[:, 0]
     x, y, one = _rays(camera_matrix, z.size(-2), z.size(-1), normalize_points)
     return torch.stack([x * z, y * z, one * z], 1)
@@ -169,7 +177,9 @@ def depth_to_3d_v2(
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
     if xyz_grid is not None:
         check_last(xyz_grid, 3, "xyz_grid")
+        check_broadcastable(xyz_grid, depth, "xyz_grid", "depth", 1, 0)
         return xyz_grid * depth[..., None]
+    check_leading([depth, camera_matrix], ["depth", "camera_matrix"], [2, 2])
     x, y, one = _rays(camera_matrix, depth.size(-2), depth.size(-1), normalize_points)
     return torch.stack([x * depth, y * depth, one * depth], -1)
 
@@ -271,6 +281,13 @@ def depth_warp(
     check_depth(depth_src, "depth_src")
     check_image(patch_dst, "patch_dst")
     check_sampling(mode, padding_mode)
+    _check_batches(
+        [intrinsics_dst, extrinsics_dst, intrinsics_src, extrinsics_src, depth_src],
+        ["intrinsics_dst", "extrinsics_dst", "intrinsics_src", "extrinsics_src", "depth_src"],
+        [2, 2, 2, 2, 3],
+        patch_dst,
+        "patch_dst",
+    )
     # dst <- world <- src, with R^T in place of the inverse of a rotation.
     rotation_src = extrinsics_src[:, None, 0:3, 0:3]
     rotation = (extrinsics_dst[:, 0:3, None, 0:3] * rotation_src).sum(-1)
@@ -411,6 +428,13 @@ def warp_frame_depth(
     check_depth(depth_dst, "depth_dst")
     check_matrix(src_trans_dst, 4, 4, "src_trans_dst")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    _check_batches(
+        [depth_dst, src_trans_dst, camera_matrix],
+        ["depth_dst", "src_trans_dst", "camera_matrix"],
+        [3, 2, 2],
+        image_src,
+        "image_src",
+    )
     return _read_through_depth(
         image_src,
         depth_dst,
@@ -422,6 +446,16 @@ def warp_frame_depth(
         "bilinear",
         "zeros",
     )
+
+
+def _check_batches(
+    values: List[Tensor], names: List[str], own: List[int], image: Tensor, image_name: str
+) -> None:
+    """Raise unless each of ``values`` has the batch of ``image``, or of 1, or none: none but the last
+    ``own[i]`` dimensions."""
+    for i in range(len(values)):
+        if values[i].dim() > own[i]:
+            check_one_for_each(values[i], image, names[i], image_name)
 
 
 def _rays(camera_matrix: Tensor, height: int, width: int, unit: bool) -> Tuple[Tensor, Tensor, Tensor]:

@@ -1,11 +1,18 @@
 """Homographies from correspondences."""
 
-from typing import Optional
+from typing import List, Optional
 
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_matrix, check_rank, check_tensor
+from ..primitives.core.checks import (
+    check_choice,
+    check_floating,
+    check_leading,
+    check_matrix,
+    check_rank,
+    check_tensor,
+)
 from ..primitives.core.loops import repeated
 from ..primitives.geometry.intrinsics import with_one
 from ..primitives.linalg.direct_linear import hartley, projective_equations
@@ -72,9 +79,9 @@ def find_homography_dlt(
         raise ValueError(
             f"points2: expected as many points as points1, {points1.size(1)}, got {points2.size(1)}"
         )
-    return homography_by_weights(points1.to(torch.float64), points2.to(torch.float64), weights, None).to(
-        points1.dtype
-    )
+    _check_batch([points1, points2], ["points1", "points2"], 1, weights)
+    p1, p2 = torch.broadcast_tensors(points1.to(torch.float64), points2.to(torch.float64))
+    return homography_by_weights(p1, p2, weights, None).to(points1.dtype)
 
 
 def homography_by_weights(
@@ -164,6 +171,7 @@ def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor
         raise ValueError(f"ls1: expected at least 4 segments, got {ls1.size(1)}")
     if ls1.size(1) != ls2.size(1):
         raise ValueError(f"ls2: expected as many segments as ls1, {ls1.size(1)}, got {ls2.size(1)}")
+    _check_batch([ls1, ls2], ["ls1", "ls2"], 2, weights)
     p1, t1 = hartley(ls1.to(torch.float64).flatten(1, 2), None, 1e-8)
     p2, t2 = hartley(ls2.to(torch.float64).flatten(1, 2), None, 1e-8)
     p = with_one(p1).unflatten(1, [-1, 2])
@@ -243,6 +251,7 @@ def sample_is_valid_for_homography(points1: Tensor, points2: Tensor) -> Tensor:
     """
     turns1 = _turns(points1, "points1")
     turns2 = _turns(points2, "points2")
+    check_leading([points1, points2], ["points1", "points2"], [2, 2])
     # Signs are taken before the product, since the product may underflow.
     return (torch.sign(turns1) * torch.sign(turns2) > 0).all(-1)
 
@@ -275,10 +284,18 @@ def _denormalised(normal: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
 def _weights(weights: Optional[Tensor], like: Tensor) -> Tensor:
     if weights is None:
         return torch.ones_like(like[..., 0])
-    check_tensor(weights, "weights")
-    if weights.dim() != 2:
-        raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
     return weights.to(torch.float64)
+
+
+def _check_batch(values: List[Tensor], names: List[str], own: int, weights: Optional[Tensor]) -> None:
+    """Raise unless the leading dimensions (B, N) of both ``values``, those before the last ``own``, broadcast
+    with each other and with ``weights``."""
+    check_leading(values, names, [own, own])
+    if weights is not None:
+        check_tensor(weights, "weights")
+        if weights.dim() != 2:
+            raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
+        check_leading(values + [weights], names + ["weights"], [own, own, 0])
 
 
 def _check_points(points: Tensor, name: str) -> None:

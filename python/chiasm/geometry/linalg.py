@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_broadcastable, check_floating
+from ..primitives.core.checks import broadcastable, check_broadcastable, check_floating, check_leading
 from ..primitives.linalg.matrices import small_matmul
 
 __all__ = [
@@ -166,14 +166,14 @@ def transform_points(trans_01: Tensor, points_1: Tensor) -> Tensor:
             f"trans_01: expected shape (B, {d + 1}, {d + 1}) for points in {d} dimensions, got"
             f" {list(trans_01.shape)}"
         )
-    if trans_01.dim() - 1 > points_1.dim():
+    m = trans_01
+    for _ in range(points_1.dim() + 1 - trans_01.dim() if trans_01.dim() > 2 else 0):
+        m = m.unsqueeze(-3)
+    if trans_01.dim() - 1 > points_1.dim() or not broadcastable(m, points_1, 2, 1):
         raise ValueError(
             f"points_1: expected the batch dimensions of trans_01 {list(trans_01.shape)}, got"
             f" {list(points_1.shape)}"
         )
-    m = trans_01
-    for _ in range(points_1.dim() + 1 - trans_01.dim() if trans_01.dim() > 2 else 0):
-        m = m.unsqueeze(-3)
     moved = m[..., d]
     for k in range(d):
         moved = moved + points_1[..., k : k + 1] * m[..., k]
@@ -205,6 +205,7 @@ def compose_transformations(trans_01: Tensor, trans_12: Tensor) -> Tensor:
     """
     _check_transformation(trans_01, "trans_01")
     _check_transformation(trans_12, "trans_12")
+    check_leading([trans_01, trans_12], ["trans_01", "trans_12"], [2, 2])
     rotation = trans_01[..., :3, :3]
     product = small_matmul(rotation, trans_12[..., :3, :])
     shift = trans_01[..., :3, 3:]
@@ -257,6 +258,7 @@ def relative_transformation(trans_01: Tensor, trans_02: Tensor) -> Tensor:
     """
     _check_transformation(trans_01, "trans_01")
     _check_transformation(trans_02, "trans_02")
+    check_leading([trans_01, trans_02], ["trans_01", "trans_02"], [2, 2])
     return compose_transformations(inverse_transformation(trans_01), trans_02)
 
 
@@ -267,6 +269,7 @@ def _check_vectors(x: Tensor, y: Tensor) -> None:
         raise ValueError(f"x: expected shape (*, D), got {list(x.shape)}")
     if y.dim() < 1 or y.size(-1) != x.size(-1):
         raise ValueError(f"y: expected shape (*, {x.size(-1)}) like x, got {list(y.shape)}")
+    check_broadcastable(y, x, "y", "x", 1, 1)
 
 
 def _check_transformation(value: Tensor, name: str) -> None:

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_matrix, check_rank
+from ..primitives.core.checks import check_leading, check_matrix, check_rank
 from ..primitives.core.loops import repeated
 from ..primitives.core.lowering import carries_derivative
 from ..primitives.geometry.intrinsics import over_depth
@@ -63,6 +63,13 @@ def refine_pnp(
     check_views(world_points, img_points, intrinsics, weights, 3)
     check_rank(pose, 3, "(B, 3, 4)", "pose")
     check_matrix(pose, 3, 4, "pose")
+    check_leading(
+        [world_points, img_points, intrinsics, pose],
+        ["world_points", "img_points", "intrinsics", "pose"],
+        [2, 2, 2, 2],
+    )
+    if weights is not None:
+        check_leading([weights, pose], ["weights", "pose"], [1, 2])
     if num_iters < 0:
         raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
     w = torch.ones_like(world_points[..., 0]) if weights is None else weights

@@ -6,7 +6,13 @@ from typing import Any, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_broadcastable, check_floating, check_last, check_number
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_last,
+    check_leading,
+    check_number,
+)
 from ..primitives.core.modules import Module, hold
 from ..primitives.linalg.matrices import cross, largest_eigenvector
 from .conversions.euler import euler_from_quaternion, quaternion_from_euler
@@ -204,10 +210,11 @@ def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
         check_floating(w, "w")
         if w.dim() + 1 != Q.dim() or w.size(-1) != Q.size(-2):
             raise ValueError(f"w: expected shape (*, N) for Q {list(Q.shape)}, got {list(w.shape)}")
+        check_leading([Q, w], ["Q", "w"], [2, 1])
         weighted = q * w.to(torch.float64)[..., None]
-    m = (weighted[..., :, None] * q[..., None, :]).sum(-3).reshape(-1, 4, 4)
-    mean = largest_eigenvector(m)
-    mean = torch.where(mean[:, :1] < 0, -mean, mean).reshape(Q[..., 0, :].shape)
+    m = (weighted[..., :, None] * q[..., None, :]).sum(-3)
+    mean = largest_eigenvector(m.reshape(-1, 4, 4))
+    mean = torch.where(mean[:, :1] < 0, -mean, mean).reshape(m[..., 0].shape)
     return mean.to(Q.dtype)
 
 

@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_matrix, check_optional, check_rank
+from ..primitives.core.checks import check_leading, check_matrix, check_optional, check_rank
 from ..primitives.geometry.intrinsics import check_depth, focal_lengths, from_pixels, over_depth, with_one
 from ..primitives.linalg.matrices import cross, small_matmul
 from .calibration import undistort_points
@@ -73,7 +73,9 @@ def stereo_rectify(
                 [  0., 100.,  50.,   0.],
                 [  0.,   0.,   1.,   0.]])
     """
-    _check_pair(K1, K2, R, t)
+    check_optional(dist1, "dist1")
+    check_optional(dist2, "dist2")
+    _check_pair(K1, K2, R, t, dist1, dist2)
     half = _half_rotation(R.to(torch.float64))
     # The position of the second camera in the frame rotated by half.
     shift = small_matmul(half.transpose(1, 2), t.to(torch.float64))[..., 0]
@@ -88,8 +90,6 @@ def stereo_rectify(
     across = 1.0 - axis[:, 0:2]
     k1, k2 = K1.to(torch.float64), K2.to(torch.float64)
     focal = 0.5 * (focal_lengths(k1 + k2) * across).sum(-1, keepdim=True)
-    check_optional(dist1, "dist1")
-    check_optional(dist2, "dist2")
     c1 = _principal_point(k1, R1, focal, height, width, dist1)
     c2 = _principal_point(k2, R2, focal, height, width, dist2)
     mean = 0.5 * (c1 + c2)
@@ -134,6 +134,7 @@ def reproject_disparity_to_3d(disparity: Tensor, Q: Tensor) -> Tensor:
     check_depth(disparity, "disparity")
     check_rank(Q, 3, "(B, 4, 4)", "Q")
     check_matrix(Q, 4, 4, "Q")
+    check_leading([disparity, Q], ["disparity", "Q"], [3, 2])
     d = disparity[:, 0]
     x = torch.arange(d.size(2), device=d.device).to(d.dtype)
     y = torch.arange(d.size(1), device=d.device).to(d.dtype)[:, None]
@@ -201,7 +202,9 @@ def _reprojection(focal: Tensor, centre: Tensor, baseline: Tensor, offset: Tenso
     return torch.stack(rows, -2)
 
 
-def _check_pair(K1: Tensor, K2: Tensor, R: Tensor, t: Tensor) -> None:
+def _check_pair(
+    K1: Tensor, K2: Tensor, R: Tensor, t: Tensor, dist1: Optional[Tensor], dist2: Optional[Tensor]
+) -> None:
     check_rank(K1, 3, "(B, 3, 3)", "K1")
     check_matrix(K1, 3, 3, "K1")
     check_rank(K2, 3, "(B, 3, 3)", "K2")
@@ -210,3 +213,17 @@ def _check_pair(K1: Tensor, K2: Tensor, R: Tensor, t: Tensor) -> None:
     check_matrix(R, 3, 3, "R")
     check_rank(t, 3, "(B, 3, 1)", "t")
     check_matrix(t, 3, 1, "t")
+    check_leading([R, t], ["R", "t"], [2, 2])
+    _check_batch(K1, R, t, "K1")
+    _check_batch(K2, R, t, "K2")
+    if dist1 is not None and dist1.dim() > 1:
+        _check_batch(dist1, R, t, "dist1")
+    if dist2 is not None and dist2.dim() > 1:
+        _check_batch(dist2, R, t, "dist2")
+
+
+def _check_batch(value: Tensor, R: Tensor, t: Tensor, name: str) -> None:
+    """Raise unless ``value`` has the batch of R and t, or of 1."""
+    batch = R.size(0) if t.size(0) == 1 else t.size(0)
+    if value.size(0) != batch and value.size(0) != 1:
+        raise ValueError(f"{name}: expected the batch of R and t, {batch}, or 1, got {list(value.shape)}")

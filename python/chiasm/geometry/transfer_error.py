@@ -3,7 +3,14 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_matrix, check_rank, check_tensor
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_leading,
+    check_matrix,
+    check_rank,
+    check_tensor,
+)
 from ..primitives.geometry.intrinsics import over_depth, with_one
 from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul
 
@@ -148,6 +155,8 @@ def line_segment_transfer_error_one_way(ls1: Tensor, ls2: Tensor, H: Tensor, squ
     check_segments(ls2, "ls2")
     check_rank(H, 3, "(B, 3, 3)", "H")
     check_matrix(H, 3, 3, "H")
+    check_broadcastable(ls2, ls1, "ls2", "ls1", 2, 2)
+    check_leading([ls1, ls2, H], ["ls1", "ls2", "H"], [3, 3, 2])
     line = line_through(with_one(ls2[:, :, 0]), with_one(ls2[:, :, 1]))
     first = (line * with_one(_mapped(H, with_one(ls1[:, :, 0])))).sum(-1)
     second = (line * with_one(_mapped(H, with_one(ls1[:, :, 1])))).sum(-1)
@@ -174,6 +183,8 @@ def _check(pts1: Tensor, pts2: Tensor, H: Tensor) -> None:
     _check_points(pts2, "pts2")
     check_rank(H, 3, "(B, 3, 3)", "H")
     check_matrix(H, 3, 3, "H")
+    check_broadcastable(pts2, pts1, "pts2", "pts1", 1, 1)
+    check_leading([pts1, pts2, H], ["pts1", "pts2", "H"], [2, 2, 2])
 
 
 def _check_points(value: Tensor, name: str) -> None:

@@ -7,12 +7,12 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import (
-    broadcastable,
     check_choice,
     check_floating,
     check_not_empty,
     check_same_shape,
     check_tensor,
+    expands,
 )
 from ..primitives.numbers.reductions import greatest, least
 from ..primitives.numbers.rounding import to_index
@@ -79,12 +79,7 @@ def _mask(mask: Optional[Tensor], signal: Tensor, name: str) -> Tensor:
     check_tensor(mask, name)
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
-    if (
-        mask.dim() < 1
-        or mask.dim() > signal.dim()
-        or mask.size(-1) != signal.size(-1)
-        or not broadcastable(mask, signal)
-    ):
+    if mask.dim() < 1 or mask.size(-1) != signal.size(-1) or not expands(mask, signal):
         raise ValueError(f"{name}: expected the signals' shape {list(signal.shape)}, got {list(mask.shape)}")
     return mask.expand(signal.shape)
 

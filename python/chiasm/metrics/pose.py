@@ -6,7 +6,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_last, check_matrix, check_tensor
+from ..primitives.core.checks import check_floating, check_last, check_leading, check_matrix, check_tensor
 from ..primitives.geometry.angles import angle_of
 from ..primitives.linalg.matrices import cross
 from .reductions import vector_length
@@ -34,6 +34,7 @@ def angle_error_mat(R1: Tensor, R2: Tensor) -> Tensor:
     """
     check_matrix(R1, 3, 3, "R1")
     check_matrix(R2, 3, 3, "R2")
+    check_leading([R1, R2], ["R1", "R2"], [2, 2])
     # R1^T R2 is the sum of outer products of rows: its antisymmetric part is the sum of cross products, its
     # trace the sum of dot products.
     sine = 0.5 * vector_length(cross(R1, R2).sum(-2))
@@ -67,6 +68,7 @@ def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
     check_floating(v2, "v2")
     if v1.dim() < 1 or v2.dim() < 1 or v1.size(-1) != v2.size(-1):
         raise ValueError(f"v2: expected shape (*, D) for v1 {list(v1.shape)}, got {list(v2.shape)}")
+    check_leading([v1, v2], ["v1", "v2"], [1, 1])
     length1, length2 = vector_length(v1), vector_length(v2)
     lost = (length1 == 0) | (length2 == 0)
     u = v1 / torch.where(lost, torch.ones_like(length1), length1)[..., None]
@@ -100,6 +102,7 @@ def pose_errors(P: Tensor, P_gt: Tensor, fold_translation: bool = True) -> Tuple
     """
     _check_pose(P, "P")
     _check_pose(P_gt, "P_gt")
+    check_leading([P, P_gt], ["P", "P_gt"], [2, 2])
     turned = angle_error_mat(P[..., :3, :3], P_gt[..., :3, :3])
     moved = angle_error_vec(P[..., :3, 3], P_gt[..., :3, 3])
     if fold_translation:
@@ -129,6 +132,7 @@ def translation_ate(t: Tensor, t_gt: Tensor) -> Tensor:
     """
     check_last(t, 3, "t")
     check_last(t_gt, 3, "t_gt")
+    check_leading([t, t_gt], ["t", "t_gt"], [1, 1])
     return vector_length(t - t_gt)
 
 

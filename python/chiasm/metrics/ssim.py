@@ -48,6 +48,7 @@ def ssim(
     """
     check_image(img1, "img1")
     check_image(img2, "img2")
+    check_same_shape(img2, img1, "img2", "img1")
     taps = _window(window_size, padding)
     check_margins(img1, centred(window_size), centred(window_size), "reflect", "img1")
     out = _similarity(separable_each(_moments(img1, img2, max_val), taps, taps, "reflect"), max_val, eps)

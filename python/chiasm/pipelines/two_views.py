@@ -65,6 +65,8 @@ def two_view_homography(
     check_image(image2, "image2")
     _check_size(image1, "image1")
     _check_size(image2, "image2")
+    if image2.size(0) != image1.size(0):
+        raise ValueError(f"image2: expected image1's batch of {image1.size(0)}, got {list(image2.shape)}")
     lafs1, _, valid1 = detect_keypoints(
         image1,
         max_keypoints,

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.core.checks import (
+    check_all_broadcastable,
     check_choice,
     check_floating,
     check_last,
@@ -25,7 +26,7 @@ def bbox_generator(x_start: Tensor, y_start: Tensor, width: Tensor, height: Tens
     """Boxes from their top left corners and sizes.
 
     Args:
-        x_start: (B,) or a scalar, any dtype.
+        x_start: (B,), or (1,) or a scalar for all, any dtype.
         y_start: like x_start.
         width: like x_start, in pixels.
         height: like x_start, in pixels.
@@ -44,7 +45,10 @@ def bbox_generator(x_start: Tensor, y_start: Tensor, width: Tensor, height: Tens
                 [1, 8]])
     """
     left, top = _column(x_start, "x_start"), _column(y_start, "y_start")
-    right, bottom = left + _column(width, "width") - 1, top + _column(height, "height") - 1
+    across, down = _column(width, "width"), _column(height, "height")
+    check_all_broadcastable([left, top, across, down], ["x_start", "y_start", "width", "height"])
+    left, top, across, down = torch.broadcast_tensors(left, top, across, down)
+    right, bottom = left + across - 1, top + down - 1
     return torch.stack(
         [torch.stack([left, right, right, left], -1), torch.stack([top, top, bottom, bottom], -1)], -1
     )
@@ -56,7 +60,7 @@ def bbox_generator3d(
     """3D boxes from their front top left corners and sizes.
 
     Args:
-        x_start: (B,) or a scalar, any dtype.
+        x_start: (B,), or (1,) or a scalar for all, any dtype.
         y_start: like x_start.
         z_start: like x_start.
         width: like x_start, in voxels.
@@ -76,9 +80,14 @@ def bbox_generator3d(
         tensor([[1, 1, 1],
                 [2, 3, 4]])
     """
-    face = bbox_generator(x_start, y_start, width, height)
-    front = _column(z_start, "z_start")[:, None, None].expand_as(face[..., :1])
-    back = front + _column(depth, "depth")[:, None, None] - 1
+    x, y, z = _column(x_start, "x_start"), _column(y_start, "y_start"), _column(z_start, "z_start")
+    across, down, deep = _column(width, "width"), _column(height, "height"), _column(depth, "depth")
+    names = ["x_start", "y_start", "z_start", "width", "height", "depth"]
+    check_all_broadcastable([x, y, z, across, down, deep], names)
+    x, y, z, across, down, deep = torch.broadcast_tensors(x, y, z, across, down, deep)
+    face = bbox_generator(x, y, across, down)
+    front = z[:, None, None].expand_as(face[..., :1])
+    back = front + deep[:, None, None] - 1
     return torch.cat([torch.cat([face, front], -1), torch.cat([face, back], -1)], 1)
 
 
@@ -214,6 +223,11 @@ def transform_bbox(
     check_last(boxes, 4, "boxes")
     if boxes.dim() != 2 and boxes.dim() != 3:
         raise ValueError(f"boxes: expected shape (B, 4) or (B, N, 4), got {list(boxes.shape)}")
+    if trans_mat.size(0) != boxes.size(0) and trans_mat.size(0) != 1:
+        raise ValueError(
+            f"trans_mat: expected one, or one for each sample of boxes {list(boxes.shape)}, got"
+            f" {list(trans_mat.shape)}"
+        )
     many = boxes[:, None] if boxes.dim() == 2 else boxes
     first, second = many[..., :2], many[..., 2:]
     if mode == "xywh":

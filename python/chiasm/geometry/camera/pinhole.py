@@ -7,7 +7,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_broadcastable, check_last, check_matrix, check_rank
+from ...primitives.core.checks import check_broadcastable, check_last, check_leading, check_matrix, check_rank
 from ...primitives.core.modules import Module, hold
 from ...primitives.geometry.intrinsics import (
     check_depth,
@@ -106,6 +106,7 @@ def cam2pixel(cam_coords_src: Tensor, dst_proj_src: Tensor, eps: float = 1e-12) 
     check_last(cam_coords_src, 3, "cam_coords_src")
     check_rank(dst_proj_src, 3, "(B, 4, 4)", "dst_proj_src")
     check_matrix(dst_proj_src, 4, 4, "dst_proj_src")
+    check_leading([cam_coords_src, dst_proj_src], ["cam_coords_src", "dst_proj_src"], [3, 2])
     seen = moved(dst_proj_src[:, None, None], cam_coords_src)
     return seen[..., 0:2] / (seen[..., 2:3] + eps)
 
@@ -137,6 +138,10 @@ def pixel2cam(depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Te
     check_matrix(intrinsics_inv, 4, 4, "intrinsics_inv")
     check_rank(pixel_coords, 4, "(B, H, W, 3)", "pixel_coords")
     check_last(pixel_coords, 3, "pixel_coords")
+    check_leading(
+        [depth, intrinsics_inv, pixel_coords], ["depth", "intrinsics_inv", "pixel_coords"], [3, 2, 3]
+    )
+    check_broadcastable(pixel_coords, depth[:, 0], "pixel_coords", "depth[:, 0]", 1, 0)
     return moved(intrinsics_inv[:, None, None], pixel_coords) * depth[:, 0, :, :, None]
 
 

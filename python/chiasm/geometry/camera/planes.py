@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_last
+from ...primitives.core.checks import check_broadcastable, check_floating, check_last, check_same_leading
 
 
 def project_points_z1(points_in_camera: Tensor) -> Tensor:
@@ -50,7 +50,9 @@ def unproject_points_z1(points_in_cam_canonical: Tensor, extension: Optional[Ten
     if extension is None:
         return torch.cat([points_in_cam_canonical, torch.ones_like(points_in_cam_canonical[..., 0:1])], -1)
     depth = _as_column(extension, points_in_cam_canonical)
-    return torch.cat([points_in_cam_canonical * depth, depth], -1)
+    check_broadcastable(depth, points_in_cam_canonical, "extension", "points_in_cam_canonical", 1, 1)
+    xy = points_in_cam_canonical * depth
+    return torch.cat([xy, depth.expand_as(xy[..., 0:1])], -1)
 
 
 def dx_project_points_z1(points_in_camera: Tensor) -> Tensor:
@@ -117,7 +119,9 @@ def unproject_points_orthographic(points_in_camera: Tensor, extension: Tensor) -
         tensor([1., 2., 3.])
     """
     check_last(points_in_camera, 2, "points_in_camera")
-    return torch.cat([points_in_camera, _as_column(extension, points_in_camera)], -1)
+    depth = _as_column(extension, points_in_camera)
+    check_same_leading([points_in_camera, depth], ["points_in_camera", "extension"], [1, 1])
+    return torch.cat([points_in_camera, depth], -1)
 
 
 def dx_project_points_orthographic(points_in_camera: Tensor) -> Tensor:

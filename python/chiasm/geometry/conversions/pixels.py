@@ -10,7 +10,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.core.checks import broadcastable, check_last, check_matrix
 
 
 def normal_transform_pixel(
@@ -299,4 +299,9 @@ def _intrinsics(points: Tensor, camera_matrix: Tensor, name: str) -> Tuple[Tenso
     centre = camera_matrix[..., :2, 2]
     if focal.dim() > 1 and focal.dim() < points.dim():
         focal, centre = focal.unsqueeze(-2), centre.unsqueeze(-2)
+    if not broadcastable(focal, points):
+        raise ValueError(
+            f"camera_matrix: expected leading dimensions that broadcast with {name}'s {list(points.shape)},"
+            f" got {list(camera_matrix.shape)}"
+        )
     return focal, centre

@@ -8,7 +8,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.core.checks import check_last, check_leading, check_matrix, check_same_leading
 from ...primitives.linalg.matrices import small_matmul
 from .homogeneous import convert_affinematrix_to_homography3d
 from .rotations import quaternion_to_rotation_matrix, require_rotation, rotation_matrix_to_quaternion
@@ -32,6 +32,7 @@ def Rt_to_matrix4x4(R: Tensor, t: Tensor) -> Tensor:
         tensor([1., 1., 1., 1.])
     """
     _check_pose(R, t)
+    check_same_leading([R, t], ["R", "t"], [2, 2])
     return convert_affinematrix_to_homography3d(torch.cat([R, t], -1))
 
 
@@ -238,6 +239,7 @@ def _check_pose(R: Tensor, t: Tensor) -> None:
 def _check_vectors(qvec: Tensor, tvec: Tensor) -> None:
     check_last(qvec, 4, "qvec")
     check_matrix(tvec, 3, 1, "tvec")
+    check_leading([qvec, tvec], ["qvec", "tvec"], [1, 2])
 
 
 def _turned(matrix: Tensor) -> Tensor:
@@ -247,6 +249,7 @@ def _turned(matrix: Tensor) -> Tensor:
 
 def _inverse_pose(R: Tensor, t: Tensor, check_rotation: bool) -> Tuple[Tensor, Tensor]:
     _check_pose(R, t)
+    check_leading([R, t], ["R", "t"], [2, 2])
     if check_rotation:
         require_rotation(R, "R")
     inverse = R.transpose(-1, -2).contiguous()

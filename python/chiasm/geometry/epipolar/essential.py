@@ -7,10 +7,11 @@ from torch import Tensor
 
 from ...primitives.core.checks import (
     check_broadcastable,
+    check_expands,
     check_last,
+    check_leading,
     check_matrix,
     check_optional,
-    check_tensor,
 )
 from ...primitives.geometry.intrinsics import with_one
 from ...primitives.linalg.matrices import cofactors, inverse3x3, small_matmul
@@ -40,6 +41,7 @@ def essential_from_fundamental(F_mat: Tensor, K1: Tensor, K2: Tensor) -> Tensor:
     check_matrix(F_mat, 3, 3, "F_mat")
     check_matrix(K1, 3, 3, "K1")
     check_matrix(K2, 3, 3, "K2")
+    check_leading([F_mat, K1, K2], ["F_mat", "K1", "K2"], [2, 2, 2])
     return small_matmul(small_matmul(K2.transpose(-2, -1), F_mat), K1)
 
 
@@ -65,6 +67,7 @@ def relative_camera_motion(R1: Tensor, t1: Tensor, R2: Tensor, t2: Tensor) -> Tu
     check_matrix(t1, 3, 1, "t1")
     check_matrix(R2, 3, 3, "R2")
     check_matrix(t2, 3, 1, "t2")
+    check_leading([R1, t1, R2, t2], ["R1", "t1", "R2", "t2"], [2, 2, 2, 2])
     R = small_matmul(R2, R1.transpose(-2, -1))
     return R, t2 - small_matmul(R, t1)
 
@@ -214,13 +217,15 @@ def motion_from_essential_choose_solution(
         (tensor([[ 2.,  1.,  4.],
                 [-1.,  2.,  4.]]), tensor([True, True]))
     """
+    check_matrix(E_mat, 3, 3, "E_mat")
     check_matrix(K1, 3, 3, "K1")
     check_matrix(K2, 3, 3, "K2")
     check_last(x1, 2, "x1")
     check_last(x2, 2, "x2")
-    check_broadcastable(x2, x1, "x2", "x1", 1, 1)
     _check_view(E_mat, K1, x1, "K1", "x1")
     _check_view(E_mat, K2, x2, "K2", "x2")
+    if x2.size(-2) != x1.size(-2) and x2.size(-2) != 1:
+        raise ValueError(f"x2: expected as many points as x1, {x1.size(-2)}, got {x2.size(-2)}")
     Rs, Ts = motion_from_essential(E_mat)
     # Triangulation on the planes z = 1 is better conditioned than with pixels.
     p1, p2 = _rays(x1, K1)[..., None, :, :], _rays(x2, K2)[..., None, :, :]
@@ -231,6 +236,8 @@ def motion_from_essential_choose_solution(
     seen = (X[..., 2] > 0) & (depth_from_point(Rs, Ts, X) > 0)
     check_optional(mask, "mask")
     if mask is not None:
+        check_broadcastable(mask, x1, "mask", "x1", 0, 1)
+        check_leading([E_mat, mask], ["E_mat", "mask"], [2, 1])
         seen = seen & mask[..., None, :]
     best = torch.argmax(seen.to(torch.int32).sum(-1), dim=-1)
     pick = (best[..., None] == torch.arange(4, device=best.device))[..., None, None]
@@ -290,14 +297,10 @@ def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 
 
 def _check_view(E_mat: Tensor, K: Tensor, x: Tensor, K_name: str, x_name: str) -> None:
-    check_tensor(E_mat, "E_mat")
-    check_tensor(x, x_name)
-    if x.dim() > E_mat.dim():
-        raise ValueError(
-            f"{x_name}: expected no more dimensions than E_mat {list(E_mat.shape)}, got {list(x.shape)}"
-        )
-    check_broadcastable(x, E_mat, x_name, "E_mat", 2, 2)
-    check_broadcastable(K, x, K_name, x_name, 2, 2)
+    if x.dim() < 2:
+        raise ValueError(f"{x_name}: expected shape (*, N, 2), got {list(x.shape)}")
+    check_expands(x, E_mat, x_name, "E_mat", 2, 2)
+    check_expands(K, E_mat, K_name, "E_mat", 2, 2)
 
 
 def _rays(x: Tensor, K: Tensor) -> Tensor:

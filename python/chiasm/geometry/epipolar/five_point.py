@@ -10,7 +10,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_tensor
+from ...primitives.core.checks import check_floating, check_leading, check_tensor
 from ...primitives.linalg.eigen import symmetric_eigen
 from ...primitives.linalg.matrices import cofactors, cross, small_matmul, solve, spd_inverse
 from ...primitives.linalg.polynomials import real_roots
@@ -214,7 +214,9 @@ def _check(points1: Tensor, points2: Tensor, weights: Optional[Tensor]) -> None:
         raise ValueError(
             f"points2: expected shape (B, {points1.size(1)}, 2) like points1, got {list(points2.shape)}"
         )
+    check_leading([points1, points2], ["points1", "points2"], [1, 1])
     if weights is not None:
         check_tensor(weights, "weights")
-    if weights is not None and weights.dim() != 2:
-        raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
+        if weights.dim() != 2:
+            raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
+        check_leading([points1, points2, weights], ["points1", "points2", "weights"], [1, 1, 0])

@@ -5,7 +5,14 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_floating, check_matrix, check_optional, check_tensor
+from ...primitives.core.checks import (
+    check_choice,
+    check_floating,
+    check_leading,
+    check_matrix,
+    check_optional,
+    check_tensor,
+)
 from ...primitives.linalg.direct_linear import hartley, normal_matrix
 from ...primitives.linalg.matrices import inverse3x3, small_matmul, smallest_eigenvector
 from ...primitives.linalg.qr import null_vector, pointed
@@ -53,6 +60,7 @@ def find_fundamental(
     check_tensor(w, "weights")
     if w.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(w.shape)}")
+    check_leading([points1, points2, w], ["points1", "points2", "weights"], [1, 1, 0])
     w = w.to(torch.float64)
     p1, t1 = hartley(points1.to(torch.float64), w, 1e-8)
     p2, t2 = hartley(points2.to(torch.float64), w, 1e-8)
@@ -174,6 +182,7 @@ def fundamental_from_essential(E_mat: Tensor, K1: Tensor, K2: Tensor) -> Tensor:
     check_matrix(E_mat, 3, 3, "E_mat")
     check_matrix(K1, 3, 3, "K1")
     check_matrix(K2, 3, 3, "K2")
+    check_leading([E_mat, K1, K2], ["E_mat", "K1", "K2"], [2, 2, 2])
     return small_matmul(small_matmul(inverse3x3(K2).transpose(-2, -1), E_mat), inverse3x3(K1))
 
 
@@ -202,6 +211,7 @@ def fundamental_from_projections(P1: Tensor, P2: Tensor) -> Tensor:
     """
     check_matrix(P1, 3, 4, "P1")
     check_matrix(P2, 3, 4, "P2")
+    check_leading([P1, P2], ["P1", "P2"], [2, 2])
     # By Laplace's expansion: products of 2x2 minors of the two pairs of rows, at complementary columns.
     return (_row_minors(P2)[..., :, None, :] * _complements(_row_minors(P1))[..., None, :, :]).sum(-1)
 
@@ -255,3 +265,4 @@ def _check_pair(points1: Tensor, points2: Tensor, least: int) -> None:
         raise ValueError(
             f"points2: expected as many points as points1, {points1.size(1)}, got {points2.size(1)}"
         )
+    check_leading([points1, points2], ["points1", "points2"], [1, 1])

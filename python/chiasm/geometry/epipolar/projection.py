@@ -8,8 +8,10 @@ from torch import Tensor
 from ...primitives.core.checks import (
     check_broadcastable,
     check_image,
+    check_leading,
     check_matrix,
     check_number,
+    check_same_leading,
     check_tensor,
 )
 from ...primitives.linalg.matrices import cross, small_matmul
@@ -73,13 +75,15 @@ def scale_intrinsics(camera_matrix: Tensor, scale_factor: Union[float, Tensor]) 
                 [  0.,   0.,   1.]])
     """
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    last = camera_matrix[..., 2:3, :]
     if isinstance(scale_factor, Tensor):
         check_broadcastable(scale_factor, camera_matrix, "scale_factor", "camera_matrix", 0, 2)
         upper = camera_matrix[..., 0:2, :] * scale_factor[..., None, None]
+        last = last.expand_as(upper[..., :1, :])
     else:
         check_number(scale_factor, "scale_factor")
         upper = camera_matrix[..., 0:2, :] * scale_factor
-    return torch.cat([upper, camera_matrix[..., 2:3, :]], -2)
+    return torch.cat([upper, last], -2)
 
 
 def projection_from_KRt(K: Tensor, R: Tensor, t: Tensor) -> Tensor:
@@ -105,6 +109,8 @@ def projection_from_KRt(K: Tensor, R: Tensor, t: Tensor) -> Tensor:
     check_matrix(K, 3, 3, "K")
     check_matrix(R, 3, 3, "R")
     check_matrix(t, 3, 1, "t")
+    check_same_leading([R, t], ["R", "t"], [2, 2])
+    check_leading([K, R], ["K", "R"], [2, 2])
     return small_matmul(K, torch.cat([R, t], -1))
 
 
@@ -220,6 +226,7 @@ def depth_from_point(R: Tensor, t: Tensor, X: Tensor) -> Tensor:
     check_tensor(X, "X")
     if X.dim() < 2 or X.size(-1) != 3:
         raise ValueError(f"X: expected shape (*, N, 3), got {list(X.shape)}")
+    check_leading([R, t, X], ["R", "t", "X"], [2, 2, 2])
     return (X * R[..., 2:3, :]).sum(-1) + t[..., 2, :]
 
 

@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_rank
+from ...primitives.core.checks import check_floating, check_one_for_each, check_rank, check_same_leading
 
 
 def check_arguments(
@@ -27,11 +27,13 @@ def check_arguments(
         raise ValueError(
             f"points2: expected shape (B, {points1.size(1)}, 2) like points1, got {list(points2.shape)}"
         )
+    check_same_leading([points1, points2], ["points1", "points2"], [2, 2])
     check_rank(uniforms, 3, f"(B, S, {sample})", "uniforms")
     if uniforms.size(2) != sample or uniforms.size(1) < 1:
         raise ValueError(
             f"uniforms: expected shape (B, S, {sample}) with S of at least 1, got {list(uniforms.shape)}"
         )
+    check_one_for_each(uniforms, points1, "uniforms", "points1")
     if not inl_th > 0.0:
         raise ValueError(f"inl_th: expected a positive number, got {inl_th}")
     if refinements < 0:

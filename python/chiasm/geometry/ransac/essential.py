@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_matrix, check_rank
+from ...primitives.core.checks import check_matrix, check_one_for_each, check_rank
 from ...primitives.core.loops import repeated
 from ...primitives.geometry.consensus import (
     best_models,
@@ -83,6 +83,8 @@ def ransac_essential(
     check_matrix(K1, 3, 3, "K1")
     check_rank(K2, 3, "(B, 3, 3)", "K2")
     check_matrix(K2, 3, 3, "K2")
+    check_one_for_each(K1, points1, "K1", "points1")
+    check_one_for_each(K2, points1, "K2", "points1")
     p, q, t1, t2, present = in_common_frame(points1.detach(), points2.detach())
     planes = score_planes(p, q, present, t1, inl_th, points1.dtype)
     # From normalized pixels to rays with last coordinate 1: F = M2^T E M1.

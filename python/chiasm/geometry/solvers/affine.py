@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating
+from ...primitives.core.checks import check_floating, check_leading
 from ...primitives.linalg.matrices import inverse, small_matmul
 
 
@@ -43,12 +43,14 @@ def find_affine(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = No
         raise ValueError(
             f"points2: expected shape (B, {points1.size(1)}, 2) like points1, got {list(points2.shape)}"
         )
+    check_leading([points1, points2], ["points1", "points2"], [1, 1])
     p, q = points1.to(torch.float64), points2.to(torch.float64)
     w = torch.ones_like(p[..., :1])
     if weights is not None:
         check_floating(weights, "weights")
         if weights.dim() != 2 or weights.size(1) != points1.size(1):
             raise ValueError(f"weights: expected shape (B, {points1.size(1)}), got {list(weights.shape)}")
+        check_leading([points1, points2, weights], ["points1", "points2", "weights"], [1, 1, 0])
         w = weights.to(torch.float64)[..., None]
     total = w.sum(1, keepdim=True)
     centre1, centre2 = (w * p).sum(1, keepdim=True) / total, (w * q).sum(1, keepdim=True) / total

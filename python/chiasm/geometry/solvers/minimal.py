@@ -8,7 +8,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_last
+from ...primitives.core.checks import check_broadcastable, check_floating, check_last
 from ...primitives.linalg.matrices import cross4
 from ...primitives.linalg.polynomials import product_of_coefficients
 
@@ -55,6 +55,7 @@ def multiply_deg_one_poly(a: Tensor, b: Tensor) -> Tensor:
     """
     check_last(a, 4, "a")
     check_last(b, 4, "b")
+    check_broadcastable(b, a, "b", "a", 1, 1)
     return product_of_coefficients(a, b, [0, 1, 2, 3, 1, 4, 5, 6, 2, 5, 7, 8, 3, 6, 8, 9], 10)
 
 
@@ -83,6 +84,7 @@ def multiply_deg_two_one_poly(a: Tensor, b: Tensor) -> Tensor:
     """
     check_last(a, 10, "a")
     check_last(b, 4, "b")
+    check_broadcastable(b, a, "b", "a", 1, 1)
     place = [
         0,
         2,

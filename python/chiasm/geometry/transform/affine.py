@@ -8,7 +8,13 @@ import torch
 from torch import Tensor
 
 from ...primitives.core.broadcasting import in_batch, like_given, one_for_each
-from ...primitives.core.checks import check_pair, check_pixels, check_tensor
+from ...primitives.core.checks import (
+    check_leading,
+    check_one_for_each,
+    check_pair,
+    check_pixels,
+    check_tensor,
+)
 from ...primitives.core.modules import Module, hold
 from ...primitives.resampling.warping import check_matrices, check_sampling, check_source, resample_affine
 from .matrices import (
@@ -18,6 +24,7 @@ from .matrices import (
     get_affine_matrix2d,
     get_rotation_matrix2d,
     inverse_affine,
+    numbers,
 )
 
 
@@ -111,6 +118,7 @@ def _affine_of_batch(
 ) -> Tensor:
     check_pixels(tensor, "tensor", True)
     check_matrices(matrix, 2, 3, "matrix")
+    check_leading([tensor, matrix], ["tensor", "matrix"], [3, 2])
     return warp_affine(tensor, matrix, (tensor.size(2), tensor.size(3)), mode, padding_mode, align_corners)
 
 
@@ -152,11 +160,10 @@ def _rotate_of_batch(
     tensor: Tensor, angle: Tensor, center: Optional[Tensor], mode: str, padding_mode: str, align_corners: bool
 ) -> Tensor:
     check_pixels(tensor, "tensor", True)
-    check_tensor(angle, "angle")
-    angle = angle.reshape(1) if angle.dim() == 0 else angle
-    check_numbers(angle, "angle")
+    angle = numbers(angle, "angle")
+    check_leading([tensor, angle], ["tensor", "angle"], [3, 0])
     factor = torch.ones_like(angle)[:, None].expand(-1, 2)
-    return _about(tensor, angle, factor, center, mode, padding_mode, align_corners)
+    return _about(tensor, angle, factor, center, "angle", mode, padding_mode, align_corners)
 
 
 def scale(
@@ -209,7 +216,9 @@ def _scale_of_batch(
     if factor.dim() == 1:
         factor = factor[:, None].expand(-1, 2)
     check_vectors(factor, 2, "scale_factor")
-    return _about(tensor, torch.zeros_like(factor[:, 0]), factor, center, mode, padding_mode, align_corners)
+    check_leading([tensor, factor], ["tensor", "scale_factor"], [3, 1])
+    angle = torch.zeros_like(factor[:, 0])
+    return _about(tensor, angle, factor, center, "scale_factor", mode, padding_mode, align_corners)
 
 
 def _about(
@@ -217,16 +226,19 @@ def _about(
     angle: Tensor,
     factor: Tensor,
     center: Optional[Tensor],
+    name: str,
     mode: str,
     padding_mode: str,
     align_corners: bool,
 ) -> Tensor:
-    """``affine`` by a rotation matrix in float64."""
+    """``affine`` by a rotation matrix in float64; ``name`` is that of the argument with the angle or the
+    factor."""
     if center is None:
         one = torch.ones_like(angle.to(torch.float64))
         middle = torch.stack([one * (tensor.size(3) - 1) * 0.5, one * (tensor.size(2) - 1) * 0.5], -1)
     else:
         check_vectors(center, 2, "center")
+        check_leading([tensor, angle, center], ["tensor", name, "center"], [3, 0, 1])
         middle = center.to(torch.float64)
     return affine(tensor, get_rotation_matrix2d(middle, angle, factor), mode, padding_mode, align_corners)
 
@@ -270,6 +282,7 @@ def _shear_of_batch(
     check_tensor(shear, "shear")
     shear = shear.unsqueeze(0) if shear.dim() == 1 else shear
     check_vectors(shear, 2, "shear")
+    check_leading([tensor, shear], ["tensor", "shear"], [3, 1])
     one, zero = torch.ones_like(shear[:, 0]), torch.zeros_like(shear[:, 0])
     matrix = from_rows([[one, shear[:, 0], zero], [shear[:, 1], one, zero]])
     return affine(tensor, matrix, mode, padding_mode, align_corners)
@@ -313,6 +326,7 @@ def _translate_of_batch(
     check_tensor(translation, "translation")
     translation = translation.unsqueeze(0) if translation.dim() == 1 else translation
     check_vectors(translation, 2, "translation")
+    check_leading([tensor, translation], ["tensor", "translation"], [3, 1])
     one, zero = torch.ones_like(translation[:, 0]), torch.zeros_like(translation[:, 0])
     matrix = from_rows([[one, zero, translation[:, 0]], [zero, one, translation[:, 1]]])
     return affine(tensor, matrix, mode, padding_mode, align_corners)
@@ -379,7 +393,13 @@ class Affine(Module):
     def forward(self, input: Tensor) -> Tensor:
         check_pixels(input, "input", True)
         batch = input.size(0)
+        check_one_for_each(self.angle, input, "angle", "input")
+        check_one_for_each(self.translation, input, "translation", "input")
+        check_one_for_each(self.scale_factor, input, "scale_factor", "input")
+        check_one_for_each(self.shear, input, "shear", "input")
         fixed = self.center
+        if fixed is not None:
+            check_one_for_each(fixed, input, "center", "input")
         if fixed is None:
             width, height = (
                 torch.ones_like(self.angle[:1]) * input.size(3),

@@ -6,7 +6,14 @@ import torch
 from torch import Tensor
 
 from ...primitives.core.broadcasting import one_for_each
-from ...primitives.core.checks import check_choice, check_pair, check_pixels, check_tensor
+from ...primitives.core.checks import (
+    check_choice,
+    check_leading,
+    check_one_for_each,
+    check_pair,
+    check_pixels,
+    check_tensor,
+)
 from ...primitives.core.layout import in_planes
 from ...primitives.core.modules import Module
 from ...primitives.core.window_sizes import positive_pair
@@ -98,7 +105,9 @@ def crop_and_resize(
         tensor([[ 5.,  6.,  7.],
                 [ 9., 10., 11.]])
     """
+    check_pixels(input_tensor, "input_tensor", True)
     check_points(boxes, 4, 2, "boxes")
+    check_leading([input_tensor, boxes], ["input_tensor", "boxes"], [3, 2])
     corners = torch.tensor(
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], dtype=torch.float64, device=boxes.device
     )
@@ -146,8 +155,10 @@ def crop_by_boxes(
                 [ 9., 10.],
                 [13., 14.]])
     """
+    check_pixels(input_tensor, "input_tensor", True)
     check_points(src_box, 4, 2, "src_box")
     check_points(dst_box, 4, 2, "dst_box")
+    check_leading([input_tensor, src_box, dst_box], ["input_tensor", "src_box", "dst_box"], [3, 2, 2])
     extent = dst_box[:, 2] - dst_box[:, 0]
     if validate_boxes:
         rectangle = torch.stack(
@@ -259,6 +270,7 @@ def crop_by_indices(
     check_tensor(src_box, "src_box")
     if src_box.dim() != 3 or src_box.size(1) != 4 or src_box.size(2) != 2:
         raise ValueError(f"src_box: expected shape (B, 4, 2), got {list(src_box.shape)}")
+    check_one_for_each(src_box, input_tensor, "src_box", "input_tensor")
     if antialias:
         raise ValueError("antialias: expected False, got True")
     rows, columns = input_tensor.size(2), input_tensor.size(3)

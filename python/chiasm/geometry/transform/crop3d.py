@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_size3d
+from ...primitives.core.checks import check_one_for_each, check_size3d
 from ...primitives.resampling.volumes import check_volume, check_volume_sampling
 from .matrices import check_points, from_rows
 from .matrices3d import get_perspective_transform3d
@@ -80,6 +80,7 @@ def crop_and_resize3d(
     """
     check_volume(tensor, "tensor")
     check_points(boxes, 8, 3, "boxes")
+    check_one_for_each(boxes, tensor, "boxes", "tensor")
     check_volume_sampling(interpolation, "zeros", "interpolation")
     check_size3d(size, "size")
     one = torch.ones_like(boxes[:, 0, 0].to(torch.float64))
@@ -136,6 +137,8 @@ def crop_by_boxes3d(
     check_volume(tensor, "tensor")
     check_points(src_box, 8, 3, "src_box")
     check_points(dst_box, 8, 3, "dst_box")
+    check_one_for_each(src_box, tensor, "src_box", "tensor")
+    check_one_for_each(dst_box, tensor, "dst_box", "tensor")
     check_volume_sampling(interpolation, "zeros", "interpolation")
     if size is None:
         extent = (dst_box[0, 6] - dst_box[0, 0]).round()

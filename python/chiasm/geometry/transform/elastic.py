@@ -6,7 +6,13 @@ import torch
 from torch import Tensor
 
 from ...filters.gaussian import gaussian_blur2d
-from ...primitives.core.checks import check_floating, check_image, check_interval
+from ...primitives.core.checks import (
+    broadcastable,
+    check_floating,
+    check_image,
+    check_interval,
+    check_one_for_each,
+)
 from ...primitives.resampling.warping import (
     check_sampling,
     from_normalized,
@@ -62,11 +68,15 @@ def elastic_transform2d(
     check_sampling(mode, padding_mode)
     if noise.dim() != 4 or noise.size(1) != 2:
         raise ValueError(f"noise: expected shape (B, 2, H, W), got {list(noise.shape)}")
+    check_one_for_each(noise, image, "noise", "image")
+    if not broadcastable(noise[:, 0], image[:, 0]):
+        raise ValueError(f"noise: expected the size of image {list(image.shape)}, got {list(noise.shape)}")
     precision = position_dtype(image.dtype)
     if isinstance(alpha, Tensor):
         if alpha.dim() > 2 or alpha.size(-1) != 2:
             raise ValueError(f"alpha: expected shape (B, 2), got {list(alpha.shape)}")
         factor = alpha.to(precision).reshape(-1, 2)
+        check_one_for_each(factor, image, "alpha", "image")
     else:
         check_interval(alpha, "alpha")
         factor = torch.tensor([alpha[0], alpha[1]], dtype=precision, device=noise.device)[None]

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.core.broadcasting import one_for_each
-from ...primitives.core.checks import check_image, check_last, check_pair
+from ...primitives.core.checks import check_image, check_last, check_leading, check_pair
 from ...primitives.core.modules import Module
 from ...primitives.resampling.warping import (
     check_matrices,
@@ -44,6 +44,7 @@ def warp_grid(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
     if grid.dim() != 4:
         raise ValueError(f"grid: expected shape (B, H, W, 2), got {list(grid.shape)}")
     check_matrices(src_homo_dst, 3, 3, "src_homo_dst")
+    check_leading([grid, src_homo_dst], ["grid", "src_homo_dst"], [3, 2])
     x, y = mapped(grid[..., 0], grid[..., 1], src_homo_dst)
     return torch.stack([x, y], -1)
 
@@ -204,6 +205,11 @@ class HomographyWarper(Module):
                 "src_homo_dst: expected a homography here or, before, for precompute_warp_grid, got None"
             )
         check_image(patch_src, "patch_src")
+        if grid.size(0) != patch_src.size(0) and grid.size(0) != 1:
+            raise ValueError(
+                "patch_src: expected an image for each of precompute_warp_grid's"
+                f" {grid.size(0)} homographies, got {list(patch_src.shape)}"
+            )
         x, y = grid[..., 0], grid[..., 1]
         if self.normalized_coordinates:
             x, y = (

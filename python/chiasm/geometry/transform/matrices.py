@@ -10,7 +10,13 @@ from typing import List, Optional
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_last, check_tensor
+from ...primitives.core.checks import (
+    check_floating,
+    check_last,
+    check_leading,
+    check_same_leading,
+    check_tensor,
+)
 from ...primitives.linalg.matrices import inverse3x3, small_matmul
 from ...primitives.resampling.warping import check_matrices
 
@@ -42,6 +48,8 @@ def get_rotation_matrix2d(center: Tensor, angle: Tensor, scale: Tensor) -> Tenso
     angles = angle.expand(center.size(0)) if angle.dim() == 0 else angle
     check_numbers(angles, "angle")
     check_vectors(scale, 2, "scale")
+    check_leading([center, angles, scale], ["center", "angle", "scale"], [1, 0, 1])
+    center, scale = torch.broadcast_tensors(center, scale)
     return _rotation(center, angles, scale).to(center.dtype)
 
 
@@ -84,8 +92,8 @@ def get_shear_matrix2d(center: Tensor, sx: Optional[Tensor] = None, sy: Optional
 
     Args:
         center: (B, 2), x and y in pixels; the fixed point.
-        sx: (B,) angle along x in radians; zero by default.
-        sy: (B,) angle along y in radians; zero by default.
+        sx: (B,), or (1,) or a scalar for all: angle along x in radians; zero by default.
+        sy: (B,), or (1,) or a scalar for all: angle along y in radians; zero by default.
 
     Returns:
         (B, 3, 3).
@@ -104,6 +112,8 @@ def get_shear_matrix2d(center: Tensor, sx: Optional[Tensor] = None, sy: Optional
 
 def _shear(center: Tensor, sx: Optional[Tensor], sy: Optional[Tensor]) -> Tensor:
     along_x, along_y = tangent(sx, center, "sx"), tangent(sy, center, "sy")
+    check_leading([center, along_x, along_y], ["center", "sx", "sy"], [1, 0, 0])
+    along_x, along_y, _ = torch.broadcast_tensors(along_x, along_y, center[:, 0])
     return about_center(
         from_rows([[torch.ones_like(along_x), -along_x], [-along_y, 1.0 + along_x * along_y]]), center
     )
@@ -127,8 +137,8 @@ def get_affine_matrix2d(
         center: (B, 2), x and y in pixels.
         scale: (B, 2), factors along x and y.
         angle: (B,) in degrees, clockwise as seen.
-        sx: (B,) shearing angle along x in radians; zero by default.
-        sy: (B,) shearing angle along y in radians; zero by default.
+        sx: (B,), or (1,) or a scalar for all: shearing angle along x in radians; zero by default.
+        sy: (B,), or (1,) or a scalar for all: shearing angle along y in radians; zero by default.
 
     Returns:
         (B, 3, 3).
@@ -148,6 +158,9 @@ def get_affine_matrix2d(
     check_vectors(center, 2, "center")
     check_vectors(scale, 2, "scale")
     check_numbers(angle, "angle")
+    names = ["translations", "center", "scale", "angle"]
+    check_leading([translations, center, scale, angle], names, [1, 1, 1, 0])
+    translations, center, scale, _ = torch.broadcast_tensors(translations, center, scale, angle[:, None])
     rotation = _rotation(center, -angle, scale)
     matrix = torch.cat(
         [rotation[:, :, :2], rotation[:, :, 2:] + translations.to(torch.float64)[:, :, None]], 2
@@ -183,6 +196,7 @@ def get_perspective_transform(points_src: Tensor, points_dst: Tensor) -> Tensor:
     """
     check_points(points_src, 4, 2, "points_src")
     check_points(points_dst, 4, 2, "points_dst")
+    check_leading([points_src, points_dst], ["points_src", "points_dst"], [2, 2])
     source = _projective_basis(points_src.to(torch.float64))
     matrix = small_matmul(_projective_basis(points_dst.to(torch.float64)), inverse3x3(source))
     return (matrix / matrix[:, 2:3, 2:3]).to(points_src.dtype)
@@ -251,6 +265,7 @@ def projection_from_Rt(rmat: Tensor, tvec: Tensor) -> Tensor:
         raise ValueError(f"rmat: expected shape (*, 3, 3), got {list(rmat.shape)}")
     if tvec.dim() < 2 or tvec.size(-1) != 1 or tvec.size(-2) != 3:
         raise ValueError(f"tvec: expected shape (*, 3, 1), got {list(tvec.shape)}")
+    check_same_leading([rmat, tvec], ["rmat", "tvec"], [2, 2])
     return torch.cat([rmat, tvec], -1)
 
 
@@ -269,6 +284,14 @@ def check_numbers(value: Tensor, name: str) -> None:
     check_floating(value, name)
     if value.dim() != 1:
         raise ValueError(f"{name}: expected shape (B,), got {list(value.shape)}")
+
+
+def numbers(value: Tensor, name: str) -> Tensor:
+    """``value`` (B,), or a scalar as (1,); raise for anything else that is not floating point."""
+    check_tensor(value, name)
+    value = value.reshape(1) if value.dim() == 0 else value
+    check_numbers(value, name)
+    return value
 
 
 def check_points(value: Tensor, count: int, size: int, name: str) -> None:
@@ -297,9 +320,8 @@ def about_center(m: Tensor, center: Tensor) -> Tensor:
 
 
 def tangent(angle: Optional[Tensor], like: Tensor, name: str) -> Tensor:
-    """Tangent in float64 of angles (B,); 0 for None."""
+    """Tangent in float64 of angles (B,) or of one angle; 0 for None."""
     if angle is None:
         return torch.zeros_like(like[:, 0].to(torch.float64))
-    check_numbers(angle, name)
-    radians = angle.to(torch.float64)
+    radians = numbers(angle, name).to(torch.float64)
     return torch.sin(radians) / torch.cos(radians)

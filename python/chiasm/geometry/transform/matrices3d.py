@@ -7,6 +7,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
+from ...primitives.core.checks import check_leading
 from ...primitives.linalg.matrices import inverse, small_matmul
 from ..conversions import axis_angle_to_rotation_matrix
 from .matrices import about_center, check_points, check_vectors, homogeneous, tangent
@@ -36,6 +37,8 @@ def get_projective_transform(center: Tensor, angles: Tensor, scales: Tensor) -> 
     check_vectors(center, 3, "center")
     check_vectors(angles, 3, "angles")
     check_vectors(scales, 3, "scales")
+    check_leading([center, angles, scales], ["center", "angles", "scales"], [1, 1, 1])
+    center, scales = torch.broadcast_tensors(center, scales)
     return _rotation(center, angles, scales).to(center.dtype)
 
 
@@ -60,7 +63,7 @@ def get_shear_matrix3d(
 
     Args:
         center: (B, 3), x, y and z in voxels.
-        sxy, sxz, syx, syz, szx, szy: (B,) angles in radians; zero by default.
+        sxy, sxz, syx, syz, szx, szy: (B,), or (1,) or a scalar for all: angles in radians; zero by default.
 
     Returns:
         (B, 4, 4).
@@ -86,11 +89,16 @@ def _shear(
     szx: Optional[Tensor],
     szy: Optional[Tensor],
 ) -> Tensor:
-    one = torch.ones_like(center[:, 0].to(torch.float64))
-    zero = torch.zeros_like(one)
-    along_x = torch.stack([one, -tangent(sxy, center, "sxy"), -tangent(sxz, center, "sxz")], -1)
-    along_y = torch.stack([-tangent(syx, center, "syx"), one, -tangent(syz, center, "syz")], -1)
-    along_z = torch.stack([-tangent(szx, center, "szx"), -tangent(szy, center, "szy"), one], -1)
+    xy, xz = tangent(sxy, center, "sxy"), tangent(sxz, center, "sxz")
+    yx, yz = tangent(syx, center, "syx"), tangent(syz, center, "syz")
+    zx, zy = tangent(szx, center, "szx"), tangent(szy, center, "szy")
+    names = ["center", "sxy", "sxz", "syx", "syz", "szx", "szy"]
+    check_leading([center, xy, xz, yx, yz, zx, zy], names, [1, 0, 0, 0, 0, 0, 0])
+    xy, xz, yx, yz, zx, zy, _ = torch.broadcast_tensors(xy, xz, yx, yz, zx, zy, center[:, 0])
+    one, zero = torch.ones_like(xy), torch.zeros_like(xy)
+    along_x = torch.stack([one, -xy, -xz], -1)
+    along_y = torch.stack([-yx, one, -yz], -1)
+    along_z = torch.stack([-zx, -zy, one], -1)
     unit_x, unit_y = torch.stack([one, zero, zero], -1), torch.stack([zero, one, zero], -1)
     unit_z = torch.stack([zero, zero, one], -1)
     x = torch.stack([along_x, unit_y, unit_z], -1)
@@ -121,7 +129,8 @@ def get_affine_matrix3d(
         center: (B, 3), x, y and z in voxels.
         scale: (B, 3), factors along x, y and z.
         angles: (B, 3), rotation vector in degrees, of the inverse rotation.
-        sxy, sxz, syx, syz, szx, szy: (B,) shearing angles in radians; zero by default.
+        sxy, sxz, syx, syz, szx, szy: (B,), or (1,) or a scalar for all: shearing angles in radians; zero by
+            default.
 
     Returns:
         (B, 4, 4).
@@ -139,6 +148,9 @@ def get_affine_matrix3d(
     check_vectors(center, 3, "center")
     check_vectors(scale, 3, "scale")
     check_vectors(angles, 3, "angles")
+    names = ["translations", "center", "scale", "angles"]
+    check_leading([translations, center, scale, angles], names, [1, 1, 1, 1])
+    translations, center, scale, angles = torch.broadcast_tensors(translations, center, scale, angles)
     rotation = _rotation(center, -angles, scale)
     matrix = torch.cat(
         [rotation[:, :, :3], rotation[:, :, 3:] + translations.to(torch.float64)[:, :, None]], 2
@@ -182,6 +194,7 @@ def get_perspective_transform3d(src: Tensor, dst: Tensor) -> Tensor:
     """
     check_points(src, 8, 3, "src")
     check_points(dst, 8, 3, "dst")
+    check_leading([src, dst], ["src", "dst"], [2, 2])
     matrix = small_matmul(
         _projective_basis(dst.to(torch.float64)), inverse(_projective_basis(src.to(torch.float64)))
     )

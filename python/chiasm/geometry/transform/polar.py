@@ -6,8 +6,13 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_pair
-from ...primitives.resampling.warping import check_source, pixel_axes, position_dtype, resample_image
+from ...primitives.core.checks import check_choice, check_one_for_each, check_pair
+from ...primitives.resampling.warping import (
+    check_source,
+    pixel_axes,
+    position_dtype,
+    resample_image,
+)
 from .matrices import check_numbers, check_vectors
 
 
@@ -61,11 +66,13 @@ def warp_polar(
         middle = torch.stack([one * (width - 1) * 0.5, one * (height - 1) * 0.5], -1)
     else:
         check_vectors(center, 2, "center")
+        check_one_for_each(center, src, "center", "src")
         middle = center.to(precision)
     if max_radius is None:
         radius = torch.sqrt(one * (width * width + height * height)) * 0.5
     else:
         check_numbers(max_radius, "max_radius")
+        check_one_for_each(max_radius, src, "max_radius", "src")
         radius = max_radius.to(precision)
     check_pair(dsize, "dsize")
     column, row = pixel_axes(dsize[0], dsize[1], precision, src.device)

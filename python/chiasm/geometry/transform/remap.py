@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_rank
+from ...primitives.core.checks import check_broadcastable, check_floating, check_one_for_each, check_rank
 from ...primitives.resampling.warping import (
     check_source,
     from_normalized,
@@ -64,6 +64,9 @@ def remap(
     check_rank(map_y, 3, "(B, h, w)", "map_y")
     check_floating(map_x, "map_x")
     check_floating(map_y, "map_y")
+    check_broadcastable(map_y, map_x, "map_y", "map_x")
+    check_one_for_each(map_x, image, "map_x", "image")
+    check_one_for_each(map_y, image, "map_y", "image")
     corners = align_corners is not None and align_corners
     precision = position_dtype(image.dtype)
     if not image.is_floating_point() and corners and not normalized_coordinates:

@@ -10,7 +10,13 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_image
+from ...primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_image,
+    check_leading,
+    check_one_for_each,
+)
 from ...primitives.linalg.matrices import small_matmul, solve
 from ...primitives.resampling.warping import (
     check_matrices,
@@ -56,7 +62,8 @@ def get_tps_transform(points_src: Tensor, points_dst: Tensor) -> Tuple[Tensor, T
             f"points_dst: expected as many points as points_src, {points_src.size(1)}, got"
             f" {points_dst.size(1)}"
         )
-    source, target = points_src.to(torch.float64), points_dst.to(torch.float64)
+    check_leading([points_src, points_dst], ["points_src", "points_dst"], [2, 2])
+    source, target = torch.broadcast_tensors(points_src.to(torch.float64), points_dst.to(torch.float64))
     ones = torch.cat([torch.ones_like(source[:, :, :1]), source], 2)
     upper = torch.cat([_kernel(source, target), ones], 2)
     lower = torch.cat([ones.transpose(1, 2), torch.zeros_like(ones[:, :3]).expand(-1, 3, 3)], 2)
@@ -116,6 +123,13 @@ def warp_points_tps(
     """
     _check_plane(points_src, "points_src")
     _check_weights(kernel_centers, kernel_weights, affine_weights)
+    if kernel_weights.size(1) != kernel_centers.size(1):
+        raise ValueError(
+            f"kernel_weights: expected one for each of kernel_centers {list(kernel_centers.shape)}, got"
+            f" {list(kernel_weights.shape)}"
+        )
+    names = ["points_src", "kernel_centers", "kernel_weights", "affine_weights"]
+    check_leading([points_src, kernel_centers, kernel_weights, affine_weights], names, [2, 2, 2, 2])
     bent = small_matmul(_kernel(points_src, kernel_centers), kernel_weights)
     return affine_weights[:, :1] + small_matmul(points_src, affine_weights[:, 1:]) + bent
 
@@ -159,6 +173,10 @@ def warp_image_tps(
     check_image(image, "image")
     check_sampling("bilinear", padding_mode)
     _check_weights(kernel_centers, kernel_weights, affine_weights)
+    check_broadcastable(kernel_weights, kernel_centers, "kernel_weights", "kernel_centers")
+    check_one_for_each(kernel_centers, image, "kernel_centers", "image")
+    check_one_for_each(kernel_weights, image, "kernel_weights", "image")
+    check_one_for_each(affine_weights, image, "affine_weights", "image")
     precision = position_dtype(image.dtype)
     column = normalized_axis(image.size(3), align_corners, precision, image.device)[None, None, :]
     row = normalized_axis(image.size(2), align_corners, precision, image.device)[None, :, None]

@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last, check_size3d
+from ...primitives.core.checks import check_last, check_leading, check_one_for_each, check_size3d
 from ...primitives.linalg.matrices import inverse
 from ...primitives.resampling.volumes import check_volume, check_volume_sampling, resample_volume, voxel_axes
 from ...primitives.resampling.warping import (
@@ -17,7 +17,7 @@ from ...primitives.resampling.warping import (
     position_dtype,
     stretched,
 )
-from .matrices import check_numbers, check_vectors, homogeneous
+from .matrices import check_vectors, homogeneous, numbers
 from .matrices3d import get_projective_transform
 
 
@@ -57,6 +57,7 @@ def warp_affine3d(
     """
     check_volume(src, "src")
     check_matrices(M, 3, 4, "M")
+    check_one_for_each(M, src, "M", "src")
     check_volume_sampling(flags, padding_mode, "flags")
     check_size3d(dsize, "dsize")
     return _warped(src, homogeneous(M.to(torch.float64)), dsize, flags, padding_mode, align_corners, True)
@@ -126,6 +127,7 @@ def affine3d(
     """
     check_volume(tensor, "tensor")
     check_matrices(matrix, 3, 4, "matrix")
+    check_one_for_each(matrix, tensor, "matrix", "tensor")
     check_volume_sampling(mode, padding_mode)
     size = (tensor.size(2), tensor.size(3), tensor.size(4))
     return warp_affine3d(tensor, matrix, size, mode, padding_mode, align_corners)
@@ -145,8 +147,8 @@ def rotate3d(
 
     Args:
         tensor: (B, C, D, H, W), floating point.
-        yaw, pitch, roll: (B,), components along x, y and z in degrees. They form one rotation vector (axis
-            times angle) as in Kornia, not three successive rotations.
+        yaw, pitch, roll: (B,), or (1,) or a scalar for all: components along x, y and z in degrees. They form
+            one rotation vector (axis times angle) as in Kornia, not three successive rotations.
         center: (B, 3), x, y and z in voxels; the centre of the volume by default.
         mode, padding_mode, align_corners: as in :func:`affine3d`.
 
@@ -166,9 +168,11 @@ def rotate3d(
                 [1., 0.]])
     """
     check_volume(tensor, "tensor")
-    check_numbers(yaw, "yaw")
-    check_numbers(pitch, "pitch")
-    check_numbers(roll, "roll")
+    yaw, pitch, roll = numbers(yaw, "yaw"), numbers(pitch, "pitch"), numbers(roll, "roll")
+    check_one_for_each(yaw, tensor, "yaw", "tensor")
+    check_one_for_each(pitch, tensor, "pitch", "tensor")
+    check_one_for_each(roll, tensor, "roll", "tensor")
+    yaw, pitch, roll = torch.broadcast_tensors(yaw, pitch, roll)
     angles = torch.stack([yaw, pitch, roll], -1).to(torch.float64)
     if center is None:
         one = torch.ones_like(angles[:, 0])
@@ -180,6 +184,7 @@ def rotate3d(
         middle = torch.stack(sides, -1)
     else:
         check_vectors(center, 3, "center")
+        check_one_for_each(center, tensor, "center", "tensor")
         middle = center.to(torch.float64)
     matrix = get_projective_transform(middle, angles, torch.ones_like(angles))
     return affine3d(tensor, matrix, mode, padding_mode, align_corners)
@@ -220,6 +225,7 @@ def warp_perspective3d(
     """
     check_volume(src, "src")
     check_matrices(M, 4, 4, "M")
+    check_one_for_each(M, src, "M", "src")
     check_volume_sampling(flags, border_mode, "flags", "border_mode")
     check_size3d(dsize, "dsize")
     return _warped(src, M.to(torch.float64), dsize, flags, border_mode, align_corners, False)
@@ -247,6 +253,7 @@ def warp_grid3d(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
     if grid.dim() != 5:
         raise ValueError(f"grid: expected shape (B, D, H, W, 3), got {list(grid.shape)}")
     check_matrices(src_homo_dst, 4, 4, "src_homo_dst")
+    check_leading([grid, src_homo_dst], ["grid", "src_homo_dst"], [4, 2])
     x, y, z = _mapped(grid[..., 0], grid[..., 1], grid[..., 2], src_homo_dst)
     return torch.stack([x, y, z], -1)
 
@@ -288,6 +295,7 @@ def homography_warp3d(
     """
     check_volume(patch_src, "patch_src")
     check_matrices(src_homo_dst, 4, 4, "src_homo_dst")
+    check_one_for_each(src_homo_dst, patch_src, "src_homo_dst", "patch_src")
     check_volume_sampling(mode, padding_mode)
     check_size3d(dsize, "dsize")
     precision = position_dtype(patch_src.dtype)
@@ -342,6 +350,7 @@ def crop_by_transform_mat3d(
     """
     check_volume(tensor, "tensor")
     check_matrices(transform, 4, 4, "transform")
+    check_one_for_each(transform, tensor, "transform", "tensor")
     check_volume_sampling(mode, padding_mode)
     check_size3d(out_size, "out_size")
     matrix = transform.expand(tensor.size(0), 4, 4).to(torch.float64)

@@ -247,6 +247,58 @@ def check_all_broadcastable(values: List[Tensor], names: List[str]) -> None:
             check_broadcastable(values[i], values[j], names[i], names[j])
 
 
+def check_leading(values: List[Tensor], names: List[str], own: List[int]) -> None:
+    """Raise ValueError unless the leading dimensions of all ``values`` broadcast: those before the last
+    ``own[i]`` of ``values[i]``."""
+    for i in range(len(values)):
+        for j in range(i):
+            check_broadcastable(values[i], values[j], names[i], names[j], own[i], own[j])
+
+
+def check_same_leading(values: List[Tensor], names: List[str], own: List[int]) -> None:
+    """Raise ValueError unless ``values`` have the same leading dimensions: those before the last ``own[i]``
+    of ``values[i]``."""
+    for i in range(1, len(values)):
+        check_tensor(values[i], names[i])
+        leading, other = values[i].dim() - own[i], values[0].dim() - own[0]
+        if leading != other or values[i].shape[:leading] != values[0].shape[:other]:
+            raise ValueError(
+                f"{names[i]}: expected the leading dimensions of {names[0]}, {list(values[0].shape[:other])},"
+                f" got {list(values[i].shape)}"
+            )
+
+
+def expands(value: Tensor, other: Tensor, own: int = 0, others: int = 0) -> bool:
+    """Whether the shape of ``value`` broadcasts to that of ``other``, without the last ``own`` dimensions of
+    ``value`` and the last ``others`` of ``other``."""
+    if value.dim() - own > other.dim() - others:
+        return False
+    for i in range(value.dim() - own):
+        if value.size(-1 - own - i) != other.size(-1 - others - i) and value.size(-1 - own - i) != 1:
+            return False
+    return True
+
+
+def check_expands(
+    value: Tensor, other: Tensor, name: str, other_name: str, own: int = 0, others: int = 0
+) -> None:
+    """Raise ValueError unless ``value`` ``expands`` to ``other``."""
+    if not expands(value, other, own, others):
+        part = "a shape that expands" if own == 0 else "leading dimensions that expand"
+        raise ValueError(
+            f"{name}: expected {part} to {other_name}'s {list(other.shape)}, got {list(value.shape)}"
+        )
+
+
+def check_one_for_each(value: Tensor, src: Tensor, name: str, src_name: str) -> None:
+    """Raise ValueError unless ``value`` has one item, or one for each sample of ``src``."""
+    if value.size(0) != src.size(0) and value.size(0) != 1:
+        raise ValueError(
+            f"{name}: expected one, or one for each sample of {src_name} {list(src.shape)}, got"
+            f" {list(value.shape)}"
+        )
+
+
 def check_choice(value: str, choices: List[str], name: str) -> None:
     """Raise ValueError unless ``value`` is one of ``choices``."""
     if value not in choices:

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..core.checks import check_floating, check_rank, check_tensor
+from ..core.checks import check_floating, check_leading, check_rank, check_tensor
 
 
 def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor, Tensor]:
@@ -31,6 +31,7 @@ def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor,
                 f" got {list(weights.shape)}"
             )
         check_floating(weights, "weights")
+        check_leading([points, weights], ["points", "weights"], [2, 1])
         w = weights.to(torch.float64)[..., None]
     if points.dim() == 2:
         p, w = p.unsqueeze(0), w.unsqueeze(0)

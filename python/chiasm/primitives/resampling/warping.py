@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..core.checks import check_choice, check_floating, check_pixels, check_tensor
+from ..core.checks import broadcastable, check_choice, check_floating, check_pixels, check_tensor
 from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
 from ..core.pixels import has_words, pixel_range
@@ -28,11 +28,13 @@ def check_source(src: Tensor, mode: str, padding_mode: str, name: str) -> None:
     check_sampling(mode, padding_mode)
 
 
-def check_fill(fill_value: Tensor) -> None:
-    """Raise unless ``fill_value`` is a tensor (C,)."""
+def check_fill(fill_value: Tensor, src: Tensor) -> None:
+    """Raise unless ``fill_value`` is a tensor (C,) for ``src`` (B, C, H, W); either C may be 1."""
     check_tensor(fill_value, "fill_value")
-    if fill_value.dim() != 1:
-        raise ValueError(f"fill_value: expected shape (C,), got {list(fill_value.shape)}")
+    if fill_value.dim() != 1 or not broadcastable(fill_value, src, 0, 2):
+        raise ValueError(
+            f"fill_value: expected shape (C,) for an image {list(src.shape)}, got {list(fill_value.shape)}"
+        )
 
 
 def check_matrices(value: Tensor, rows: int, columns: int, name: str) -> None:
@@ -183,7 +185,7 @@ def resample_bytes(
     short = src.dtype == torch.uint8 and mode != "bicubic"
     exact = in_planes(src).to(torch.float32 if short else torch.float64)
     if padding_mode == "fill" and fill_value is not None:
-        check_fill(fill_value)
+        check_fill(fill_value, src)
         # The fill is subtracted before sampling, so that the zeros outside the image stand for it.
         low, high = pixel_range(src)
         level = known_or(torch.round(fill_value.to(exact.dtype)), 0.0).clamp(low, high)[:, None, None]
@@ -352,7 +354,7 @@ def weigh_image(
     weight = [w.to(src.dtype) for w in weight]
     out = join_channels([gather_taps(plane, index, weight) for plane in split_channels(src)])
     if fill_value is not None:
-        check_fill(fill_value)
+        check_fill(fill_value, src)
         covered = weight[0]
         for w in weight[1:]:
             covered = covered + w
