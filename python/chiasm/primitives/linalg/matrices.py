@@ -26,6 +26,9 @@ def small_matmul(a: Tensor, b: Tensor) -> Tensor:
     Native code gets a sum of products, which compiles inline instead of calling a library; so do backward
     passes, which are traced once for every target.
     """
+    if a.dtype != b.dtype:  # a product of other tensors promotes, this one raises
+        common = torch.promote_types(a.dtype, b.dtype)
+        return torch.matmul(a.to(common), b.to(common))
     return torch.matmul(a, b)
 
 
