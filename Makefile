@@ -219,6 +219,7 @@ dist: wheels bundles ## the wheels, and the catalog as a wheel for each family -
 bench: build ## measure against peers: WHAT=speed, images, ... -> docs/benchmarks*.md
 	@case "$(WHAT)" in images | augmentation) tools/kornia.sh ;; esac
 	[ "$(WHAT)" != augmentation ] || ABOUT="Albumentations and DALI: 1.4 GB" tools/environment.sh augmentation tools/augmentation.txt
+	[ "$(WHAT)" != networks ] || $(MAKE) build-x86-64-v4
 	[ "$(WHAT)" != serving ] || tools/triton.sh server
 	[ "$(WHAT)" != ray ] || tools/data.sh
 	$(PY) -m bench $(or $(WHAT),speed)
