@@ -189,7 +189,7 @@ def test_an_export_runs_two_compilers_at_once(tmp_path: Path) -> None:
     tool.write_text(
         f"""#!/bin/sh
 echo 1 >> {log}
-for word; do made=$last; last=$word; done
+for word; do last=$word; done
 sleep 0.1
 [ "$1" = -shared ] && ls op.o other.o > library.so
 touch "$last"

@@ -1,6 +1,8 @@
 """For every op, an argument that must be a tensor and is not raises a TypeError that names it."""
 
 import inspect
+import re
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -27,6 +29,12 @@ def call_of(entry: Entry, sizes: dict[str, int] = SMALL) -> dict[str, Any]:
         else:
             given |= zip(t.sizes, made[t.name].shape, strict=True)
     return given
+
+
+def expect_argument_named(error: Exception, function: Callable[..., Any]) -> None:
+    """Assert that an error begins with an argument's name, and has the expected and the actual value."""
+    names = "|".join(inspect.signature(function).parameters)
+    assert re.match(rf"({names})\b.*: expected .*, got ", str(error)), str(error)
 
 
 @pytest.mark.parametrize("entry", FUNCTIONS.values(), ids=FUNCTIONS)

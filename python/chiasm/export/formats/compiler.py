@@ -71,7 +71,7 @@ class Build:
             given = [self._made.get(word) or self._kept(word) for word in kept]
             link = [*given, *self.objects, "-Wl,-z,noexecstack"]
             link[link.index(str(target))] = "library.so"
-            self._linking = self.compilers.submit(self._link, link, tuple(self._compilations))
+            self._linking = self.compilers.submit(self._link, link)
             target.write_bytes(self.library() if self.at_once else b"")
         elif sources:
             self._start(words, sources[0], target)
@@ -100,8 +100,8 @@ class Build:
         self._made[str(target)] = f"{kind}.o"
         target.touch()  # Inductor removes it
 
-    def _link(self, command: list[str], compilations: tuple[Future[None], ...]) -> None:
-        for compilation in compilations:  # submitted before, so that this waits for no thread but the others
+    def _link(self, command: list[str]) -> None:
+        for compilation in self._compilations:  # which were submitted before, so this ends
             compilation.result()
         self._execute(command, "library")
 
@@ -128,7 +128,7 @@ class Build:
         return str(shutil.copy(word, self.folder)) if word.endswith(".o") else word
 
     def library(self) -> bytes:
-        """The linked library. Call it once."""
+        """The linked library."""
         assert self._linking is not None
         self._linking.result()
         return (self.folder / "library.so").read_bytes()

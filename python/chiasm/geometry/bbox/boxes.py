@@ -14,6 +14,7 @@ from ...primitives.core.checks import (
     check_floating,
     check_last,
     check_matrix,
+    check_one_for_each,
     check_rank,
     check_tensor,
 )
@@ -223,11 +224,7 @@ def transform_bbox(
     check_last(boxes, 4, "boxes")
     if boxes.dim() != 2 and boxes.dim() != 3:
         raise ValueError(f"boxes: expected shape (B, 4) or (B, N, 4), got {list(boxes.shape)}")
-    if trans_mat.size(0) != boxes.size(0) and trans_mat.size(0) != 1:
-        raise ValueError(
-            f"trans_mat: expected one, or one for each sample of boxes {list(boxes.shape)}, got"
-            f" {list(trans_mat.shape)}"
-        )
+    check_one_for_each(trans_mat, boxes, "trans_mat", "boxes")
     many = boxes[:, None] if boxes.dim() == 2 else boxes
     first, second = many[..., :2], many[..., 2:]
     if mode == "xywh":
