@@ -242,9 +242,7 @@ def check_broadcastable(
 
 def check_all_broadcastable(values: List[Tensor], names: List[str]) -> None:
     """Raise ValueError unless the shapes of all ``values`` broadcast."""
-    for i in range(len(values)):
-        for j in range(i):
-            check_broadcastable(values[i], values[j], names[i], names[j])
+    check_leading(values, names, [0 for _ in values])
 
 
 def check_leading(values: List[Tensor], names: List[str], own: List[int]) -> None:
