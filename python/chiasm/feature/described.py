@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from .patches import patches_of
+from .patches import grey_patches_of
 from .sift import sift_describe
 
 
@@ -28,5 +28,5 @@ def sift_laf_descriptors(img: Tensor, lafs: Tensor, patch_size: int = 32, rootsi
         ... ).shape
         torch.Size([1, 1, 128])
     """
-    patches = patches_of(img, lafs, patch_size, True, "lafs")
+    patches = grey_patches_of(img, lafs, patch_size, "lafs")
     return sift_describe(patches, rootsift=rootsift).unflatten(0, [lafs.size(0), lafs.size(1)])

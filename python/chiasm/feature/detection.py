@@ -14,7 +14,7 @@ from torch import Tensor
 from ..filters.gaussian import gaussian_blur2d
 from ..geometry.subpix.quadratic import quadratic_extrema
 from ..geometry.transform.resize import resize
-from ..primitives.core.checks import check_choice, check_image
+from ..primitives.core.checks import check_choice, check_one_channel
 from ..primitives.features.extrema import scale_space_nms
 from ..primitives.numbers.ranking import stable_topk
 from .harris import harris_response
@@ -102,9 +102,7 @@ def _check(
     threshold: float,
     double_image: bool,
 ) -> None:
-    check_image(img, "img")
-    if img.size(1) != 1:
-        raise ValueError(f"img: expected shape (B, 1, H, W), got {list(img.shape)}")
+    check_one_channel(img, "img")
     if img.size(2) < 8 or img.size(3) < 8:
         raise ValueError(f"img: expected at least 8 x 8 pixels, got {list(img.shape)}")
     check_choice(response, ["harris", "gftt", "hessian", "dog"], "response")

@@ -7,7 +7,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from ..geometry.subpix import nms2d
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_image, check_one_channel
 from ..primitives.numbers.ranking import stable_topk
 from .structure import normalised_by_scale, structure_tensor
 
@@ -74,9 +74,7 @@ def harris_keypoints(
         >>> keypoints.shape, scores.shape, int(valid.sum())
         (torch.Size([1, 4, 2]), torch.Size([1, 4]), 1)
     """
-    check_image(input, "input")
-    if input.size(1) != 1:
-        raise ValueError(f"input: expected shape (B, 1, H, W), got {list(input.shape)}")
+    check_one_channel(input, "input")
     if max_keypoints < 1:
         raise ValueError(f"max_keypoints: expected a positive number, got {max_keypoints}")
     if not threshold >= 0.0:

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor, nn
 
 from ..color.gray import rgb_to_grayscale
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_grey_or_rgb, check_image
 from ..primitives.core.materialise import materialised
 from ..primitives.core.modules import Module
 from ..primitives.features.patches import patch_positions, read_patches
@@ -177,6 +177,13 @@ def patches_of(img: Tensor, laf: Tensor, PS: int, grayscale: bool, name: str = "
         img = rgb_to_grayscale(img)
     # Stored: each pixel of a patch is interpolated once, and read by all derivatives there.
     return materialised(extract_patches_from_pyramid(img, laf, PS).flatten(0, 1), 0)
+
+
+def grey_patches_of(img: Tensor, laf: Tensor, PS: int, name: str = "laf") -> Tensor:
+    """(B * N, 1, PS, PS): ``patches_of`` grey images or images with three channels."""
+    check_image(img, "img")
+    check_grey_or_rgb(img, "img")
+    return patches_of(img, laf, PS, True, name)
 
 
 def _by_frame(descriptors: Tensor, lafs: Tensor) -> Tensor:

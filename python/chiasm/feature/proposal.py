@@ -11,7 +11,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_one_channel
 from ..primitives.numbers.reductions import greatest
 from ..primitives.numbers.reshaping import reshaped
 from ..primitives.resampling.warping import position_dtype
@@ -50,9 +50,7 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
         (tensor([[1., 2.],
                 [5., 1.]]), tensor([30., 20.]))
     """
-    check_image(response, "response")
-    if response.size(1) != 1:
-        raise ValueError(f"response: expected shape (B, 1, H, W), got {list(response.shape)}")
+    check_one_channel(response, "response")
     if window < 1:
         raise ValueError(f"window: expected a positive number, got {window}")
     if not base > 1.0:

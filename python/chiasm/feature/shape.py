@@ -12,7 +12,7 @@ from ..primitives.linalg.matrices import small_matmul
 from .gradients import check_patches, gaussian_window
 from .laf import check_laf, determinants, rotate_laf
 from .laf_points import ellipse_to_laf
-from .patches import patches_of
+from .patches import grey_patches_of
 
 
 def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
@@ -125,7 +125,7 @@ def orient_laf(laf: Tensor, img: Tensor, PS: int = 32) -> Tensor:
                   [ 5,  0, 16]]]])
     """
     check_laf(laf, "laf")
-    angle = dominant_orientation(patches_of(img, laf, PS, True)).unflatten(0, [laf.size(0), laf.size(1)])
+    angle = dominant_orientation(grey_patches_of(img, laf, PS)).unflatten(0, [laf.size(0), laf.size(1)])
     return rotate_laf(laf, rad2deg(angle.to(laf.dtype))[..., None])
 
 
@@ -159,9 +159,7 @@ def adapt_laf_shape(laf: Tensor, img: Tensor, PS: int = 32, iterations: int = 1)
         raise ValueError(f"iterations: expected a positive number, got {iterations}")
     for _ in range(iterations):
         moments = (
-            affine_shape(patches_of(img, laf, PS, True))
-            .unflatten(0, [laf.size(0), laf.size(1)])
-            .to(laf.dtype)
+            affine_shape(grey_patches_of(img, laf, PS)).unflatten(0, [laf.size(0), laf.size(1)]).to(laf.dtype)
         )
         laf = reshaped_by(laf, moments)
     return laf

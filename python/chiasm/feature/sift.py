@@ -10,7 +10,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image, check_tensor
+from ..primitives.core.checks import check_choice, check_image, check_one_channel, check_tensor
 from ..primitives.features.orientations import directed, orientation_histograms, polar_gradient
 from ..primitives.filters.padding import check_inside
 from .gradients import check_patches, gaussian_window, unit
@@ -97,9 +97,7 @@ def dense_sift(
         >>> dense_sift(torch.rand(1, 1, 20, 30), stride=2).shape
         torch.Size([1, 128, 3, 8])
     """
-    check_image(input, "input")
-    if input.size(1) != 1:
-        raise ValueError(f"input: expected shape (B, 1, H, W), got {list(input.shape)}")
+    check_one_channel(input, "input")
     _check_bins(num_ang_bins, num_spatial_bins, clipval)
     if spatial_bin_size < 1 or stride < 1:
         raise ValueError(

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale
-from ..primitives.core.checks import check_pixels
+from ..primitives.core.checks import check_grey_or_rgb, check_pixels
 from ..primitives.core.layout import in_planes
 from ..primitives.features.canny import canny_hysteresis, canny_nms
 from .gaussian import gaussian_blur2d
@@ -67,8 +67,7 @@ def canny(
         tensor([  0,   0,   0,   0, 255,   0,   0,   0], dtype=torch.uint8)
     """
     check_pixels(input, "input")
-    if input.size(1) != 1 and input.size(1) != 3:
-        raise ValueError(f"input: expected shape (B, 1, H, W) or (B, 3, H, W), got {list(input.shape)}")
+    check_grey_or_rgb(input, "input")
     if not (low_threshold >= 0.0 and high_threshold >= low_threshold):
         raise ValueError(
             f"low_threshold: expected 0 <= low_threshold <= high_threshold, got {low_threshold} and"

@@ -16,11 +16,12 @@ from ..primitives.core.checks import (
     check_leading,
     check_matrix,
     check_number,
+    check_one_channel,
     check_one_for_each,
     check_rank,
 )
 from ..primitives.core.modules import Module
-from ..primitives.geometry.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
+from ..primitives.geometry.intrinsics import check_intrinsics, from_pixels, with_one
 from ..primitives.linalg.matrices import cross
 from ..primitives.resampling.warping import check_sampling, resample_image, stretched
 from .camera.pinhole import PinholeCamera
@@ -104,7 +105,9 @@ def depth_from_plane_equation(
         >>> depth_from_plane_equation(normal, offset, torch.tensor([[[3.0, 4.0]]]), torch.eye(3)[None])
         tensor([[5.]])
     """
+    check_rank(plane_normals, 2, "(B, 3)", "plane_normals")
     check_last(plane_normals, 3, "plane_normals")
+    check_rank(plane_offsets, 2, "(B, 1)", "plane_offsets")
     check_last(plane_offsets, 1, "plane_offsets")
     check_last(points_uv, 2, "points_uv")
     check_rank(points_uv, 3, "(B, N, 2)", "points_uv")
@@ -140,7 +143,7 @@ def depth_to_3d(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = F
         >>> depth_to_3d(torch.full((1, 1, 2, 2), 3.0), torch.eye(3)[None])[0, :, 1, 0]
         tensor([0., 3., 3.])
     """
-    check_depth(depth, "depth")
+    check_one_channel(depth, "depth")
     check_rank(camera_matrix, 3, "(B, 3, 3)", "camera_matrix")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
     check_leading([depth, camera_matrix], ["depth", "camera_matrix"], [3, 2])
@@ -278,16 +281,16 @@ def depth_warp(
     check_intrinsics(intrinsics_src, "intrinsics_src")
     check_matrix(extrinsics_dst, 4, 4, "extrinsics_dst")
     check_matrix(extrinsics_src, 4, 4, "extrinsics_src")
-    check_depth(depth_src, "depth_src")
+    check_one_channel(depth_src, "depth_src")
     check_image(patch_dst, "patch_dst")
     check_sampling(mode, padding_mode)
-    _check_batches(
-        [intrinsics_dst, extrinsics_dst, intrinsics_src, extrinsics_src, depth_src],
-        ["intrinsics_dst", "extrinsics_dst", "intrinsics_src", "extrinsics_src", "depth_src"],
-        [2, 2, 2, 2, 3],
+    _check_matrices(
+        [intrinsics_dst, extrinsics_dst, intrinsics_src, extrinsics_src],
+        ["intrinsics_dst", "extrinsics_dst", "intrinsics_src", "extrinsics_src"],
         patch_dst,
         "patch_dst",
     )
+    check_one_for_each(depth_src, patch_dst, "depth_src", "patch_dst")
     # dst <- world <- src, with R^T in place of the inverse of a rotation.
     rotation_src = extrinsics_src[:, None, 0:3, 0:3]
     rotation = (extrinsics_dst[:, 0:3, None, 0:3] * rotation_src).sum(-1)
@@ -425,15 +428,12 @@ def warp_frame_depth(
         True
     """
     check_image(image_src, "image_src")
-    check_depth(depth_dst, "depth_dst")
+    check_one_channel(depth_dst, "depth_dst")
     check_matrix(src_trans_dst, 4, 4, "src_trans_dst")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
-    _check_batches(
-        [depth_dst, src_trans_dst, camera_matrix],
-        ["depth_dst", "src_trans_dst", "camera_matrix"],
-        [3, 2, 2],
-        image_src,
-        "image_src",
+    check_one_for_each(depth_dst, image_src, "depth_dst", "image_src")
+    _check_matrices(
+        [src_trans_dst, camera_matrix], ["src_trans_dst", "camera_matrix"], image_src, "image_src"
     )
     return _read_through_depth(
         image_src,
@@ -448,14 +448,11 @@ def warp_frame_depth(
     )
 
 
-def _check_batches(
-    values: List[Tensor], names: List[str], own: List[int], image: Tensor, image_name: str
-) -> None:
-    """Raise unless each of ``values`` has the batch of ``image``, or of 1, or none: none but the last
-    ``own[i]`` dimensions."""
-    for i in range(len(values)):
-        if values[i].dim() > own[i]:
-            check_one_for_each(values[i], image, names[i], image_name)
+def _check_matrices(matrices: List[Tensor], names: List[str], image: Tensor, image_name: str) -> None:
+    """Raise unless each of ``matrices`` has one batch dimension, of ``image``'s size or of 1."""
+    for i in range(len(matrices)):
+        check_rank(matrices[i], 3, "(B, rows, columns)", names[i])
+        check_one_for_each(matrices[i], image, names[i], image_name)
 
 
 def _rays(camera_matrix: Tensor, height: int, width: int, unit: bool) -> Tuple[Tensor, Tensor, Tensor]:

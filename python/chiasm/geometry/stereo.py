@@ -5,8 +5,14 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_leading, check_matrix, check_optional, check_rank
-from ..primitives.geometry.intrinsics import check_depth, focal_lengths, from_pixels, over_depth, with_one
+from ..primitives.core.checks import (
+    check_leading,
+    check_matrix,
+    check_one_channel,
+    check_optional,
+    check_rank,
+)
+from ..primitives.geometry.intrinsics import focal_lengths, from_pixels, over_depth, with_one
 from ..primitives.linalg.matrices import cross, small_matmul
 from .calibration import undistort_points
 from .conversions.rotations import (
@@ -131,7 +137,7 @@ def reproject_disparity_to_3d(disparity: Tensor, Q: Tensor) -> Tensor:
                 [ 0.0000,  0.0000,  5.0000],
                 [ 0.0500,  0.0000,  5.0000]])
     """
-    check_depth(disparity, "disparity")
+    check_one_channel(disparity, "disparity")
     check_rank(Q, 3, "(B, 4, 4)", "Q")
     check_matrix(Q, 4, 4, "Q")
     check_leading([disparity, Q], ["disparity", "Q"], [3, 2])

@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, check_tensor
+from ..primitives.core.checks import check_one_channel, check_tensor
 from ..primitives.numbers.ranking import stable_topk
 from .labels import check_prediction, class_planes, class_weights
 
@@ -32,9 +32,7 @@ def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
         >>> lovasz_hinge_loss(torch.tensor([[[[2.0, -2.0, 0.0]]]]), torch.tensor([[[1, 0, 1]]]))
         tensor(0.5000)
     """
-    check_image(pred, "pred")
-    if pred.size(1) != 1:
-        raise ValueError(f"pred: expected shape (B, 1, H, W), got {list(pred.shape)}")
+    check_one_channel(pred, "pred")
     check_tensor(target, "target")
     if target.dim() != 3 or target.size(0) != pred.size(0) or target.shape[1:] != pred.shape[2:]:
         raise ValueError(

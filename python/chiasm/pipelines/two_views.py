@@ -11,7 +11,7 @@ from ..feature.laf import get_laf_center
 from ..feature.matching import match_smnn
 from ..feature.shape import orient_laf
 from ..geometry.ransac.homography import ransac_homography
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_one_channel
 
 
 def two_view_homography(
@@ -61,10 +61,8 @@ def two_view_homography(
         >>> homography[0, 0, 2].round()
         tensor(4.)
     """
-    check_image(image1, "image1")
-    check_image(image2, "image2")
-    _check_size(image1, "image1")
-    _check_size(image2, "image2")
+    _check_grey(image1, "image1")
+    _check_grey(image2, "image2")
     if image2.size(0) != image1.size(0):
         raise ValueError(f"image2: expected image1's batch of {image1.size(0)}, got {list(image2.shape)}")
     lafs1, _, valid1 = detect_keypoints(
@@ -98,7 +96,8 @@ def two_view_homography(
     return homography, points1, points2, matched, inliers
 
 
-def _check_size(image: Tensor, name: str) -> None:
+def _check_grey(image: Tensor, name: str) -> None:
+    check_one_channel(image, name)
     if image.size(2) < 8 or image.size(3) < 8:
         raise ValueError(f"{name}: expected at least 8 x 8 pixels, got {list(image.shape)}")
 

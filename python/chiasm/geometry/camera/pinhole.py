@@ -7,10 +7,16 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_broadcastable, check_last, check_leading, check_matrix, check_rank
+from ...primitives.core.checks import (
+    check_broadcastable,
+    check_last,
+    check_leading,
+    check_matrix,
+    check_one_channel,
+    check_rank,
+)
 from ...primitives.core.modules import Module, hold
 from ...primitives.geometry.intrinsics import (
-    check_depth,
     check_intrinsics,
     from_pixels,
     moved,
@@ -133,7 +139,7 @@ def pixel2cam(depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Te
         ... )
         tensor([[[[6., 8., 2.]]]])
     """
-    check_depth(depth, "depth")
+    check_one_channel(depth, "depth")
     check_rank(intrinsics_inv, 3, "(B, 4, 4)", "intrinsics_inv")
     check_matrix(intrinsics_inv, 4, 4, "intrinsics_inv")
     check_rank(pixel_coords, 4, "(B, H, W, 3)", "pixel_coords")

@@ -24,7 +24,7 @@ def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
     if value.dim() == 0 or (value.dim() == like.dim() and broadcastable(value, like)):
         return value
     # Compare the batch size first: in a symbolic shape it is the same symbol, so the trace adds no guard.
-    if value.dim() != 1 or (value.size(0) != like.size(0) and value.size(0) != 1):
+    if value.dim() != 1 or like.dim() == 0 or (value.size(0) != like.size(0) and value.size(0) != 1):
         raise ValueError(
             f"{name}: expected a number, or a tensor that is a scalar, (B,) or broadcasts against"
             f" {list(like.shape)}, got {list(value.shape)}"

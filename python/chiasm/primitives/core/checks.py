@@ -161,6 +161,19 @@ def check_image(value: Tensor, name: str) -> None:
     check_not_empty(value, 3, name)
 
 
+def check_one_channel(value: Tensor, name: str) -> None:
+    """Raise unless ``value`` is a floating-point (B, 1, H, W) tensor."""
+    check_image(value, name)
+    if value.size(1) != 1:
+        raise ValueError(f"{name}: expected shape (B, 1, H, W), got {list(value.shape)}")
+
+
+def check_grey_or_rgb(value: Tensor, name: str) -> None:
+    """Raise ValueError unless ``value``, of four dimensions, has 1 or 3 channels."""
+    if value.size(1) != 1 and value.size(1) != 3:
+        raise ValueError(f"{name}: expected shape (B, 1, H, W) or (B, 3, H, W), got {list(value.shape)}")
+
+
 def check_not_empty(value: Tensor, dims: int, name: str) -> None:
     """Raise ValueError if one of the last ``dims`` dimensions has size 0."""
     for i in range(value.dim() - dims, value.dim()):

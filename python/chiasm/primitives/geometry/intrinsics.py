@@ -4,7 +4,7 @@ point."""
 import torch
 from torch import Tensor
 
-from ..core.checks import check_floating, check_image, check_tensor
+from ..core.checks import check_floating, check_tensor
 
 
 def check_intrinsics(value: Tensor, name: str) -> None:
@@ -13,13 +13,6 @@ def check_intrinsics(value: Tensor, name: str) -> None:
     if value.dim() < 2 or value.size(-1) not in (3, 4) or value.size(-2) != value.size(-1):
         raise ValueError(f"{name}: expected shape (*, 3, 3) or (*, 4, 4), got {list(value.shape)}")
     check_floating(value, name)
-
-
-def check_depth(value: Tensor, name: str) -> None:
-    """Raise unless ``value`` is a floating-point (B, 1, H, W) tensor."""
-    check_image(value, name)
-    if value.size(1) != 1:
-        raise ValueError(f"{name}: expected shape (B, 1, H, W), got {list(value.shape)}")
 
 
 def focal_lengths(camera_matrix: Tensor) -> Tensor:
