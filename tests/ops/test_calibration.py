@@ -157,6 +157,13 @@ WRONG = [
         ValueError,
         "K: expected the leading",
     ),
+    (
+        lambda: calibration.undistort_image(
+            torch.zeros(2, 3, 1, 4, 4), torch.eye(3).expand(3, 2, 3, 3), torch.zeros(1, 1, 4)
+        ),
+        ValueError,
+        "K: expected one for each of 6 images",
+    ),
 ]
 
 

@@ -178,7 +178,7 @@ WRONG = [
     (
         lambda: depth.depth_from_plane_equation(D, D, D, K3),
         ValueError,
-        r"plane_normals: expected shape \(\*, 3\)",
+        r"plane_normals: expected shape \(B, 3\)",
     ),
     (
         lambda: depth.depth_warp(K3[:, :2], M4, K3, M4, D, X),

@@ -183,6 +183,11 @@ WRONG = [
     ),
     (lambda: feature.match_nn(A[None], B.expand(2, 5, 4)), ValueError, "desc2: expected desc1's batch of 1"),
     (lambda: feature.match_mnn(A, B, torch.zeros(5, 3)), ValueError, "dm: expected 3 x 5 distances"),
+    (
+        lambda: feature.match_nn(A[None], B[None], torch.zeros(2, 3, 5)),
+        ValueError,
+        "dm: expected desc1's batch of 1",
+    ),
     (lambda: feature.match_snn(A, B, mask1=torch.ones(3)), TypeError, "mask1: expected dtype torch.bool"),
     (
         lambda: feature.match_smnn(A, B, mask2=torch.ones(3) > 0),

@@ -30,6 +30,8 @@ def batched(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor]) -> Tuple[Tensor,
             raise ValueError(
                 f"dm: expected {desc1.size(-2)} x {desc2.size(-2)} distances, got {list(dm.shape)}"
             )
+        if dm.dim() == 3 and dm.size(0) != desc1.size(0):
+            raise ValueError(f"dm: expected desc1's batch of {desc1.size(0)}, got {list(dm.shape)}")
     if desc1.dim() == 2:
         return desc1[None], desc2[None], None if dm is None else dm[None]
     return desc1, desc2, dm

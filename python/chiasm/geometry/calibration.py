@@ -172,8 +172,8 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     camera = K.to(precision).reshape(-1, 3, 3)
     lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
     flat = image.reshape(-1, channels, height, width)
-    for value, name, given in ((camera, "K", K), (lens, "dist", dist)):
-        if value.size(0) != flat.size(0) and value.size(0) != 1:
+    for given, name, own, value in ((K, "K", 2, camera), (dist, "dist", 1, lens)):
+        if given.shape[: given.dim() - own] != image.shape[: image.dim() - 3] and value.size(0) != 1:
             raise ValueError(
                 f"{name}: expected one for each of {flat.size(0)} images, or one for all, got"
                 f" {list(given.shape)}"
