@@ -239,3 +239,18 @@ def test_the_detector_takes_kornia_s_keywords() -> None:
     }.items():
         with pytest.raises(ValueError, match=message):
             feature.ScaleSpaceDetector(**others)
+
+
+def test_scaling_coef_enlarges_the_described_frames() -> None:
+    """Beside Kornia's rule: the descriptor sees frames of `scaling_coef` times the detector's size."""
+    image = torch.rand(1, 1, 64, 80, generator=torch.Generator().manual_seed(3))
+    detect = feature.ScaleSpaceDetector(12, num_octaves=2, mr_size=3.0)
+    describe = feature.LAFDescriptor(torch.nn.Flatten(), 8)
+    lafs, _, valid = detect(image)
+    enlarged, _, still, descriptors = feature.LocalFeature(detect, describe, 2.0)(image)
+    kept = valid[..., None, None]
+    assert still.equal(valid) and enlarged[..., 2].equal(lafs[..., 2])
+    torch.testing.assert_close(enlarged[..., :2], 2.0 * lafs[..., :2])
+    torch.testing.assert_close(descriptors, torch.where(kept[..., 0], describe(image, enlarged), 0.0))
+    with pytest.raises(ValueError, match="scaling_coef: expected a positive number, got 0"):
+        feature.LocalFeature(detect, describe, 0.0)

@@ -15,11 +15,11 @@ from torch import Tensor, nn
 
 from ..color.gray import rgb_to_grayscale
 from ..geometry.transform.pyramid import ScalePyramid
-from ..primitives.core.checks import check_choice, check_image
+from ..primitives.core.checks import check_choice, check_image, check_positive
 from ..primitives.core.modules import Module
 from .adalam import match_adalam
 from .detection import detect_keypoints
-from .laf import get_laf_center
+from .laf import get_laf_center, scale_laf
 from .matching import match_fginn, match_mnn, match_nn, match_smnn, match_snn
 from .patch_modules import DescriptorMatcher
 from .response_modules import response_name
@@ -139,6 +139,7 @@ class LocalFeature(Module):
         detector: ``ScaleSpaceDetector``, or any other module (see above).
         descriptor: ``LAFDescriptor(SiftDescribe())``, ``LAFDescriptor`` of a network, or any other module
             (see above).
+        scaling_coef: positive; frames are this many times as large for the descriptor, and in the result.
 
     ``forward`` takes an image and returns frames (B, K, 2, 3), scores (B, K), valid (B, K) and descriptors
     (B, K, D), zeros where not valid.
@@ -151,10 +152,12 @@ class LocalFeature(Module):
     torch.Size([1, 5, 128])
     """
 
-    def __init__(self, detector: nn.Module, descriptor: nn.Module) -> None:
+    def __init__(self, detector: nn.Module, descriptor: nn.Module, scaling_coef: float = 1.0) -> None:
         super().__init__()
+        check_positive(scaling_coef, "scaling_coef")
         self.detector = detector
         self.descriptor = descriptor
+        self.scaling_coef = float(scaling_coef)
 
     def forward(self, img: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
         return self.described(img)
@@ -162,6 +165,8 @@ class LocalFeature(Module):
     def described(self, img: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
         """``forward``, for a class that goes on from its results."""
         lafs, scores, valid = self.detector(img)
+        if self.scaling_coef != 1.0:
+            lafs = _where(valid, scale_laf(lafs, self.scaling_coef))
         return lafs, scores, valid, _where(valid, self.descriptor(img, lafs))
 
 
