@@ -319,3 +319,5 @@ def test_docstrings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     result = doctest.testmod(importlib.import_module("chiasm.runtime"))
     assert result.attempted > 5 and result.failed == 0
+    result = doctest.testfile(str(ROOT / "docs" / "running.md"), module_relative=False)
+    assert result.attempted > 5 and result.failed == 0

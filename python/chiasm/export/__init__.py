@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .errors import ExportError
     from .manifest import FORMATS, BundleError
     from .pipeline import export
-    from .spec import Frames, Spec, TensorSpec, Tolerance, frame, image
+    from .spec import Frames, Spec, TensorSpec, Tolerance, frame, image, like
 
 __all__ = [
     "FORMATS",
@@ -26,6 +26,7 @@ __all__ = [
     "export",
     "frame",
     "image",
+    "like",
 ]
 
 _HOMES = {"BundleError": "manifest", "ExportError": "errors", "FORMATS": "manifest", "export": "pipeline"}
