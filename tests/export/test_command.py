@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -18,6 +19,7 @@ import pytest
 from click.testing import CliRunner
 
 from chiasm.export import ExportError, cli
+from chiasm.export import bundle as bundle_module
 from chiasm.export.bundle import Writer, clean_up
 from chiasm.export.cli import main
 from chiasm.export.manifest import sha256
@@ -149,6 +151,7 @@ def test_an_interrupt_or_another_export_between_two_steps_loses_no_bundle(
             monkeypatch.setattr(os, "rename", rename)
             writer.write(tmp_path)
 
+    monkeypatch.setattr(bundle_module, "_exchanged", lambda *_: False)  # as some file systems
     for step, expected in ((interrupted, pytest.raises(KeyboardInterrupt)), (overtaken, nullcontext())):
         monkeypatch.setattr(os, "rename", step)
         with expected:
@@ -156,6 +159,28 @@ def test_an_interrupt_or_another_export_between_two_steps_loses_no_bundle(
         monkeypatch.setattr(os, "rename", rename)
         assert [p.name for p in tmp_path.iterdir()] == [there.name]
         assert sorted(p.name for p in there.iterdir()) == sorted(files)
+
+
+def test_a_bundle_is_there_while_it_is_replaced(light: Folder, tmp_path: Path) -> None:
+    files = {p.name: p.read_bytes() for p in light("filters.sobel").iterdir()}
+    writer = Writer(json.loads(files["manifest.json"]), files)
+    manifest = writer.write(tmp_path) / "manifest.json"
+    missing, over = 0, threading.Event()
+
+    def look() -> None:
+        nonlocal missing
+        while not over.is_set():
+            missing += not manifest.exists()
+
+    reader = threading.Thread(target=look)
+    reader.start()
+    try:
+        for _ in range(100):
+            writer.write(tmp_path)
+    finally:
+        over.set()
+        reader.join()
+    assert missing == 0 and [p.name for p in tmp_path.iterdir()] == [manifest.parent.name]
 
 
 def test_what_an_ended_process_was_writing_is_removed_and_what_it_had_moved_away_put_back(

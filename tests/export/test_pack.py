@@ -121,6 +121,24 @@ def test_native_code_names_the_glibc(bundles: list[Path], tmp_path: Path) -> Non
     assert wheel.name.startswith("chiasm_bundles_colors-0.1.0-py3-none-manylinux_2_34_")
 
 
+def test_native_code_names_its_machines(bundles: list[Path], tmp_path: Path) -> None:
+    bundle = tmp_path / "bundle"
+    bundle.mkdir()
+    for file in bundles[0].iterdir():
+        (bundle / file.name).write_bytes(file.read_bytes())
+    manifest = json.loads((bundle / "manifest.json").read_text())
+    artifacts = manifest["methods"]["forward"]["artifacts"]
+    native = dict(artifacts[0]) | {"format": "native", "backend": "native"}
+    artifacts.append(native | {"isa": "armv8.2-a", "glibc": "2.36"})
+    artifacts.append(native | {"isa": "x86-64-v3", "glibc": "2.34"})
+    (bundle / "manifest.json").write_text(json.dumps(manifest))
+    wheel, _ = pack("colors", [bundle], tmp_path)
+    assert wheel.name.endswith("-py3-none-manylinux_2_36_aarch64.manylinux_2_34_x86_64.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        tags = archive.read("chiasm_bundles_colors-0.1.0.dist-info/WHEEL").decode().splitlines()[-2:]
+    assert tags == ["Tag: py3-none-manylinux_2_36_aarch64", "Tag: py3-none-manylinux_2_34_x86_64"]
+
+
 def test_refusals(bundles: list[Path], tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="'Colors'"):
         pack("Colors", bundles, tmp_path)

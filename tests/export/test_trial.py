@@ -3,7 +3,9 @@ one."""
 
 from __future__ import annotations
 
+import json
 import os
+import selectors
 import signal
 from pathlib import Path
 
@@ -117,6 +119,39 @@ def test_code_that_ends_its_process_does_not_end_the_export(
     assert words in str(refused.value)
     monkeypatch.undo()
     assert export(doubled, Spec("trial.doubled", [image()]), tmp_path / "out", formats=["onnx"]).is_dir()
+
+
+def tripled(input: Tensor) -> Tensor:
+    return input * 3.0
+
+
+def test_an_answer_that_comes_late_is_nobodys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = export(doubled, Spec("trial.doubled", [image()]), tmp_path, formats=["onnx"])
+    second = export(tripled, Spec("trial.tripled", [image()]), tmp_path, formats=["torchscript"])
+
+    def interrupted(*_: object) -> list[object]:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(selectors.DefaultSelector, "select", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            trial._Process.of_this().rows(first, "onnx")
+    rows = trial._Process.of_this().rows(second, "torch")
+    assert {row["artifact"] for row in rows} == {"forward.pt"}
+
+
+def test_the_working_folder_holds_no_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "json.py").write_text("raise SystemExit(3)\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(trial._Process, "_kept", None)
+    assert export(doubled, Spec("trial.doubled", [image()]), tmp_path, formats=["onnx"]).is_dir()
+
+
+def test_what_is_asked_for_twice_is_made_once(tmp_path: Path) -> None:
+    spec = Spec("trial.doubled", [image()], gradients=())
+    made = export(doubled, spec, tmp_path, formats=["native", "native"], isas=["x86-64-v3"] * 2)
+    artifacts = json.loads((made / "manifest.json").read_text())["methods"]["forward"]["artifacts"]
+    assert len({a["file"] for a in artifacts}) == len(artifacts)
 
 
 def test_a_policy_of_the_exporters_process_is_not_that_of_the_trial(

@@ -5,7 +5,6 @@ earlier run."""
 
 from __future__ import annotations
 
-import ctypes
 import fcntl
 import hashlib
 import json
@@ -22,7 +21,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from ..export.ending import ENDING, delayed
+from ..export.ending import ENDING, delayed, end_with
 from ..export.files import naming, read_regular, write_whole
 from ..export.text import one_line
 from .errors import DataError
@@ -33,8 +32,6 @@ from .shards import Shard, write
 JOB = "_chiasm_map.json"
 #: The most bytes of its file.
 _MOST_OF_JOB = 1 << 20
-#: An option of prctl: the signal that a process gets when its parent dies.
-_PR_SET_PDEATHSIG = 1
 
 #: Called on progress: with the finished shard, if any, and its error, if it failed; and with the rows and the
 #: bad rows since the last call.
@@ -182,9 +179,7 @@ def _expect_alive(call: Callable[..., Any], *arguments: Any) -> Any:
 def _serve(connection: Connection, parent: int, folder: Path) -> None:
     """Write the shards that come through a connection after their Map, until it is closed. A worker, which
     ends with its parent."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(1)  # the parent died before that
+    end_with(parent)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
 
     def count(rows: int, bad: int) -> None:

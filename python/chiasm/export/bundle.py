@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import json
 import os
@@ -105,14 +106,17 @@ class Writer:
                 " changed"
             ) from error
         finally:
-            if made is not None:
+            if made is not None and (target.exists() or not (made / "old").exists()):
                 shutil.rmtree(made, ignore_errors=True)
         return target
 
 
 def _replace(target: Path, new: Path, old: Path) -> None:
-    """Put the folder `new` at `target`; what was there moves to `old`, and comes back if that fails."""
+    """Put the folder `new` at `target`. What was there is at `new` afterwards; where the file system cannot
+    exchange two folders in one step, it moves to `old`, and comes back if that fails."""
     for attempt in range(10):  # another export may move its own bundle there between two steps
+        if _exchanged(new, target):
+            return
         moved = old.with_name(f"{old.name}{attempt or ''}")
         with suppress(FileNotFoundError):
             os.rename(target, moved)
@@ -124,6 +128,13 @@ def _replace(target: Path, new: Path, old: Path) -> None:
                 if moved.exists() and not target.exists():
                     os.rename(moved, target)
                 raise
+
+
+def _exchanged(a: Path, b: Path) -> bool:
+    """Exchange two folders in one step. False if one does not exist, or the file system cannot do it."""
+    at_working_folder, exchange = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+    libc = ctypes.CDLL(None)
+    return libc.renameat2(at_working_folder, os.fsencode(a), at_working_folder, os.fsencode(b), exchange) == 0
 
 
 def _writing(process: int) -> str:

@@ -75,6 +75,16 @@ def delayed() -> Generator[None]:
             signal.raise_signal(number)
 
 
+def end_with(parent: int) -> None:
+    """End this process, a child of `parent`, as soon as that ends."""
+    import ctypes
+
+    set_signal_at_parents_end = 1  # PR_SET_PDEATHSIG
+    ctypes.CDLL(None).prctl(set_signal_at_parents_end, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)  # the parent ended before that
+
+
 @contextmanager
 def ended() -> Generator[None]:
     """An interrupt of the block, a signal to end, or a failed write becomes one line on stderr and an exit

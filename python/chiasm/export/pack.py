@@ -10,12 +10,11 @@ import base64
 import hashlib
 import io
 import os
-import platform
 import re
 import time
 import zipfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from ..packs import GROUP, SUFFIX
 from .dates import given_time
 from .errors import ExportError
 from .files import MOST_OF_FILE, naming, read_regular
+from .isas import ISAS
 from .manifest import BundleError, read_inside, read_manifest
 from .signing import check_files
 
@@ -51,15 +51,17 @@ def pack(name: str, bundles: Sequence[Path], output: Path, version: str = __vers
     files: dict[str, bytes] = {
         f"{distribution}/__init__.py": f'"""Bundles of chiasm: {len(bundles)} ops."""\n'.encode()
     }
-    glibc: set[tuple[int, int]] = set()
+    glibc: dict[str, tuple[int, int]] = {}
     for bundle in bundles:
         manifest = read_manifest(bundle)
         folder = f"{distribution}/{manifest['name']}{SUFFIX}"
         if f"{folder}/manifest.json" in files:
             raise ExportError(f"pack: {bundle}: there is another bundle of {manifest['name']}")
         files.update(_contents(bundle, manifest, folder))
-        glibc |= _glibcs(manifest)
-    platform_tag = f"manylinux_{'_'.join(map(str, max(glibc)))}_{platform.machine()}" if glibc else "any"
+        for machine, version_of_one in _glibcs(manifest):
+            glibc[machine] = max(glibc.get(machine, (0, 0)), version_of_one)
+    platforms = [f"manylinux_{major}_{minor}_{machine}" for machine, (major, minor) in sorted(glibc.items())]
+    tags = platforms or ["any"]
     info = f"{distribution}-{version}.dist-info"
     files |= {
         f"{info}/METADATA": (
@@ -68,12 +70,13 @@ def pack(name: str, bundles: Sequence[Path], output: Path, version: str = __vers
         ).encode(),
         f"{info}/WHEEL": (
             f"Wheel-Version: 1.0\nGenerator: chiasm {__version__}\n"
-            f"Root-Is-Purelib: {str(not glibc).lower()}\nTag: py3-none-{platform_tag}\n"
+            f"Root-Is-Purelib: {str(not glibc).lower()}\n"
+            + "".join(f"Tag: py3-none-{tag}\n" for tag in tags)
         ).encode(),
         f"{info}/entry_points.txt": f"[{GROUP}]\n{name} = {distribution}\n".encode(),
     }
     record = _record(files, f"{info}/RECORD")
-    target = output / f"{distribution}-{version}-py3-none-{platform_tag}.whl"
+    target = output / f"{distribution}-{version}-py3-none-{'.'.join(tags)}.whl"
     if _holds(target, f"{info}/RECORD", record):
         return target, False
     output.mkdir(parents=True, exist_ok=True)
@@ -91,15 +94,14 @@ def _contents(bundle: Path, manifest: dict[str, Any], folder: str) -> dict[str, 
         raise BundleError(f"{error.filename}: {error.strerror}") from error
 
 
-def _glibcs(manifest: dict[str, Any]) -> set[tuple[int, int]]:
-    """The versions of glibc that the native code needs."""
-    found: set[tuple[int, int]] = set()
+def _glibcs(manifest: dict[str, Any]) -> Iterator[tuple[str, tuple[int, int]]]:
+    """The machines that native code is for, and the versions of glibc that it needs."""
     for method in manifest["methods"].values():
         for artifact in method["artifacts"]:
             if "glibc" in artifact:
                 major, minor = artifact["glibc"].split(".")
-                found.add((int(major), int(minor)))
-    return found
+                machine = "x86_64" if "sm" in artifact else ISAS[artifact["isa"]].machine
+                yield machine, (int(major), int(minor))
 
 
 def _record(files: dict[str, bytes], own: str) -> bytes:

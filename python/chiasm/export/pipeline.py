@@ -77,7 +77,8 @@ def export(
     check_call(fn, spec, path, formats, isas, METHODS if methods is None else methods)
     with preserved(fn):
         op = bind_spec(fn, spec)
-        with closing(ExportJob(fn, spec, formats, isas, methods, progress, op)) as job:
+        once = tuple(dict.fromkeys(formats)), tuple(dict.fromkeys(isas))
+        with closing(ExportJob(fn, spec, *once, methods, progress, op)) as job:
             check(job)
             derive(job)
             describe(job)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import ctypes
 import multiprocessing
 import os
 import signal
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from collections import deque
+from collections.abc import Generator, Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple
 
 import click
 from rich.markup import escape
@@ -22,13 +23,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ..packs import SUFFIX
 from .command import collect_seldom
 from .console import console
+from .ending import end_with
 from .errors import ExportError
 from .manifest import FORMATS, METHODS
 from .text import one_line, plain
 
-#: An option of prctl: the signal that a process gets when its parent dies.
-_PR_SET_PDEATHSIG = 1
-_Result = TypeVar("_Result")
+#: An op's name, and the seconds of its export or its error.
+_Outcome = tuple[str, float | BaseException]
 
 
 class Wanted(NamedTuple):
@@ -59,43 +60,26 @@ def export_all(ops: Sequence[Wanted], output: Path, jobs: int = 1) -> None:
     started = time.monotonic()
     failures: dict[str, str] = {}
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    # Workers are spawned, not forked: torch's threads do not survive a fork. A single op is exported in this
-    # process: a worker would import torch again.
-    context = multiprocessing.get_context("spawn")
-    scratch = tempfile.TemporaryDirectory(prefix="chiasm-export-", ignore_cleanup_errors=True)
-    workers = (
-        ProcessPoolExecutor(
-            min(jobs, len(ops)), mp_context=context, initializer=_worker, initargs=(scratch.name,)
-        )
-        if len(ops) > 1
-        else _Here()
-    )
-    with scratch, Progress(*columns, console=console) as progress, workers as pool:
+    # A single op is exported in this process: a worker would import torch again.
+    outcomes = _by_workers(ops, output, jobs) if len(ops) > 1 else _here(ops, output)
+    with Progress(*columns, console=console) as progress, closing(outcomes):
         task = progress.add_task("exporting", total=len(ops))
-        pending = {pool.submit(export_entry, op, output): op.name for op in ops}
-        try:
-            for done in as_completed(pending):
-                name = pending[done]
-                try:
-                    seconds = done.result()
-                    console.print(
-                        f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False
-                    )
-                except Exception as error:  # one op's failure, of whatever kind, does not stop the others
-                    failures[name] = _failure(name, error)
-                    if len(ops) > 1:
-                        console.print(f"[red]failed[/] {escape(failures[name])}", highlight=False)
-                progress.update(task, advance=1, description=name)
-        except KeyboardInterrupt:
-            _stop(pool, output)
-            raise
+        for name, outcome in outcomes:
+            if isinstance(outcome, BaseException):
+                failures[name] = _failure(name, outcome)
+                if len(ops) > 1:
+                    console.print(f"[red]failed[/] {escape(failures[name])}", highlight=False)
+            else:
+                console.print(f"[green]exported[/] {name}{SUFFIX} [dim]{outcome:.1f} s[/]", highlight=False)
+            progress.update(task, advance=1, description=name)
     if failures:
         # once more: hundreds of lines may have been printed since
         many = [f"{len(failures)} of {len(ops)} ops failed: {', '.join(failures)}"] if len(ops) > 1 else []
         raise ExportError("\n".join([*many, *failures.values()]))
+    folder = one_line(output)
     click.echo(
-        f"{len(ops)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify"
-        f" {output}/*{SUFFIX}"
+        f"{len(ops)} bundles in {folder}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify"
+        f" {folder}/*{SUFFIX}"
     )
 
 
@@ -109,42 +93,100 @@ def _expect_writable(folder: Path) -> None:
         raise ExportError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from error
 
 
-class _Here(Executor):
-    """Runs tasks in this process, immediately."""
-
-    def submit(self, fn: Callable[..., _Result], /, *args: Any, **kwargs: Any) -> Future[_Result]:
-        done = Future[_Result]()
+def _here(ops: Sequence[Wanted], output: Path) -> Generator[_Outcome]:
+    for op in ops:
         try:
-            done.set_result(fn(*args, **kwargs))
+            yield op.name, export_entry(op, output)
         except Exception as error:
-            done.set_exception(error)
-        return done
+            yield op.name, error
 
 
-def _worker(scratch: str) -> None:
-    """Start a session for the worker and its compilers: the parent handles interrupts, and ends them all."""
+def _by_workers(ops: Sequence[Wanted], output: Path, jobs: int) -> Generator[_Outcome]:
+    """Export ops in processes. One op's failure, of whatever kind, does not stop the others: if a worker is
+    killed, those that were in work are exported again, one at a time, and only the one that is killed alone
+    fails."""
+    waiting, suspects = deque(ops), deque[Wanted]()
+    while waiting or suspects:
+        queue = suspects or waiting
+        in_work: dict[Future[float], Wanted] = {}
+        with _Workers(1 if suspects else min(jobs, len(waiting)), output) as workers:
+            while (queue or in_work) and not workers.broken:
+                while queue and len(in_work) < workers.count and not workers.broken:
+                    op = queue.popleft()
+                    in_work[workers.submit(op)] = op
+                for ended in wait(in_work, return_when=FIRST_COMPLETED).done:
+                    error = ended.exception()
+                    if isinstance(error, BrokenProcessPool):
+                        workers.broken = True
+                    else:
+                        yield in_work.pop(ended).name, error or ended.result()
+        if workers.count > 1:
+            suspects.extend(in_work.values())
+        else:
+            for op in in_work.values():
+                yield op.name, BrokenProcessPool()
+
+
+class _Workers:
+    """Processes that export ops. When the block is left early, they are killed (an op's code might catch an
+    exception), and what they were writing is removed."""
+
+    def __init__(self, count: int, output: Path) -> None:
+        self.count, self._output = count, output
+        #: Whether a worker was killed, after which none takes an op.
+        self.broken = False
+        self._ids: set[int] = set()
+        self._scratch = tempfile.TemporaryDirectory(prefix="chiasm-export-", ignore_cleanup_errors=True)
+        # Workers are spawned, not forked: torch's threads do not survive a fork.
+        self._pool = ProcessPoolExecutor(
+            count,
+            mp_context=multiprocessing.get_context("spawn"),
+            initializer=_begin,
+            initargs=(self._scratch.name, os.getpid()),
+        )
+
+    def submit(self, op: Wanted) -> Future[float]:
+        try:
+            task = self._pool.submit(export_entry, op, self._output)
+        except BrokenProcessPool as error:
+            task = Future[float]()
+            task.set_exception(error)
+        self._ids |= {worker.pid for worker in multiprocessing.active_children() if worker.pid is not None}
+        return task
+
+    def __enter__(self) -> _Workers:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None or self.broken:
+            self._kill()
+        self._pool.shutdown(cancel_futures=True)
+        self._scratch.cleanup()
+
+    def _kill(self) -> None:
+        from .bundle import clean_up
+
+        alive = {worker.pid for worker in multiprocessing.active_children()}
+        for process in self._ids:
+            try:
+                os.killpg(process, signal.SIGKILL)  # its compilers too, which outlive a worker
+            except ProcessLookupError:
+                if process in alive:  # the worker has no session yet
+                    os.kill(process, signal.SIGKILL)
+        for process in self._ids:
+            clean_up(self._output, process)
+
+
+def _begin(scratch: str, parent: int) -> None:
+    """Start a session for the worker and its compilers, which ends with the parent: that handles interrupts,
+    and ends them all."""
     os.setsid()
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    end_with(parent)
     os.environ["TMPDIR"] = tempfile.tempdir = scratch
     collect_seldom()
 
 
-def _stop(pool: Executor, output: Path) -> None:
-    """Kill the workers (an op's code might catch an exception), and remove what they were writing."""
-    from .bundle import clean_up
-
-    ids = [worker.pid for worker in multiprocessing.active_children() if worker.pid is not None]
-    for process in ids:
-        try:
-            os.killpg(process, signal.SIGKILL)
-        except ProcessLookupError:  # the worker has no session yet
-            os.kill(process, signal.SIGKILL)
-    pool.shutdown(cancel_futures=True)
-    for process in ids:
-        clean_up(output, process)
-
-
-def _failure(name: str, error: Exception) -> str:
+def _failure(name: str, error: BaseException) -> str:
     if isinstance(error, ExportError):
         return plain(str(error))
     if isinstance(error, BrokenProcessPool):

@@ -14,6 +14,7 @@ import selectors
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -148,19 +149,31 @@ class _Process:
 
     def __init__(self) -> None:
         self._parent = os.getpid()
+        self._one_at_a_time = threading.Lock()
         environment = {k: v for k, v in os.environ.items() if not k.startswith("CHIASM_TRUST")}
         environment["PYTHONPATH"] = os.pathsep.join(p for p in sys.path if p)
         self._process = subprocess.Popen(
-            [sys.executable, "-c", _PROCESS.read_text()],
+            [sys.executable, "-c", _PROCESS.read_text(), str(self._parent)],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            start_new_session=True,  # the export handles an interrupt, and ends the process
+            start_new_session=True,  # an interrupt does not reach it: it ends with this process
         )
 
     def rows(self, bundle: Path, backend: str) -> list[dict[str, Any]]:
         """The rows of a bundle's self-test on a backend."""
+        with self._one_at_a_time:
+            try:
+                answer = self._answer(bundle, backend)
+            except BaseException:
+                self.end()  # an answer that comes late is nobody's
+                raise
+        if "error" in answer:
+            raise ExportError(f"{bundle.name}: {answer['error']}")
+        return answer["rows"]
+
+    def _answer(self, bundle: Path, backend: str) -> dict[str, Any]:
         assert self._process.stdin is not None and self._process.stdout is not None
         request = json.dumps({"bundle": str(bundle.resolve()), "backend": backend})
         try:
@@ -169,7 +182,6 @@ class _Process:
             with selectors.DefaultSelector() as selector:
                 selector.register(self._process.stdout, selectors.EVENT_READ)
                 if not selector.select(_MOST_SECONDS):
-                    self.end()
                     raise _Ended(f"did not end in {_MOST_SECONDS} s")
             line = self._process.stdout.readline()
         except BrokenPipeError:
@@ -177,10 +189,7 @@ class _Process:
         if not line:
             code = self._process.wait()
             raise _Ended(f"ended their process ({f'signal {-code}' if code < 0 else f'status {code}'})")
-        answer = json.loads(line)
-        if "error" in answer:
-            raise ExportError(f"{bundle.name}: {answer['error']}")
-        return answer["rows"]
+        return json.loads(line)
 
     def end(self) -> None:
         if self._parent == os.getpid():

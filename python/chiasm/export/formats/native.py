@@ -41,7 +41,17 @@ from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
 from . import compiler
 from .compiler import HEADERS, Build
-from .native_cache import NativeArtifact, cache_folder, keep, kept, key, missing_symbols, operators, zipped
+from .native_cache import (
+    NativeArtifact,
+    entry_of,
+    keep,
+    keep_reason,
+    kept,
+    missing_symbols,
+    operators,
+    reason,
+    zipped,
+)
 from .native_sums import sum_in_steps
 from .networks import use_kernels
 from .selections import refuse_negative, select_by_tensors
@@ -134,14 +144,14 @@ def to_native(
         if not gradient:
             use_kernels(source)
         sum_in_steps(source)
-    entry = cache_folder() / "native" / f"{key(source, spec, isa, signature, gradient)}.pt2"
-    if kept(entry):
-        return NativeCode(spec, isa, entry, None, program)
-    try:
-        build = _begin(source, spec, isa, signature, compilers, gradient)
-    except OSError as error:
-        raise explain(spec.name, f"native code ({isa})", error) from error
-    return NativeCode(spec, isa, entry, build, program)
+    entry = entry_of(source, spec, isa, signature, gradient)
+    build = None
+    if not kept(entry) and not reason(entry):
+        try:
+            build = _begin(source, spec, isa, signature, compilers, gradient)
+        except OSError as error:
+            raise explain(spec.name, f"native code ({isa})", error) from error
+    return NativeCode(spec, isa, signature, gradient, entry, build, program, compilers)
 
 
 @dataclass
@@ -150,29 +160,35 @@ class NativeCode:
 
     spec: Spec
     isa: str
+    signature: str
+    gradient: bool
     entry: Path
     build: Build | None
     program: Callable[[str], ExportedProgram]
+    compilers: Executor
 
     def artifact(self) -> NativeArtifact:
         """The code, which is in the cache from then on."""
-        if artifact := kept(self.entry):
-            return artifact
-        if self.build is None:
-            raise ExportError(f"{self.entry}: was removed while it was needed: export again")
-        artifact = self._linked(self.build)
-        keep(self.entry, artifact)
-        return artifact
+        if data := kept(self.entry):
+            return NativeArtifact(data, needs_libtorch=False)
+        why = reason(self.entry)
+        if not why:
+            if self.build is None:
+                raise ExportError(f"{self.entry}: was removed while it was needed: export again")
+            try:
+                code = self.build.library()
+            except Exception as error:
+                raise explain(self.spec.name, f"native code ({self.isa})", error) from error
+            missing = missing_symbols(code)
+            if not missing:
+                data = zipped({"chiasm/op.so": code})
+                keep(self.entry, data)
+                return NativeArtifact(data, needs_libtorch=False)
+            why = f"libtorch's {', '.join(missing)}"
+            keep_reason(self.entry, why)
+        return NativeArtifact(self._with_libtorch(why), needs_libtorch=True, why=why)
 
-    def _linked(self, build: Build) -> NativeArtifact:
-        try:
-            code = build.library()
-        except Exception as error:
-            raise explain(self.spec.name, f"native code ({self.isa})", error) from error
-        missing = missing_symbols(code)
-        if not missing:
-            return NativeArtifact(zipped({"chiasm/op.so": code}), needs_libtorch=False)
-        why = f"libtorch's {', '.join(missing)}"
+    def _with_libtorch(self, why: str) -> bytes:
         if ISAS[self.isa].sm:
             raise ExportError(
                 f"{self.spec.name}: native code ({self.isa}) needs {why}: export it without --isa {self.isa}"
@@ -182,11 +198,15 @@ class NativeCode:
                 f"{self.spec.name}: native code ({self.isa}) needs {why}, which is here for"
                 f" {platform.machine()} alone: export it without --isa {self.isa}"
             )
-        with closing(Build(build.compilers, at_once=True)) as whole:
-            program = refuse_negative(select_by_tensors(self.program("vjp"), self.spec.name))
-            sum_in_steps(program)
-            package = _inductor(program, self.spec, self.isa, _ONE_THREAD, whole)
-        return NativeArtifact(_repack(package), needs_libtorch=True, why=why)
+        program = refuse_negative(select_by_tensors(self.program("vjp"), self.spec.name))
+        sum_in_steps(program)
+        entry = entry_of(program, self.spec, self.isa, self.signature, self.gradient)
+        if data := kept(entry):
+            return data
+        with closing(Build(self.compilers, at_once=True)) as whole:
+            data = _repack(_inductor(program, self.spec, self.isa, _ONE_THREAD, whole))
+        keep(entry, data)
+        return data
 
     def close(self) -> None:
         if self.build is not None:

@@ -67,38 +67,49 @@ def _not_kept(path: Path, error: OSError) -> ExportError:
     )
 
 
-def kept(entry: Path) -> NativeArtifact | None:
-    """The artifact with this name in the cache; None if it is missing or damaged."""
+def kept(entry: Path) -> bytes | None:
+    """The compiled code with this name in the cache; None if it is missing or damaged."""
     try:
         data = read_regular(entry, MOST_OF_FILE)
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            names = archive.namelist()
-            if data != zipped({name: archive.read(name) for name in names}):
-                return None
-        if "chiasm/op.so" in names:
-            return NativeArtifact(data, needs_libtorch=False)
-        return NativeArtifact(data, True, read_regular(_why(entry), MOST_OF_FILE).decode())
+            whole = data == zipped({name: archive.read(name) for name in archive.namelist()})
+        return data if whole else None
     except Exception:  # a damaged archive raises many kinds of exceptions
         return None
 
 
+def reason(entry: Path) -> str:
+    """Why the code with this name needs libtorch, and so is in the cache by the name of another program; ""
+    if that is not known."""
+    try:
+        return read_regular(_why(entry), MOST_OF_FILE).decode()
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
 def _why(entry: Path) -> Path:
-    """The file next to an artifact with the reason why it needs libtorch."""
     return entry.with_suffix(".why")
 
 
-def keep(entry: Path, artifact: NativeArtifact) -> None:
-    """Write an artifact into the cache."""
+def keep_reason(entry: Path, why: str) -> None:
+    """Write the reason why code needs libtorch into the cache."""
+    keep(_why(entry), why.encode())
+
+
+def keep(entry: Path, data: bytes) -> None:
+    """Write compiled code into the cache."""
     try:
         entry.parent.mkdir(parents=True, exist_ok=True)
         if entry.is_dir():
             shutil.rmtree(entry)
-        # Renamed when whole: two exports at once leave one file
-        if artifact.why:
-            write_whole(_why(entry), artifact.why.encode())
-        write_whole(entry, artifact.data)
+        write_whole(entry, data)  # renamed when whole: two exports at once leave one file
     except OSError as error:
         raise _not_kept(entry.parent, error) from error
+
+
+def entry_of(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradient: bool) -> Path:
+    """The file of a program's compiled code in the cache."""
+    return cache_folder() / "native" / f"{key(program, spec, isa, signature, gradient)}.pt2"
 
 
 def key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradient: bool) -> str:
