@@ -8,12 +8,13 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=$PWD/.deps/aarch64 python=$(.venv/bin/python -c 'import sys; print("python%d.%d" % sys.version_info[:2])')
 
-# fetch MADE PACKAGE...: fetch the packages unless the file MADE exists
+# fetch MADE PACKAGE...: fetch the packages, of which one holds the file MADE, unless all of them are there
 fetch() {
-  local made=$folder/$1 work
+  local made=$folder/$1 all=$folder/.${1##*/}.complete
   shift
-  [ -e "$made" ] && return
+  [ -e "$all" ] && return
   work=$(mktemp -d)
+  trap 'rm -rf "$work"' EXIT
   mkdir -p "$folder" "$work/lists/partial" "$work/cache/archives/partial"
   cp /var/lib/dpkg/status "$work/status"
   of_arm64() {
@@ -25,6 +26,7 @@ fetch() {
   (cd "$work" && of_arm64 download "$@" && for package in *.deb; do dpkg -x "$package" "$folder"; done)
   rm -rf "$work"
   [ -e "$made" ] || { echo "aarch64.sh: $* have no ${made#"$folder"/}" >&2 && exit 1; }
+  touch "$all"
 }
 
 fetch usr/lib/aarch64-linux-gnu/libsodium.a libsodium-dev

@@ -23,5 +23,6 @@ apt=(-qq -o Dir::Etc::sourcelist="$work/debian.${sources##*.}" -o Dir::Etc::sour
   -o Dir::State::Lists="$work/lists" -o Dir::Cache="$work/cache" -o APT::Sandbox::User=root)
 apt-get "${apt[@]}" update
 (cd "$work" && apt-get "${apt[@]}" download libonnxruntime-dev && dpkg -x libonnxruntime-dev_*.deb tree)
-rm -rf "$root/include"
-cp -r "$work/tree/usr/include/onnxruntime" "$root/include"
+rm -rf "$root/include" "$root/include.part"
+cp -r "$work/tree/usr/include/onnxruntime" "$root/include.part"
+mv "$root/include.part" "$root/include" # whole, or not at all

@@ -6,6 +6,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=$1
 export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || echo 1750000000)}
-for family in $(find "$folder" -maxdepth 1 -name '*.chiasm' -printf '%f\n' | cut -d. -f1 | sort -u); do
+families=$(find "$folder" -maxdepth 1 -name '*.chiasm' -printf '%f\n' | cut -d. -f1 | sort -u)
+[ -n "$families" ] || { echo "packs.sh: $folder: expected a folder of bundles, found none in it" >&2 && exit 1; }
+for family in $families; do
   PYTHONPATH=python .venv/bin/python -m chiasm.export pack "$family" "$folder/$family".*.chiasm -o "${DIST:-dist}"
 done

@@ -28,14 +28,15 @@ debian_packages() {
 if "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null; then
   debian_packages &
   debian=$!
+  trap 'wait "$debian" || true' EXIT # not to leave dpkg locked when Python's part fails
 else
   debian_packages
   debian=
 fi
 
-if [ ! -x .venv/bin/python ]; then
+if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then # there is none, or only a part of one
   say "making .venv with $("$PYTHON" --version)"
-  "$PYTHON" -m venv .venv
+  "$PYTHON" -m venv --clear .venv
 fi
 want=$(cat requirements.txt tools/uv.txt | sha256sum | cut -d' ' -f1)
 if [ "$(cat .venv/.requirements 2>/dev/null)" != "$want" ]; then
@@ -49,6 +50,7 @@ fi
 site=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 echo "$PWD/python" > "$site/chiasm-source.pth"
 
+trap - EXIT
 if [ -n "$debian" ] && ! wait "$debian"; then
   say "the Debian packages could not be installed"
   exit 1

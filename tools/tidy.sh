@@ -22,14 +22,13 @@ END
 # g++'s omp.h, which clang reads without the arguments of an attribute
 ln -sf "$(g++ -print-file-name=include/omp.h)" build/tidy/omp.h
 chosen() { .venv/bin/python tests/changes.py "$1"; }
+# Not by a process substitution, whose failure would leave nothing to check.
+{ grep -v ^runtime/artifact/ build/tidy/sources | chosen 3; grep ^runtime/artifact/ build/tidy/sources | chosen 10; } >build/tidy/chosen
 pending=()
 while IFS= read -r source; do
   key=build/tidy/$(sha256sum <<<"$source $headers $(sha256sum <"$source")" | cut -d' ' -f1)
   [ -e "$key" ] || pending+=("$source" "$key")
-done < <(
-  grep -v ^runtime/artifact/ build/tidy/sources | chosen 3
-  grep ^runtime/artifact/ build/tidy/sources | chosen 10
-)
+done <build/tidy/chosen
 [ ${#pending[@]} -gt 0 ] || exit 0
 printf '%s\n' "${pending[@]}" | xargs -P "$(nproc)" -n 2 bash -c '
   openmp=(--extra-arg=-isystem"$PWD/build/tidy" "--extra-arg=-D__malloc__(...)=")

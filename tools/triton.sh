@@ -26,11 +26,13 @@ headers() {
   : > "$work/none.rs"
   timeout 300 cargo fetch --quiet --target "$(uname -m)-unknown-linux-gnu" --manifest-path "$work/Cargo.toml" ||
     without "cargo could not fetch the crate triton-sys $version"
+  # Each of cargo's registries has a folder
   for crate in "${CARGO_HOME:-$HOME/.cargo}"/registry/cache/*/"triton-sys-$version.crate"; do
     echo "$sha256  $crate" | sha256sum --check --status && break
     echo "tools/triton.sh: $crate is not the crate that was looked at: expected SHA-256 $sha256"
-    exit 1
+    crate=
   done
+  [ -n "$crate" ] || exit 1
   tar -xzf "$crate" -C "$work" "triton-sys-$version/deps/core/include" "triton-sys-$version/deps/core/LICENSE"
   rm -rf "$folder"
   mkdir -p .deps

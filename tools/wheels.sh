@@ -74,7 +74,7 @@ for path in tomllib.load(open("pyproject.toml", "rb"))["tool"]["scikit-build"]["
       mkdir -p $staged/chiasm
       cp packaging/export/pyproject.toml LICENSE $staged
       # Without the precompiled headers: 280 MB, usable only in this source tree
-      (cd python/chiasm && find artifact \( -name '*.a' -o -path 'artifact/*include/*' -type f -o -name symbols.map \) -exec cp --parents {} "../../$staged/chiasm" \;)
+      (cd python/chiasm && find artifact \( -name '*.a' -o -path 'artifact/*include/*' -type f -o -name symbols.map \) -exec cp --parents -t "../../$staged/chiasm" {} +)
       build "${PYTHONS%% *}" ./$staged
       glibc=$(ldd --version | sed -nE '1s/.* ([0-9]+)\.([0-9]+)$/\1_\2/p')
       "$tool/python" -m wheel tags --remove --platform-tag "manylinux_${glibc}_$(uname -m)" "$fresh"/*.whl >/dev/null

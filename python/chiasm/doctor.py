@@ -156,7 +156,11 @@ def _exporting() -> Iterator[str]:
 
 
 def _bundles() -> Iterator[str]:
-    found = packs.packs()
+    try:
+        found = packs.packs()
+    except OSError as error:  # of another package that is damaged
+        yield f"bundles    {error}"
+        return
     for pack in found:
         yield f"bundles    {pack.distribution} {pack.version}: {len(pack.bundles())} in {pack.folder}"
     if not found:

@@ -56,6 +56,14 @@ def test_joints_name_what_goes_where() -> None:
         np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
+def test_an_output_goes_to_several_inputs() -> None:
+    one = model("one (float[N] x) => (float[N] y) { y = Neg(x) }")
+    two = model("two (float[N] a, float[N] b) => (float[N] s) { s = Mul(a, b) }")
+    x = RANDOM.random(4, np.float32)
+    (found,) = chiasm.onnx.ONNXSequential(one, two, io_maps=[iter([("y", "a"), ("y", "b")])])(x)
+    np.testing.assert_allclose(found, x * x, rtol=1e-6)
+
+
 @pytest.mark.filterwarnings("ignore:.*runs as standard operators")
 def test_bundles_stand_anywhere(light: Callable[[str], Path]) -> None:
     sobel, relu = light("filters.sobel"), images("limit", "output = Sqrt(input)")
@@ -88,7 +96,11 @@ def test_what_is_refused(tmp_path: Path) -> None:
     sequential = chiasm.onnx.ONNXSequential
     text_file = tmp_path / "text.onnx"
     text_file.write_text("no model")
+    pair = model("pair (float[N] x) => (float[N] y, float[N] z) { y = Neg(x) z = Abs(x) }")
     for message, call in {
+        "io_maps: expected an input of the second once, got": lambda: sequential(
+            pair, pair, io_maps=[[("y", "x"), ("z", "x")]]
+        ),
         "args: expected at least one model": lambda: sequential(),
         "io_maps: expected 1 joints, for 2 models, got 2": lambda: sequential(one, one, io_maps=[[], []]),
         "inputs: expected 2: x, y; got 1": lambda: sequential(two)(np.zeros(2, np.float32)),

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 import chiasm.runtime
 from chiasm import packs
 from chiasm.data import Map
+from chiasm.doctor import report
 from chiasm.export.cli import main
 from chiasm.export.errors import ExportError
 from chiasm.export.manifest import BundleError
@@ -224,6 +225,7 @@ def test_entry_points_that_cannot_be_read_are_one_sentence(installed: Path) -> N
     info.mkdir()
     (info / "METADATA").write_text("Name: another\nVersion: 1\n")
     (info / "entry_points.txt").write_bytes(b"\xff")
+    assert any(line.startswith("bundles    ") and "entry_points.txt" in line for line in report())
     with pytest.raises(OSError, match=r"entry_points\.txt.*UnicodeDecodeError"):
         chiasm.runtime.open("color.rgb_to_hsv")
 

@@ -68,9 +68,9 @@ class ONNXSequential:
             raise TypeError(f"providers: expected a list of names, got the text {providers!r}")
         self.model = _as_model(args[0])
         for i, each in enumerate(args[1:]):
-            joint = None if io_maps is None else dict(io_maps[i])
+            joint = None if io_maps is None else list(io_maps[i])
             self.model = (
-                append(self.model, each, connect=joint)
+                append(self.model, each, connect=None if joint is None else _mapping(joint))
                 if _is_bundle(each)
                 else _joined(self.model, loaded_model(each), joint)
             )
@@ -102,7 +102,17 @@ def _as_model(given: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
     return at_least(bundled, 0, bundled.graph.name)
 
 
-def _joined(first: onnx.ModelProto, second: onnx.ModelProto, joint: dict[str, str] | None) -> onnx.ModelProto:
+def _mapping(joint: list[tuple[str, str]]) -> dict[str, str]:
+    """The pairs of a joint with a bundle, to which an output goes once."""
+    mapping = dict(joint)
+    if len(mapping) < len(joint):
+        raise ValueError(f"io_maps: expected an output of the first once in front of a bundle, got {joint}")
+    return mapping
+
+
+def _joined(
+    first: onnx.ModelProto, second: onnx.ModelProto, joint: list[tuple[str, str]] | None
+) -> onnx.ModelProto:
     """Two models as one."""
     offered, initialized = [v.name for v in first.graph.output], {t.name for t in second.graph.initializer}
     wanted = [v.name for v in second.graph.input if v.name not in initialized]
@@ -112,18 +122,21 @@ def _joined(first: onnx.ModelProto, second: onnx.ModelProto, joint: dict[str, st
                 f"the model {first.graph.name} has the outputs {', '.join(offered)}, {second.graph.name} the"
                 f" inputs {', '.join(wanted)}: say which goes where: io_maps=[[(OUTPUT, INPUT)]]"
             )
-        joint = {offered[0]: wanted[0]}
-    for name, known in [*((o, offered) for o in joint), *((i, wanted) for i in joint.values())]:
-        if name not in known:
-            raise ValueError(f"io_maps: expected some of {', '.join(known)}, got {name!r}")
+        joint = [(offered[0], wanted[0])]
+    for output, target in joint:
+        for name, known in ((output, offered), (target, wanted)):
+            if name not in known:
+                raise ValueError(f"io_maps: expected some of {', '.join(known)}, got {name!r}")
+    if len({target for _, target in joint}) < len(joint):
+        raise ValueError(f"io_maps: expected an input of the second once, got {joint}")
     version = max(opset(first) or 0, opset(second) or 0)
     first, second = (at_least(each, version, each.graph.name) for each in (first, second))
     first.ir_version = second.ir_version = max(first.ir_version, second.ir_version)
     if names(first.graph) & names(second.graph):
         prefix = f"{second.graph.name}_{len(first.graph.node)}_"
         second = onnx.compose.add_prefix(second, prefix)
-        joint = {output: prefix + target for output, target in joint.items()}
+        joint = [(output, prefix + target) for output, target in joint]
     try:
-        return onnx.compose.merge_models(first, second, list(joint.items()))
+        return onnx.compose.merge_models(first, second, joint)
     except (ValueError, onnx.checker.ValidationError) as error:
         raise ValueError(f"{first.graph.name} and {second.graph.name} do not fit together: {error}") from None
