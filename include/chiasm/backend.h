@@ -78,7 +78,7 @@ typedef struct chiasm_backend {
   int32_t priority;
   const chiasm_backend_format* formats; /**< ends with a NULL name */
   uint32_t devices;                     /**< bit CHIASM_CPU, bit CHIASM_CUDA: 1u << chiasm_device_type */
-  const chiasm_backend_option* options; /**< ends with a NULL key */
+  const chiasm_backend_option* options; /**< ends with a NULL key; NULL: none */
 
   /** Opens the engine and fills in engine_version and has_cuda. Called once, and again if it has returned
    *  CHIASM_OUT_OF_MEMORY or CHIASM_IO_ERROR. Its error text says how to get the engine. */

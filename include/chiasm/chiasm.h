@@ -300,7 +300,8 @@ typedef struct chiasm_api {
   chiasm_status* (*method_run)(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
                                const chiasm_run_options* options, chiasm_outputs** outputs);
   /** Run into the caller's tensors, whose dtype, shape and device must be those of `method_output_shape` and
-   *  which must not overlap the inputs or each other. */
+   *  which must not overlap the inputs or each other. Between two outputs, gaps count as their memory. An
+   *  output may overlap an input if one of the two has gaps. */
   chiasm_status* (*method_run_into)(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
                                     const chiasm_tensor* outputs, size_t output_count,
                                     const chiasm_run_options* options);
@@ -330,8 +331,11 @@ typedef struct chiasm_api {
    *  As many runs execute at once as the process's number of threads allows: methods that were loaded with
    *  num_threads 1 gain most. On CUDA all runs are enqueued on the stream. All are checked as by
    *  method_run_into before the first begins, and the outputs of one run must not overlap the tensors of
-   *  another. If some runs fail, the others are finished; the status is that of the first failed run, and its
-   *  message begins with the run's number. */
+   *  another. Gaps do not count between runs, which may write regions of one image that lie side by side; but
+   *  if the rows of one tensor are closer together than those of the other, the gaps between them do count.
+   *
+   *  If some runs fail, the others are finished; the status is that of the first failed run, and its message
+   *  begins with the run's number. */
   chiasm_status* (*method_run_each)(chiasm_method* method, size_t runs, const chiasm_tensor* inputs,
                                     size_t input_count, const chiasm_tensor* outputs, size_t output_count,
                                     const chiasm_run_options* options);

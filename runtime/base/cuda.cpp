@@ -15,6 +15,7 @@ namespace {
 // The driver's own types, as its ABI has them.
 using Result = int;                  // CUresult
 using Address = unsigned long long;  // CUdeviceptr
+constexpr Result kOutOfMemory = 2;   // CUDA_ERROR_OUT_OF_MEMORY
 constexpr unsigned kNonBlocking = 1;
 constexpr unsigned kDisableTiming = 2;
 constexpr int kCapabilityMajor = 75, kCapabilityMinor = 76;  // CUdevice_attribute
@@ -88,24 +89,26 @@ const Driver& driver() {
   return instance;
 }
 
-void check(Result result, const char* what) {
+/** Throws Error for a call that failed: OUT_OF_MEMORY if the device has none left, else `code`. */
+void check(Result result, const char* what, chiasm_code code = CHIASM_INTERNAL) {
   if (result == 0) return;
   const char* text = nullptr;
   driver().error_string(result, &text);
-  throw Error(CHIASM_UNAVAILABLE, std::string(what) + ": " + (text != nullptr ? text : "unknown CUDA error"));
+  throw Error(result == kOutOfMemory ? CHIASM_OUT_OF_MEMORY : code,
+              std::string(what) + ": " + (text != nullptr ? text : "unknown CUDA error"));
 }
 
 }  // namespace
 
 CudaDevice::CudaDevice(int32_t index) {
-  check(driver().init(0), "the CUDA driver found no device it can use (cuInit)");
+  check(driver().init(0), "the CUDA driver found no device it can use (cuInit)", CHIASM_UNAVAILABLE);
   int count = 0;
-  check(driver().device_count(&count), "cuDeviceGetCount");
+  check(driver().device_count(&count), "cuDeviceGetCount", CHIASM_UNAVAILABLE);
   if (index < 0 || index >= count)
     throw Error(CHIASM_UNAVAILABLE, "there is no CUDA device " + std::to_string(index) +
                                         "; this machine has " + std::to_string(count));
-  check(driver().device_get(&device_, index), "cuDeviceGet");
-  check(driver().context_retain(&context_, device_), "cuDevicePrimaryCtxRetain");
+  check(driver().device_get(&device_, index), "cuDeviceGet", CHIASM_UNAVAILABLE);
+  check(driver().context_retain(&context_, device_), "cuDevicePrimaryCtxRetain", CHIASM_UNAVAILABLE);
 }
 
 CudaDevice::~CudaDevice() { driver().context_release(device_); }
@@ -163,7 +166,8 @@ CudaBuffer::CudaBuffer(int32_t device_index, std::size_t bytes)
     : device_(std::make_shared<const CudaDevice>(device_index)) {
   const CudaDevice::Current current(*device_);
   Address address = 0;
-  check(driver().memory_allocate(&address, bytes > 0 ? bytes : 1), "cuMemAlloc");
+  check(driver().memory_allocate(&address, bytes > 0 ? bytes : 1),
+        ("cuMemAlloc of " + std::to_string(bytes) + " bytes").c_str());
   data_ = reinterpret_cast<void*>(address);
 }
 

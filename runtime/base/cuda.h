@@ -1,5 +1,8 @@
 /** The functions of the CUDA driver that the core and its plug-ins use. The driver is opened at run time:
- *  nothing is linked, and no CUDA headers are needed to build. */
+ *  nothing is linked, and no CUDA headers are needed to build.
+ *
+ *  What fails throws Error: UNAVAILABLE if the driver, the device or its context cannot be had, OUT_OF_MEMORY
+ *  if the device has none left, INTERNAL for all else, such as a crash on the device. */
 #pragma once
 
 #include <cstddef>
@@ -8,8 +11,7 @@
 
 namespace chiasm::base {
 
-/** A device's primary context, which is the one that the CUDA runtime uses as well. Throws
- *  Error(CHIASM_UNAVAILABLE) if there is no driver or no such device. */
+/** A device's primary context, which is the one that the CUDA runtime uses as well. */
 class CudaDevice final {
  public:
   explicit CudaDevice(int32_t index);

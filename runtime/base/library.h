@@ -1,11 +1,13 @@
-/** Opening libraries. */
+/** Opening libraries, and finding one's own. */
 #pragma once
 
 #include <dlfcn.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <string>
@@ -13,6 +15,21 @@
 #include "base/error.h"
 
 namespace chiasm::base {
+
+/** What happens to symbolic links in a path. */
+enum class Links { kept, followed };
+
+/** The folder of the library that this code is in, by the path that it was opened with; "" if unknown. */
+inline std::string own_folder(Links links) {
+  static const char here = 0;
+  Dl_info info{};
+  if (::dladdr(&here, &info) == 0 || info.dli_fname == nullptr) return "";
+  char* const resolved = links == Links::followed ? ::realpath(info.dli_fname, nullptr) : nullptr;
+  const std::string path = resolved == nullptr ? info.dli_fname : resolved;
+  std::free(resolved);
+  const size_t slash = path.rfind('/');
+  return slash == std::string::npos ? "." : path.substr(0, std::max<size_t>(slash, 1));
+}
 
 /** Whether the process has no address space left for a library of this file's size. The linker gives no
  *  reason for a failed mapping. */

@@ -4,7 +4,7 @@
 
 #include <pthread.h>
 
-#include <cstring>
+#include <algorithm>
 #include <map>
 #include <mutex>
 
@@ -110,12 +110,11 @@ const std::vector<const char*>& interned(const std::vector<PublicKey>& keys) {
   KeyTexts& known = KeyTexts::instance();
   std::vector<std::string> texts;
   for (const PublicKey& key : keys) texts.push_back(text_of(key));
+  std::vector<const char*> pointers;  // made first: a list is entered whole, or not at all without memory
+  for (const std::string& text : texts) pointers.push_back(text.c_str());
   const std::lock_guard<std::mutex> lock(known.mutex);
-  const auto [place, is_new] = known.lists->try_emplace(std::move(texts));
-  if (is_new) {
-    for (const std::string& text : place->first) place->second.push_back(text.c_str());
-  }
-  return place->second;
+  // the texts stay where they are when their vector is moved
+  return known.lists->try_emplace(std::move(texts), std::move(pointers)).first->second;
 }
 
 chiasm_status* get_trust_policy(int32_t* policy, const char* const** keys, size_t* key_count) {

@@ -120,6 +120,25 @@ size_t bytes_spanned(const chiasm_tensor& tensor) {
   return static_cast<size_t>(elements) * base::kDTypes[tensor.dtype].size;
 }
 
+std::vector<Rows> rows_of(const chiasm_tensor& tensor) {
+  const auto begin = reinterpret_cast<uintptr_t>(tensor.data);
+  const size_t bytes = bytes_spanned(tensor);
+  if (bytes == 0) return {};
+  if (tensor.strides == nullptr || order_of(tensor) == Order::dense) return {{begin, bytes, bytes, bytes}};
+  Loops loops(tensor);
+  const size_t size = base::kDTypes[tensor.dtype].size;
+  size_t row = size;
+  if (loops.strides[loops.count - 1] == 1) row *= static_cast<size_t>(loops.sizes[--loops.count]);
+  // there is a loop around the row, or it would have no gap; those around that one lead from part to part
+  const size_t pitch = static_cast<size_t>(loops.strides[loops.count - 1]) * size;
+  const size_t of_part = static_cast<size_t>(loops.sizes[loops.count - 1] - 1) * pitch + row;
+  std::vector<Rows> parts;
+  for_rows(loops, [&](int64_t apart, int64_t) {
+    parts.push_back({begin + static_cast<size_t>(apart) * size, of_part, row, pitch});
+  });
+  return parts;
+}
+
 DenseCopies::DenseCopies(Call& call, const chiasm_tensor* inputs, const chiasm_tensor* outputs) {
   for (uint64_t left = call.gaps_in_inputs; left != 0; left &= left - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(left));

@@ -3,6 +3,8 @@
  *  it. */
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "base/pool.h"
@@ -22,6 +24,19 @@ Order order_of(const chiasm_tensor& tensor);
 
 /** The bytes from a tensor's first element to the end of its last, including gaps. */
 size_t bytes_spanned(const chiasm_tensor& tensor);
+
+/** A part of a tensor's memory: rows without gaps, which begin one pitch apart. One row is as long as its
+ *  pitch. */
+struct Rows {
+  uintptr_t begin;
+  size_t bytes; /**< to the end of the last row */
+  size_t row, pitch;
+};
+
+/** The parts of which a tensor consists: one if it is dense or a region of a frame, one for each plane of a
+ *  region of planes, one for each row if there are gaps between the pixels of a region. None of them begins
+ *  within another. `tensor` is not in Order::no_order. */
+std::vector<Rows> rows_of(const chiasm_tensor& tensor);
 
 /** Dense copies of a call's tensors with gaps, which the engine gets instead. Keep them until the run
  *  ends. */

@@ -92,7 +92,6 @@ Method::Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, con
       backend_(backend),
       device_type_(request.device_type),
       device_index_(request.device_index),
-      dtype_(dtype),
       num_threads_(request.num_threads),
       signature_(spec, bundle_->manifest().symbols, dtype, request.device_type, request.device_index),
       info_(spec, bundle_->manifest().symbols, generic_dtypes(dtype)) {

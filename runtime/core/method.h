@@ -75,7 +75,7 @@ class Method final {
   const MethodSpec& spec_;
   const Artifact& artifact_;
   const Backend& backend_;
-  int32_t device_type_, device_index_, dtype_, num_threads_;
+  int32_t device_type_, device_index_, num_threads_;
   Signature signature_;
   MethodInfo info_;
   void* model_ = nullptr;

@@ -22,18 +22,6 @@ namespace {
 constexpr const char kPrefix[] = "libchiasm_";
 constexpr const char kSuffix[] = ".so";
 
-/** The folder of the library that this code is in. */
-std::string own_folder() {
-  Dl_info info{};
-  static const char kHere = 0;
-  if (::dladdr(&kHere, &info) == 0 || info.dli_fname == nullptr) return "";
-  char* const resolved = ::realpath(info.dli_fname, nullptr);
-  std::string path = resolved == nullptr ? info.dli_fname : resolved;
-  std::free(resolved);
-  const size_t slash = path.rfind('/');
-  return slash == std::string::npos ? "." : path.substr(0, slash);
-}
-
 std::string last_dl_error() {
   const char* const text = ::dlerror();
   return text == nullptr ? "unknown error of the dynamic linker" : text;
@@ -46,6 +34,19 @@ std::string backend_of(const std::string& file) {
   if (file.compare(file.size() - suffix, suffix, kSuffix) != 0) return "";
   const std::string name = file.substr(prefix, file.size() - prefix - suffix);
   return is_backend_name(name) ? name : "";
+}
+
+/** What the core needs of a plug-in's table and finds NULL; NULL if there is nothing. */
+const char* missing_in(const chiasm_backend& table) {
+  if (table.formats == nullptr) return "formats";
+  if (table.probe == nullptr) return "probe";
+  if (table.load == nullptr) return "load";
+  if (table.run == nullptr) return "run";
+  if (table.unload == nullptr) return "unload";
+  for (const chiasm_backend_option* o = table.options; o != nullptr && o->key != nullptr; ++o) {
+    if (o->values == nullptr) return "values of an option";
+  }
+  return nullptr;
 }
 
 /** The paths of a folder's plug-ins, by name; none if the folder cannot be read for a permanent reason. */
@@ -104,6 +105,8 @@ void Backend::open(const std::string& path) {
   if (table->name == nullptr || name_ != table->name) {
     return unusable(path + " calls itself '" + (table->name == nullptr ? "" : table->name) + "'");
   }
+  if (const char* const missing = missing_in(*table))
+    return unusable(path + " is incomplete: its table has no " + missing);
   table_ = table;
 }
 
@@ -182,7 +185,7 @@ Registry::Registry(std::vector<std::string> folders) : folders_(std::move(folder
 Registry& Registry::instance() {
   static Registry* const registry = [] {
     std::vector<std::string> folders = split_path(std::getenv("CHIASM_BACKEND_PATH"));
-    const std::string own = own_folder();
+    const std::string own = own_folder(Links::followed);
     if (!own.empty()) folders.push_back(own + "/chiasm");
     return new Registry(std::move(folders));
   }();

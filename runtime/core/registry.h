@@ -14,7 +14,8 @@ namespace chiasm::core {
 /** A backend that was found, or the reason why it cannot be used. Lives as long as its registry. */
 class Backend final {
  public:
-  /** Opens the plug-in, not its engine. Never throws for a bad one: see `problem`. */
+  /** Opens the plug-in, not its engine. Never throws for a bad one: see `engine().problem`; throws for lack
+   *  of memory or descriptors. */
   Backend(std::string name, const std::string& path);
 
   const std::string& name() const { return name_; }

@@ -1,4 +1,4 @@
-// Checks all runs of a call, and that no output shares memory with another tensor of any run; then a few
+// Checks all runs of a call, and that no output shares memory with a tensor of another run; then a few
 // threads take the runs from a queue.
 #include "core/run_each.h"
 
@@ -7,8 +7,12 @@
 #include <exception>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <system_error>
 #include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "base/signals.h"
 #include "core/gaps.h"
@@ -18,29 +22,67 @@
 namespace chiasm::core {
 namespace {
 
-/** The bytes of a tensor. */
+/** The memory of a tensor of a run, or a part of it. */
 struct Memory {
-  uintptr_t begin, end;
+  Rows rows;
+  const chiasm_tensor* tensor;
   size_t run;
   bool is_output;
 };
 
-/** Throws if the memory of an output overlaps that of another tensor. Rows of one batch do not overlap. */
-void check_apart(std::vector<Memory>& all) {
-  std::sort(all.begin(), all.end(), [](const Memory& a, const Memory& b) { return a.begin < b.begin; });
-  // Of the tensors before this one in memory: the one that ends last, and the output that ends last
-  const Memory *last = nullptr, *last_output = nullptr;
+/** Whether two share a byte, where `b` begins within `a` or its gaps. If their pitches differ, the one with
+ *  the smaller pitch counts as one row, with its gaps. */
+bool share(const Rows& a, const Rows& b) {
+  const size_t pitch = std::max(a.pitch, b.pitch);
+  const auto length = [pitch](const Rows& rows) { return rows.pitch == pitch ? rows.row : rows.bytes; };
+  // from the begin of a row of `a` to that of the next row of `b`
+  const size_t offset = (b.begin - a.begin) % pitch;
+  return offset < length(a) || offset + length(b) > pitch;
+}
+
+/** An output, and the memory of another run that it shares. */
+using Conflict = std::pair<Memory, Memory>;
+
+/** The first conflict in memory. Sorts `all`; then it takes as many steps as pairs of which one begins within
+ *  the other, and these are few unless regions of one image lie side by side. */
+std::optional<Conflict> find_conflict(std::vector<Memory>& all) {
+  std::sort(all.begin(), all.end(), [](const Memory& a, const Memory& b) {
+    return std::tie(a.rows.begin, a.run) < std::tie(b.rows.begin, b.run);
+  });
+  std::vector<const Memory*> inputs, outputs;  // those before this one in memory that may reach it
+  const auto shared = [](std::vector<const Memory*>& before, const Memory& memory) -> const Memory* {
+    const uintptr_t begin = memory.rows.begin;
+    const auto ended = [begin](const Memory* one) { return one->rows.begin + one->rows.bytes <= begin; };
+    before.erase(std::remove_if(before.begin(), before.end(), ended), before.end());
+    const auto found = std::find_if(before.begin(), before.end(), [&](const Memory* one) {
+      return one->run != memory.run && share(one->rows, memory.rows);
+    });
+    return found == before.end() ? nullptr : *found;
+  };
   for (const Memory& memory : all) {
-    const Memory* const other = memory.is_output ? last : last_output;
-    if (other != nullptr && other->end > memory.begin) {
-      const Memory &output = memory.is_output ? memory : *other, &second = memory.is_output ? *other : memory;
-      fail(CHIASM_INVALID_ARGUMENT,
-           "run " + std::to_string(output.run) + ": the memory of an output overlaps that of an " +
-               (second.is_output ? "output" : "input") + " of run " + std::to_string(second.run));
-    }
-    if (last == nullptr || memory.end > last->end) last = &memory;
-    if (memory.is_output && (last_output == nullptr || memory.end > last_output->end)) last_output = &memory;
+    const Memory* other = shared(outputs, memory);
+    if (other == nullptr && memory.is_output) other = shared(inputs, memory);
+    if (other != nullptr) return memory.is_output ? Conflict(memory, *other) : Conflict(*other, memory);
+    (memory.is_output ? outputs : inputs).push_back(&memory);
   }
+  return std::nullopt;
+}
+
+/** Throws if an output shares memory with a tensor of another run. `all` has each tensor as one row. */
+void check_apart(std::vector<Memory>& all) {
+  if (!find_conflict(all)) return;
+  // Gaps counted as memory, and regions of one image lie in each other's gaps. Now they do not count.
+  std::vector<Memory> parts;
+  for (const Memory& whole : all) {
+    for (const Rows& rows : rows_of(*whole.tensor))
+      parts.push_back({rows, whole.tensor, whole.run, whole.is_output});
+  }
+  const std::optional<Conflict> conflict = find_conflict(parts);
+  if (!conflict) return;
+  const auto& [output, other] = *conflict;
+  fail(CHIASM_INVALID_ARGUMENT,
+       "run " + std::to_string(output.run) + ": the memory of an output overlaps that of an " +
+           (other.is_output ? "output" : "input") + " of run " + std::to_string(other.run));
 }
 
 /** Throws a run's error again, with the run's number. */
@@ -102,7 +144,7 @@ void run_each(const Method& method, size_t runs, const chiasm_tensor* inputs, si
   const auto note = [&](const chiasm_tensor& tensor, size_t run, bool is_output) {
     const auto begin = reinterpret_cast<uintptr_t>(tensor.data);
     const size_t bytes = bytes_spanned(tensor);
-    if (bytes > 0) memory.push_back({begin, begin + bytes, run, is_output});
+    if (bytes > 0) memory.push_back({{begin, bytes, bytes, bytes}, &tensor, run, is_output});
   };
   for (size_t run = 0; run < runs; ++run) {
     Call call;

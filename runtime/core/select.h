@@ -73,9 +73,14 @@ struct Candidate {
 };
 
 /** Calls `load` with one candidate after the other, the best first, until it returns. If it throws
- *  UNAVAILABLE or VERSION_MISMATCH, the next candidate is tried. Throws Error with each backend's reason:
- *  NOT_FOUND (no artifact fits), FAILED_PRECONDITION (native code not allowed), UNTRUSTED, UNAVAILABLE (a
- *  backend is missing). */
+ *  UNAVAILABLE or VERSION_MISMATCH, the next candidate is tried; its other errors go on to the caller, and so
+ *  do those of `rank`, and IO_ERROR where backends cannot be looked for or opened now.
+ *
+ *  If all fail, throws Error with each backend's reason. Its code is UNAVAILABLE if a backend, its engine or
+ *  its device is missing; else that of the first backend that has an artifact: FAILED_PRECONDITION (native
+ *  code not allowed), UNTRUSTED (programs forbidden by the policy), OUT_OF_MEMORY (for its engine),
+ *  INVALID_ARGUMENT (its options leave out each artifact), VERSION_MISMATCH (of `load`); else NOT_FOUND (no
+ *  artifact fits). */
 void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine,
             Registry& registry, const Rank& rank, const std::function<void(const Candidate&)>& load);
 

@@ -3,6 +3,7 @@
 #include "core/self_test.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <cstring>
 #include <new>
 
@@ -19,7 +20,7 @@ namespace {
 
 using Stored = std::map<std::string, StoredTensor>;
 
-/** A row, with the strings that its C form points to. */
+/** The result of a row, and its message. */
 struct Row {
   int32_t passed = -1;
   double max_error = 0, tolerance = 0;
@@ -66,6 +67,13 @@ chiasm_tensor view(const StoredTensor& stored, void* data, const LoadRequest& re
           stored.shape.data(),   nullptr};
 }
 
+/** With the digits that tell a float32 from all others. */
+std::string text_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
 /** Run one case and compare; throws Error if it cannot be run. */
 void replay(const Method& method, const MethodSpec& spec, const GoldenCase& one, const Stored& stored,
             const LoadRequest& request, const std::string& file, Row& row) {
@@ -98,7 +106,7 @@ void replay(const Method& method, const MethodSpec& spec, const GoldenCase& one,
     row.message += (row.message.empty() ? "" : "; ") + ("output '" + spec.outputs[i].name + "': ") +
                    std::to_string(result.mismatches) + " of " + std::to_string(count) +
                    " values differ, the worst at element " + std::to_string(result.worst) + ": " +
-                   std::to_string(result.actual) + ", golden " + std::to_string(result.expected);
+                   text_of(result.actual) + ", golden " + text_of(result.expected);
   }
 }
 

@@ -95,7 +95,7 @@ class Signature final {
 
 /** "(1, 3, 4, 4)" */
 std::string shape_text(const int64_t* shape, int32_t ndim);
-/** "CPU" or "CUDA device 1" */
+/** "the CPU" or "CUDA device 1" */
 std::string device_text(int32_t type, int32_t index);
 
 /** The caller's i-th tensor: a newer caller's structs may be longer than ours. */

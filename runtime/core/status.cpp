@@ -1,5 +1,7 @@
-// Statuses of the C interface, made from exceptions; one for lack of memory exists from the start.
+// Statuses of the C interface, made from exceptions; the one for lack of memory needs none itself.
 #include "core/status.h"
+
+#include <new>
 
 struct chiasm_status {
   int32_t code;
@@ -9,10 +11,12 @@ struct chiasm_status {
 namespace chiasm::core {
 namespace {
 
-/** The one status that needs no memory. Made before it can be needed, never freed. */
+/** The one status that needs no memory: the string itself has room for its text. Never destroyed: a thread
+ *  may still run at exit. */
 chiasm_status* out_of_memory() noexcept {
-  static chiasm_status status{CHIASM_OUT_OF_MEMORY, "out of memory"};
-  return &status;
+  alignas(chiasm_status) static unsigned char memory[sizeof(chiasm_status)];
+  static chiasm_status* const status = new (memory) chiasm_status{CHIASM_OUT_OF_MEMORY, "out of memory"};
+  return status;
 }
 
 /** A message is one line, whatever texts of callers and engines are in it. */

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "backends/plugin.h"
+#include "base/library.h"
 #include "core/registry.h"
 #include "core/select.h"
 #include "core/status.h"
@@ -35,16 +36,8 @@ constexpr const char* kCheckedEntry = "chiasm.checked";
 constexpr const char* kDomain = "chiasm";
 
 /** Links are not followed, so that a link to this library serves the bundles beside the link. */
-std::string folder_of_this_library() {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&folder_of_this_library), &info) == 0) return ".";
-  const std::string path = info.dli_fname;
-  const size_t slash = path.rfind('/');
-  return slash == std::string::npos ? "." : path.substr(0, slash);
-}
-
 std::vector<std::string> bundles_beside_this_library() {
-  const std::string folder = folder_of_this_library(), suffix = ".chiasm";
+  const std::string folder = base::own_folder(base::Links::kept), suffix = ".chiasm";
   std::vector<std::string> found;
   const std::unique_ptr<DIR, int (*)(DIR*)> listing(opendir(folder.c_str()), closedir);
   if (!listing) return found;

@@ -91,7 +91,7 @@ void PythonMethod::run_into(const py::object& inputs, const py::object& outputs,
                             const py::object& stream) const {
   Arguments in(Arguments::Role::input, inputs_.count);
   collect(in, inputs_, inputs);
-  run_into_collected(in, outputs, stream);
+  run_into_collected(in, outputs, stream_from(stream, in));
 }
 
 void PythonMethod::run_each(const py::object& inputs, const py::object& outputs,
@@ -187,11 +187,10 @@ std::vector<std::pair<py::tuple, std::string>> PythonMethod::shapes_for(const Ar
   return result;
 }
 
-void PythonMethod::run_into_collected(const Arguments& in, const py::object& outputs,
-                                      const py::object& stream) const {
+void PythonMethod::run_into_collected(const Arguments& in, const py::object& outputs, void* where) const {
   Arguments out(Arguments::Role::output, outputs_.count);
   collect(out, outputs_, outputs);
-  const chiasm_run_options options{sizeof(chiasm_run_options), stream_from(stream, in)};
+  const chiasm_run_options options{sizeof(chiasm_run_options), where};
   chiasm_status* status = nullptr;
   {
     const WithoutGil released;
@@ -201,23 +200,28 @@ void PythonMethod::run_into_collected(const Arguments& in, const py::object& out
   check(status);
 }
 
-// torch allocates for its current stream, so record_stream tells it about another one.
+// torch allocates for its current stream, so record_stream tells it about another one. It takes torch's own
+// streams only. ExternalStream(0) would be a new stream, not the default one.
 py::object PythonMethod::run_on_cuda(const Arguments& arguments, const py::object& stream) const {
   using py::literals::operator""_a;
+  void* const where = stream_from(stream, arguments);
   const py::module_ torch = py::module_::import("torch");
+  const py::object cuda = torch.attr("cuda");
   const py::object device = torch.attr("device")("cuda", arguments.cuda_device());
+  py::object used = stream;
+  if (!stream.is_none() && !py::isinstance(stream, cuda.attr("Stream"))) {
+    const py::int_ number(reinterpret_cast<size_t>(where));
+    used = where == nullptr ? cuda.attr("default_stream")(device)
+                            : cuda.attr("ExternalStream")(number, "device"_a = device);
+  }
   py::tuple outputs(outputs_.count);
   size_t k = 0;
   for (const auto& [shape, dtype] : shapes_for(arguments)) {
     outputs[k] = torch.attr("empty")(shape, "dtype"_a = torch.attr(dtype.c_str()), "device"_a = device);
-    if (!stream.is_none()) {
-      const bool is_number = py::isinstance<py::int_>(stream);
-      outputs[k].attr("record_stream")(is_number ? torch.attr("cuda").attr("ExternalStream")(stream)
-                                                 : stream);
-    }
+    if (!stream.is_none()) outputs[k].attr("record_stream")(used);
     ++k;
   }
-  run_into_collected(arguments, outputs, stream);
+  run_into_collected(arguments, outputs, where);
   return outputs_.count == 1 ? py::object(outputs[0]) : py::object(outputs);
 }
 

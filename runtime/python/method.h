@@ -47,7 +47,7 @@ class PythonMethod {
   std::vector<std::pair<py::tuple, std::string>> shapes_for(const Arguments& arguments) const;
   py::object run_collected(const Arguments& arguments, const py::object& returns,
                            const py::object& stream) const;
-  void run_into_collected(const Arguments& in, const py::object& outputs, const py::object& stream) const;
+  void run_into_collected(const Arguments& in, const py::object& outputs, void* where) const;
   py::object run_on_cuda(const Arguments& arguments, const py::object& stream) const;
 
   Method method_;

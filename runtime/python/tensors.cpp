@@ -19,7 +19,7 @@ struct VersionedTensor {
   uint64_t flags;
   DLTensor tensor;
 };
-constexpr uint64_t kReadOnly = 1;
+constexpr uint64_t kReadOnly = 1, kIsCopied = 2;
 constexpr int kBool = 6;                 // kDLBool
 constexpr double kLeastLargest = 65504;  // float16's largest value: every floating-point dtype holds it
 constexpr const char* kNoCapsule = "its memory cannot be had through DLPack";
@@ -369,6 +369,8 @@ void Arguments::add_dlpack(py::object capsule, const chiasm_tensor_info& info) {
     if (managed->major != 1)
       refuse(info, "its DLPack version is " + std::to_string(managed->major) + ", not 1");
     if (role_ == Role::output && (managed->flags & kReadOnly) != 0) refuse(info, "the tensor is read-only");
+    if (role_ == Role::output && (managed->flags & kIsCopied) != 0)
+      refuse(info, "its __dlpack__ returned a copy, and the results would be written into that copy");
     tensor = &managed->tensor;
   } else if (PyCapsule_IsValid(capsule.ptr(), kCapsule) != 0) {
     tensor = &static_cast<DLManagedTensor*>(PyCapsule_GetPointer(capsule.ptr(), kCapsule))->dl_tensor;

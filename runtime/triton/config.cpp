@@ -110,9 +110,11 @@ void check_entry(const json& entry, const char* kind, const TensorInfo& tensor, 
   const std::string expected_type = config_type_of(tensor.dtypes.at(0));
   if (type != expected_type) refuse(where + "the bundle has " + expected_type + ", got " + type);
   const std::vector<int64_t> dims = given_dims(entry);
-  if (!fits(dims, tensor, batched))
-    refuse(where + "the bundle has dims " + shown(config_dims(tensor, batched)) +
-           (batched ? " besides the batch's" : "") + ", got " + shown(dims));
+  if (fits(dims, tensor, batched)) return;
+  std::vector<int64_t> expected = config_dims(tensor, batched);
+  if (expected.empty() && !batched) expected = {1};
+  refuse(where + "the bundle has dims " + shown(expected) + (batched ? " besides the batch's" : "") +
+         ", got " + shown(dims));
 }
 
 /** The list "input" or "output" of a configuration: filled in if it is empty, else checked. */

@@ -80,11 +80,11 @@ class InputMemory final {
 const Shape kNumber{1};
 
 /** The bytes of a dense tensor. */
-uint64_t byte_count(const std::string& name, const Shape& shape, DType dtype) {
+uint64_t byte_count(const char* kind, const std::string& name, const Shape& shape, DType dtype) {
   uint64_t bytes = size_of(dtype);
   for (const int64_t size : shape) {
     if (size < 0 || __builtin_mul_overflow(bytes, static_cast<uint64_t>(size), &bytes))
-      refuse("input '" + name + "': its shape has a size that no tensor can have");
+      refuse(std::string(kind) + " '" + name + "': its shape has a size that no tensor can have");
   }
   return bytes;
 }
@@ -103,7 +103,7 @@ Tensor read_input(TRITONBACKEND_Request* request, const TensorInfo& info, InputM
            TRITONSERVER_DataTypeString(type));
   Shape shape(sizes, ndim);
   if (info.dims.empty() && shape == kNumber) shape = Shape();
-  if (const uint64_t expected = byte_count(info.name, shape, dtype); bytes != expected)
+  if (const uint64_t expected = byte_count("input", info.name, shape, dtype); bytes != expected)
     refuse("input '" + info.name + "': its shape has " + std::to_string(expected) + " bytes, got " +
            std::to_string(bytes));
   return Tensor(memory.gather(input, info.name, dtype, bytes, pieces), dtype, shape);
@@ -114,7 +114,7 @@ Tensor read_input(TRITONBACKEND_Request* request, const TensorInfo& info, InputM
 class OutputMemory final {
  public:
   Tensor add(TRITONBACKEND_Response* response, const std::string& name, bool wanted, const TensorType& type) {
-    const uint64_t bytes = byte_count(name, type.shape, type.dtype);
+    const uint64_t bytes = byte_count("output", name, type.shape, type.dtype);
     void* const buffer = wanted ? response_buffer(response, name, type, bytes) : nullptr;
     if (bytes == 0) return Tensor(static_cast<void*>(nothing), type.dtype, type.shape);
     if (buffer != nullptr && is_aligned(buffer, type.dtype)) return Tensor(buffer, type.dtype, type.shape);

@@ -543,6 +543,18 @@ def test_links_to_folders_are_followed_but_not_back(tmp_path: Path) -> None:
         assert shard.names == ("cats/a.png", "dogs/a.png", "more/a.png")
 
 
+def test_an_output_folder_whose_name_is_no_text_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONIOENCODING", "utf-8:strict")  # as in a terminal
+    source, out = tmp_path / "in", tmp_path / "out\udcff"
+    source.mkdir()
+    (source / "a.png").write_bytes(encoded(np.random.default_rng(0), 48, 64, "PNG"))
+    code, text = chiasm_map(EDGES, source, out, "-j", 1)
+    assert code == 0 and "1 rows in" in text, text
+    assert len(shards(out)) == 1
+
+
 def test_the_only_image_as_a_constant_names_the_option(photos: Path, tmp_path: Path) -> None:
     code, text = chiasm_map(PREPROCESS, photos, tmp_path / "out", "-s", "frame=1")
     assert code == 1 and "leave out --set frame" in text

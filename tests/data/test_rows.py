@@ -1,6 +1,7 @@
 """Rows as other libraries have them: NumPy's bytes, images of Pillow, paths, structs of Hugging Face."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -10,6 +11,7 @@ from PIL import Image
 
 import chiasm.runtime
 from chiasm.data import DataError, Files, Map
+from chiasm.data.decoding import decode
 
 from .conftest import BUNDLES, EDGES, PREPROCESS, encoded
 
@@ -53,6 +55,14 @@ def test_images_of_pillow_have_the_colour_order_of_the_op() -> None:
     np.testing.assert_array_equal(got, edges(frame))
     with pytest.raises(DataError, match="expected an array, got an image: it takes no image"):
         Map(NMS)({"boxes": [picture], "scores": np.zeros((1, 2), np.float32)})
+
+
+@pytest.mark.parametrize("color", ["", "YUV", "L"])
+def test_a_colour_of_another_name_is_read_as_rgb(color: str) -> None:
+    frame = RNG.integers(0, 256, (16, 24, 3), np.uint8)
+    tensor = SimpleNamespace(name="frame", dtypes=["uint8"], layout="HWC", shape=["H", "W", "3"], color=color)
+    for data in (cv2.imencode(".png", frame[..., ::-1])[1].tobytes(), Image.fromarray(frame)):
+        np.testing.assert_array_equal(decode(tensor, data), frame)
 
 
 def test_numbers_of_16_bits_are_read_from_files() -> None:

@@ -168,6 +168,17 @@ def test_what_a_loader_gives(bundle: Path) -> None:
     assert not kept["output"][1].any()
 
 
+def test_a_tensor_that_numpy_cannot_read_is_an_error_of_its_row(bundle: Path) -> None:
+    photo = torch.zeros(3, 31, 45, dtype=torch.uint8)
+    for wrong, why in ((photo.bfloat16(), "BFloat16"), (photo.float().requires_grad_(), "requires grad")):
+        samples = [{"input": photo, "seed": 0}, {"input": wrong, "seed": 1}]
+        expected = f"row 1: column 'input': expected an array, got Tensor: .*{why}"
+        with pytest.raises(DataError, match=expected):
+            Map(bundle).collate(samples)
+        kept = Map(bundle, errors="column").collate(samples)
+        assert kept["error"][0] is None and why in kept["error"][1]
+
+
 def test_an_order_of_all_needs_no_libtorch(tmp_path: Path) -> None:
     order = {"brightness": (0.5, 1.5), "contrast": (0.5, 1.5), "order": [3, 0, 2, 1]}
     seed = TensorSpec("seed", ("B",), "int64", range=(-(2**62), 2**62))

@@ -1,6 +1,8 @@
 """The command `chiasm`, as users call it."""
 
 import json
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -148,6 +150,27 @@ def test_an_output_inside_a_bundle_is_refused(sobel: Path, photo: Path, tmp_path
     ):
         refused(run(*words), "is inside the bundle", "choose a place beside it", status=2)
     assert open_bundle(sobel).name == "filters.sobel"
+
+
+def test_a_damaged_bundle_does_not_hide_the_others(sobel: Path, light: Callable[[str], Path]) -> None:
+    (sobel / "forward.pt").write_bytes(b"no program")
+    done = run("verify", light("filters.sobel"), sobel, sobel.parent)
+    assert done.returncode == 1 and "pass" in done.stdout, done.stdout
+    assert re.search(r"^verify: \d+ checks, 2 failed$", done.stdout, re.MULTILINE)
+    assert sum("FAIL" in line for line in done.stdout.splitlines()) == 2
+    first, second = done.stderr.splitlines()
+    assert first.startswith("Error: ") and "forward.pt" in first
+    assert second.startswith("Error: ") and "manifest.json" in second
+
+
+def test_an_output_folder_whose_name_is_no_text_is_shown(sobel: Path, tmp_path: Path) -> None:
+    for words in (
+        ["pack", "edges", sobel, "-o", tmp_path / "dist\udcff"],
+        ["triton", tmp_path / "models\udcff", f"edges={sobel}"],
+    ):
+        done = run(*words)
+        assert done.returncode == 0 and "wrote " in done.stdout, done.stderr
+    assert len(list(tmp_path.glob("*/chiasm_bundles_edges-*.whl"))) == 1
 
 
 def test_a_folder_that_cannot_be_written_is_said_before_anything_is_compiled(

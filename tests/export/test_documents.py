@@ -10,11 +10,13 @@ import sys
 from pathlib import Path
 
 import jsonschema
+import pytest
 import torch
 from referencing import Registry, Resource
 from torch import Tensor, nn
 
-from chiasm.export import Spec, TensorSpec, export, image
+from chiasm.export import Spec, TensorSpec, documents, export, image
+from chiasm.export.documents import sbom
 from chiasm.export.manifest import read_manifest
 from chiasm.export.verify import verify
 from chiasm.filters import box_blur
@@ -73,6 +75,31 @@ def test_the_list_of_parts_is_cyclonedx_and_names_every_file(bundle: Path) -> No
     assert not any("torch" in name and name != "torch" for name in versions)
     wrong = parts | {"components": [{"type": "nonsense", "name": "x"}]}
     assert not _validator().is_valid(wrong)
+
+
+def _parts_of(bundle: Path, **artifact: object) -> dict[str, str | None]:
+    """The versions in the list of parts if a native artifact of the bundle were another one."""
+    manifest = read_manifest(bundle)
+    native = next(a for a in manifest["methods"]["forward"]["artifacts"] if "isa" in a)
+    file, _ = native["file"], native.pop("isa")
+    manifest["methods"] = {"forward": {"artifacts": [native | artifact]}}
+    parts = json.loads(sbom(manifest, {file: (bundle / file).read_bytes()}))
+    return {c["name"]: c.get("version") for c in parts["components"]}
+
+
+def test_the_parts_of_code_for_gpus_alone_have_the_compilers_version(bundle: Path) -> None:
+    cpu, gpu = _parts_of(bundle, isa="x86-64-v3"), _parts_of(bundle, sm=90)
+    assert gpu == cpu and cpu["g++"] and cpu["libstdc++"] == cpu["g++"]
+
+
+def test_the_parts_of_cross_compiled_code_do_not_have_this_machines_glibc(
+    bundle: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(documents, "compiler_command", lambda isa: "g++")  # a cross-compiler may be missing
+    here, elsewhere = _parts_of(bundle, isa="x86-64-v3"), _parts_of(bundle, isa="armv8.2-a")
+    assert here["libc.so.6"] and elsewhere == here | {
+        name: None for name in here if name.startswith(("libc.", "libm.", "libmvec.", "ld-linux"))
+    }
 
 
 def test_the_provenance_is_an_in_toto_statement_of_every_file(bundle: Path) -> None:

@@ -7,7 +7,9 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 import zipfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Tuple
@@ -26,7 +28,7 @@ from chiasm.export.catalog import catalog
 from chiasm.export.comparison import onnx_session
 from chiasm.export.formats.native_cache import key
 from chiasm.export.job import with_cotangents
-from chiasm.export.manifest import BundleError, read_manifest, schema
+from chiasm.export.manifest import BundleError, parse_manifest, read_manifest, schema, sha256
 from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
 from chiasm.export.tracing.graph import output_specs, trace
 from chiasm.export.tracing.module import bind_spec
@@ -398,6 +400,33 @@ def test_damaged_bundles_are_refused(bundle: Path, tmp_path: Path) -> None:
     (copy / "manifest.json").write_text("{")
     with pytest.raises(BundleError, match="not JSON"):
         read_manifest(copy)
+
+
+def test_keys_of_a_manifest_are_compared_once(tmp_path: Path) -> None:
+    count = 30_000
+    keys = [*(f'"{i}": 0' for i in range(count)), f'"{count - 1}": 0']
+    began = time.process_time()
+    with pytest.raises(BundleError, match=f"the key '{count - 1}' occurs twice"):
+        parse_manifest(tmp_path, f"{{{', '.join(keys)}}}".encode())
+    assert time.process_time() - began < 2
+
+
+def test_onnx_runtime_gets_the_bytes_that_were_checked(
+    light: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from chiasm.export.verify import verify
+
+    session, given = onnxruntime.InferenceSession, set()
+
+    def noted(model: bytes, *arguments: object, **options: object) -> onnxruntime.InferenceSession:
+        given.add(sha256(model))
+        return session(model, *arguments, **options)
+
+    monkeypatch.setattr(onnxruntime, "InferenceSession", noted)
+    bundle = light("filters.sobel")
+    assert all(row.passed for row in verify(bundle) if "python" in row.backend)
+    artifacts = [a for method in read_manifest(bundle)["methods"].values() for a in method["artifacts"]]
+    assert given and given <= {a["sha256"] for a in artifacts if a["format"] == "onnx"}
 
 
 def test_the_catalog_is_sound() -> None:

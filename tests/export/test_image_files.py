@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import EpsImagePlugin, Image
 
+from chiasm.export.files import write_whole
 from chiasm.export.images import read_image, to_array
 from chiasm.export.manifest import BundleError
 from tests.export.commands import refused, run
@@ -56,6 +57,20 @@ def test_images_that_cannot_be_read_or_written(light: Folder, photo: Path, tmp_p
     ):
         refused(run("run", bundle, photo, tmp_path / name), part)
     assert not list(tmp_path.glob("out*")) and not list(tmp_path.glob(".writing*"))
+
+
+def test_writing_a_file_leaves_the_umask_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is the process's: a file that another thread makes meanwhile would be everyone's to write."""
+    set_umask = os.umask
+    before = set_umask(0o027)
+    try:
+        monkeypatch.setattr(os, "umask", lambda mask: pytest.fail("it sets the umask"))
+        for _ in range(2):
+            write_whole(tmp_path / "file", b"text")
+    finally:
+        set_umask(before)
+    assert (tmp_path / "file").stat().st_mode & 0o777 == 0o640
+    assert [(f.name, f.read_bytes()) for f in tmp_path.iterdir()] == [("file", b"text")]
 
 
 def test_no_program_is_started_for_an_image(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import errno
 import json
 import os
+import runpy
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 import torch
@@ -44,6 +47,12 @@ MATRICES = TensorSpec("input", ("B", 3, 3))
 def test_operators_are_named(fn, tensor: TensorSpec, message: str, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match=message):
         export(fn, Spec(f"test.{fn.__name__}", [tensor]), tmp_path, formats=["onnx"], methods=["forward"])
+
+
+def test_a_stub_of_a_package_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests and builds of documentation put modules without a spec into sys.modules."""
+    monkeypatch.setitem(sys.modules, "cv2", ModuleType("cv2"))
+    assert "ExportError" in runpy.run_module("chiasm.export.errors")
 
 
 def test_a_full_disk_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

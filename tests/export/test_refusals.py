@@ -3,6 +3,7 @@ to do."""
 
 import functools
 import os
+import re
 import resource
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Tuple
@@ -92,6 +93,41 @@ SPECS = {
         r"'input': an example of shape \(1, \d+, 2147483648, 2147483648\) cannot be made",
     ),
     "infinite configuration": (Spec("test.op", [image()], config={"k": float("inf")}), "finite"),
+    **{
+        f"{type(value).__name__} as configuration": (
+            Spec("test.op", [image()], config={"k": [(1, value)]}),
+            rf"config\['k'\]: expected a finite .* or list of such, got {re.escape(repr([(1, value)]))}",
+        )
+        for value in ({2}, b"x", 2j, {2: 3})
+    },
+    "an input outside a list": (
+        Spec("test.op", image()),
+        r"inputs: expected at least one TensorSpec in a list \(.*, got TensorSpec\(name='input'",
+    ),
+    "an output outside a list": (
+        Spec("test.op", [image()], TensorSpec("output")),
+        r"outputs: expected at least one TensorSpec in a list \(.*, got TensorSpec\(name='output'",
+    ),
+    "one size as shape": (
+        Spec("test.op", [TensorSpec("input", 3)]),
+        r"input 'input': shape: expected a tuple of numbers and symbols .*, got 3",
+    ),
+    "text as shape": (Spec("test.op", [TensorSpec("input", "BN")]), "shape: expected a tuple .*, got 'BN'"),
+    "another number of names than of sizes": (
+        Spec(
+            "test.op",
+            [TensorSpec("like", ("OH", "OW"), "uint8", sizes=("a", "b", "c"))],
+            symbols={"OH": (1, 9), "OW": (1, 9)},
+        ),
+        r"input 'like': sizes: expected .* or of one for each of the 2, got \('a', 'b', 'c'\)",
+    ),
+    "gradients of text": (
+        Spec("test.op", [image()], gradients="input"),
+        "gradients: expected None or a tuple of inputs' names .*, got 'input'",
+    ),
+    "dtypes of a number": (numbers(dtypes=5), "dtypes: expected a tuple of different dtypes .*, got 5"),
+    "limits that are no dict": (numbers(symbols=7), "symbols: expected a dict, got int"),
+    "tolerances that are no dict": (numbers(tolerances=[1]), "tolerances: expected a dict, got list"),
     "input that the function does not have": (
         Spec("test.op", [image("other")]),
         r"does not take the spec's inputs \['other'\]",

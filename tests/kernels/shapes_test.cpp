@@ -282,8 +282,12 @@ TYPED_TEST(Shapes, ConnectedComponentsMatchOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
     for (const auto& x : this->masks(p)) {
-      std::vector<int64_t> numbers(x.size());
-      connected_components(x.data(), p, numbers.data());
+      std::vector<int64_t> numbers(x.size()), of_bytes(x.size());
+      connected_components(x.data(), p, false, numbers.data());
+      std::vector<uint8_t> bytes(x.size());
+      std::transform(x.begin(), x.end(), bytes.begin(), [](T v) { return v > 0 ? 200 : 0; });
+      connected_components(bytes.data(), p, false, of_bytes.data());
+      ASSERT_EQ(of_bytes, numbers);
       for (int64_t i = 0; i < p.count; ++i) {
         const int64_t start = i * p.height * p.width;
         const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type,
@@ -304,9 +308,8 @@ TYPED_TEST(Shapes, StatisticsOfLabelsMatchOpenCv) {
   for (const Planes& p : kSizes)
     for (const auto& x : this->masks(p)) {
       const int64_t size = p.height * p.width;
-      std::vector<int64_t> roots(x.size()), labels(x.size());
-      connected_components(x.data(), p, roots.data());
-      consecutive_labels(roots.data(), p.count, size, labels.data());
+      std::vector<int64_t> labels(x.size());
+      connected_components(x.data(), p, true, labels.data());
       const int64_t slots = 1 + *std::max_element(labels.begin(), labels.end());
       std::vector<int64_t> made(static_cast<size_t>(p.count * slots * 7));
       label_statistics(labels.data(), p.count, p.height, p.width, slots, made.data());
@@ -332,19 +335,10 @@ TYPED_TEST(Shapes, StatisticsOfLabelsMatchOpenCv) {
     }
 }
 
-KERNEL_CALL_BENCHMARK(consecutive_labels, [] {
-  const auto x = many_discs();
-  std::vector<int64_t> roots(x.size());
-  connected_components(x.data(), {3, 1080, 1920}, roots.data());
-  return [roots, out = std::vector<int64_t>(roots.size())]() mutable {
-    consecutive_labels(roots.data(), 3, 1080 * 1920, out.data());
-  };
-});
 KERNEL_CALL_BENCHMARK(label_statistics, [] {
   const auto x = many_discs();
-  std::vector<int64_t> roots(x.size()), labels(x.size());
-  connected_components(x.data(), {3, 1080, 1920}, roots.data());
-  consecutive_labels(roots.data(), 3, 1080 * 1920, labels.data());
+  std::vector<int64_t> labels(x.size());
+  connected_components(x.data(), {3, 1080, 1920}, true, labels.data());
   return [labels, out = std::vector<int64_t>(3 * 256 * 7)]() mutable {
     label_statistics(labels.data(), 3, 1080, 1920, 256, out.data());
   };
@@ -352,14 +346,14 @@ KERNEL_CALL_BENCHMARK(label_statistics, [] {
 
 KERNEL_CALL_BENCHMARK(connected_components, [] {
   return [x = many_discs(), out = std::vector<int64_t>(3 * 1080 * 1920)]() mutable {
-    connected_components(x.data(), {3, 1080, 1920}, out.data());
+    connected_components(x.data(), {3, 1080, 1920}, false, out.data());
   };
 });
 
 KERNEL_CALL_BENCHMARK(connected_components_noise, [] {
   return [x = kernel_benchmarks::random(3 * 1080 * 1920, -0.6f, 0.4f),
           out = std::vector<int64_t>(3 * 1080 * 1920)]() mutable {
-    connected_components(x.data(), {3, 1080, 1920}, out.data());
+    connected_components(x.data(), {3, 1080, 1920}, false, out.data());
   };
 });
 
@@ -443,7 +437,7 @@ TYPED_TEST(Shapes, WhatIsNoNumberIsNotSet) {
   thin(x.data(), {1, 1, 5}, 100, false, out.data());
   EXPECT_EQ(out, (std::vector<T>{1, 0, 1, 0, 1}));
   std::vector<int64_t> numbers(5);
-  connected_components(x.data(), {1, 1, 5}, numbers.data());
+  connected_components(x.data(), {1, 1, 5}, false, numbers.data());
   EXPECT_EQ(numbers, (std::vector<int64_t>{1, 0, 3, 0, 5}));
 }
 

@@ -1,5 +1,6 @@
 """What belongs to images: masks of labels, boxes, keypoints and classes; and the way back."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -238,6 +239,20 @@ def test_one_image_there_and_back() -> None:
     deep: Any = A.AugmentationSequential(A.RandomHorizontalFlip3D(p=1.0), keepdim=True)
     volume = torch.rand(1, 3, 4, 5)
     assert torch.equal(deep(volume), volume.flip(3))
+
+
+@pytest.mark.parametrize("deep", [False, True])
+def test_a_mask_comes_back_without_the_fill_of_its_image(deep: bool) -> None:
+    sides = (4, 5, 6) if deep else (5, 6)
+    size = tuple(n - 2 for n in sides)
+    crop = A.RandomCrop3D(size, fill=0.5) if deep else A.RandomCrop(size, fill=0.5)
+    augment: Any = A.AugmentationSequential(crop, data_keys=["input", "mask"])
+    image, mask = torch.ones(3, 1, *sides), torch.full((3, 1, *sides), 7.0)
+    back, labels = augment.inverse(*augment(image, mask, seed=torch.arange(3)))
+    inside = labels > 0
+    assert inside.flatten(1).sum(1).tolist() == [math.prod(size)] * 3
+    assert labels.unique().tolist() == [0.0, 7.0]
+    assert torch.equal(back, torch.where(inside, 1.0, 0.5))
 
 
 @pytest.mark.parametrize(

@@ -166,6 +166,16 @@ def test_what_a_call_takes_and_gives() -> None:
     assert drawn[0].equal(A.RandomCutMixV2(p=P)(x, LABEL)[0])
 
 
+def test_a_second_image_is_mixed_as_the_first() -> None:
+    x = images(torch.uint8)
+    for name in ("RandomMixUpV2", "RandomCutMixV2"):
+        first, second, third = getattr(A, name)(p=1.0, data_keys=["input"] * 3)(x, x, x.int(), seed=SEED)
+        assert second.dtype == torch.uint8 and second.equal(first)
+        # Numbers that are not bytes are blended in float64, where bytes are in float32.
+        assert third.dtype == torch.int32 and (third - first.int()).abs().max() <= 1
+        assert (third != first).float().mean() < 1e-3
+
+
 @pytest.mark.parametrize("name", ["RandomMixUpV2", "RandomCutMixV2"])
 def test_labelled_mixes_script(name: str) -> None:
     mix, x = getattr(A, name)(p=P), images()

@@ -78,6 +78,23 @@ def test_each_sample_goes_through_its_steps(random_apply: Any) -> None:
     assert torch.equal(augment(images[7:8], seed=seed[7:8]), out[7:8])
 
 
+def test_a_batch_goes_through_the_same_steps() -> None:
+    images = torch.rand(1, 3, 5, 6, generator=torch.Generator().manual_seed(1)).expand(8, -1, -1, -1)
+    augment, each = sequence(random_apply=2, same_on_batch=True), sequence(random_apply=2)
+    drawn = set()
+    for start in range(0, 160, 8):
+        seed = SEEDS[start : start + 8]
+        out = augment(images, seed=seed)
+        assert torch.equal(out, out[:1].expand_as(out))
+        assert torch.equal(out[:1], each(images[:1], seed=seed[:1]))
+        assert torch.equal(augment.forward(images, seed), out)
+        chosen = tuple(bool(p["batch_prob"][0]) for p in augment._params)
+        assert sum(chosen) == 2
+        drawn.add(chosen)
+    assert len(drawn) > 3  # of the six pairs of steps
+    assert torch.equal(torch.jit.script(augment)(images, SEEDS[:8]), augment(images, seed=SEEDS[:8]))
+
+
 def test_what_belongs_to_an_image_goes_through_the_same_steps() -> None:
     augment = sequence(random_apply=2, data_keys=["input", "keypoints"])
     image = torch.zeros(20, 1, 5, 6)

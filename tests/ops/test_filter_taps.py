@@ -338,6 +338,9 @@ WRONG_DTYPE = [
     (lambda: get_motion_kernel2d(3, 1.0, COUNTS), "direction"),
     (lambda: get_motion_kernel3d(3, torch.ones(1, 3).int()), "angle"),
     (lambda: get_gabor_kernel2d(3, 1.0, COUNTS, 4.0), "theta"),
+    (lambda: motion_blur(X.to(torch.uint8), 3, 30.0, 0.0), "input"),
+    (lambda: motion_blur(X.to(torch.uint8), 3, torch.ones(2), 0.0), "input"),
+    (lambda: gabor(X.to(torch.uint8), 3, 1.0, 0.5, 4.0), "input"),
 ]
 
 

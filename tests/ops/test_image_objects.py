@@ -1,6 +1,7 @@
 """Images of NumPy and of files as tensors, and as objects, against NumPy, OpenCV and Pillow."""
 
 import os
+import resource
 import struct
 from collections.abc import Callable
 from io import BytesIO
@@ -195,6 +196,23 @@ def test_a_jpeg_has_its_quality(tmp_path: Path) -> None:
     assert (
         np.abs(io.load_image(file, io.ImageLoadType.RGB8).numpy() * 1.0 - frame.transpose(2, 0, 1)).mean() < 6
     )
+
+
+def test_a_full_disk_leaves_the_file_that_was_there(tmp_path: Path) -> None:
+    file, planes = tmp_path / "a.bmp", torch.zeros(3, 40, 60, dtype=torch.uint8)
+    file.write_bytes(b"mine")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500, before[1]))  # as on a full disk
+    try:
+        with pytest.raises(OSError, match=r"too large: '.*a\.bmp'"):
+            io.write_image(file, planes)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert [(f.name, f.read_bytes()) for f in tmp_path.iterdir()] == [("a.bmp", b"mine")]
+    io.write_image(file, planes)
+    assert [f.name for f in tmp_path.iterdir()] == ["a.bmp"] and io.load_image(file).shape == (3, 40, 60)
+    with pytest.raises(FileNotFoundError, match=r"'.*none/a\.png'"):
+        io.write_image(tmp_path / "none" / "a.png", planes)
 
 
 def test_files_that_are_no_images(tmp_path: Path) -> None:

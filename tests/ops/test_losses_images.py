@@ -215,6 +215,17 @@ def test_divergences_equal_scipy(shape: tuple[int, ...]) -> None:
     np.testing.assert_allclose(losses.js_div_loss_2d(q, p, "none"), expected, rtol=1e-10)
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16, torch.float32, torch.float64])
+def test_divergence_of_the_least_numbers_is_finite(dtype: torch.dtype) -> None:
+    least = torch.finfo(dtype).smallest_normal * torch.finfo(dtype).eps  # the subnormal number next to 0
+    p = torch.tensor([[[[least, 1.0]]]], dtype=dtype)
+    q = torch.tensor([[[[0.0, 1.0]]]], dtype=dtype)
+    assert p[0, 0, 0, 0] > 0
+    for value in (losses.js_div_loss_2d(p, q), losses.js_div_loss_2d(q, p)):
+        assert value.dtype == dtype and 0.0 <= value.item() < 1e-6
+    assert losses.js_div_loss_2d(p, p).item() == 0.0
+
+
 def test_divergence_of_what_is_impossible() -> None:
     pred, target = (
         torch.tensor(v).reshape(1, 1, 1, 3).requires_grad_(True) for v in ([0.0, 1.0, 0.0], [0.5, 0.5, 0.0])

@@ -51,9 +51,9 @@ IGNORING = {
     "dice macro": lambda p, t: losses.dice_loss(p, t, "macro"),
     "tversky": lambda p, t: losses.tversky_loss(p, t, 0.3, 0.7),
     "tversky micro": lambda p, t: losses.tversky_loss(p, t, 0.3, 0.7, average="micro"),
-    "focal": lambda p, t: losses.focal_loss(p, t, 0.25, reduction="mean"),
+    "focal": lambda p, t: losses.focal_loss(p, t, 0.25, reduction="sum"),
     "binary focal": lambda p, t: losses.binary_focal_loss_with_logits(
-        p, torch.where(t[:, None] == IGNORED, IGNORED, losses.one_hot(t, p.size(1))), reduction="mean"
+        p, torch.where(t[:, None] == IGNORED, IGNORED, losses.one_hot(t, p.size(1))), reduction="sum"
     ),
 }
 
@@ -160,6 +160,25 @@ def test_tversky_equals_the_formula(shape: tuple[int, ...]) -> None:
         )
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16, torch.float32, torch.float64])
+@pytest.mark.parametrize("eps", [0.0, 1e-8])
+@pytest.mark.parametrize("average", ["micro", "macro"])
+def test_overlap_of_ignored_pixels_alone_is_a_loss_of_one(
+    average: str, eps: float, dtype: torch.dtype
+) -> None:
+    target = torch.full((2, 4, 5), IGNORED)
+    for loss in (
+        lambda p: losses.dice_loss(p, target, average, eps),
+        lambda p: losses.dice_loss(p, target, average, eps, torch.zeros(3)),
+        lambda p: losses.tversky_loss(p, target, 0.3, 0.7, eps, average=average),
+    ):
+        pred = torch.ones(2, 3, 4, 5, dtype=dtype, requires_grad=True)
+        value = loss(pred)
+        value.backward()
+        assert value.item() == 1.0 and value.dtype == dtype
+        assert torch.equal(pred.grad, torch.zeros_like(pred))
+
+
 def test_macro_leaves_absent_classes_out() -> None:
     pred = torch.randn(2, 4, 5, 6, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
     target = torch.zeros(2, 5, 6, dtype=torch.int64)
@@ -192,12 +211,11 @@ def test_focal_equals_the_formula(shape: tuple[int, ...], alpha: float | None, g
             plane = (at[0], label, *at[1:])
             balance = 1.0 if alpha is None else alpha if label > 0 else 1 - alpha
             expected[plane] = -balance * weight[label].item() * (1 - p[plane]) ** gamma * np.log(p[plane])
-    count = (target != IGNORED).sum().item() * pred.size(1)
     np.testing.assert_allclose(
         losses.focal_loss(pred, target, alpha, gamma, weight=weight), expected, rtol=1e-8, atol=1e-12
     )
     assert losses.focal_loss(pred, target, alpha, gamma, "mean", weight).item() == pytest.approx(
-        expected.sum() / count
+        expected.mean()  # ignored pixels count, as in Kornia
     )
     assert losses.focal_loss(pred, target, alpha, gamma, "sum", weight).item() == pytest.approx(
         expected.sum()
@@ -214,7 +232,8 @@ def test_focal_without_focus_is_cross_entropy(shape: tuple[int, ...]) -> None:
         losses.focal_loss(pred, target, None, 0.0).sum(1), F.cross_entropy(pred, target, reduction="none")
     )
     torch.testing.assert_close(
-        losses.focal_loss(pred, target, None, 0.0, "mean") * pred.size(1), F.cross_entropy(pred, target)
+        losses.focal_loss(pred, target, None, 0.0, "mean") * pred[:, 0].numel() * pred.size(1),
+        F.cross_entropy(pred, target, reduction="sum"),
     )
 
 
@@ -247,7 +266,7 @@ def test_binary_focal_equals_the_formula(shape: tuple[int, ...], alpha: float | 
         atol=1e-12,
     )
     mean = losses.binary_focal_loss_with_logits(pred, target, alpha, gamma, "mean", **settings).item()
-    assert mean == pytest.approx(expected.sum() / (y != IGNORED).sum())
+    assert mean == pytest.approx(expected.mean())
     soft = drawn.to(torch.float64)
     plain = losses.binary_focal_loss_with_logits(pred, soft, None, 0.0)
     torch.testing.assert_close(plain, F.binary_cross_entropy_with_logits(pred, soft, reduction="none"))

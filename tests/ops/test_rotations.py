@@ -91,6 +91,14 @@ def test_round_trip_gradient_is_the_identity(angle: float) -> None:
         np.testing.assert_allclose(jacobian, np.eye(3), atol=1e-6)
 
 
+def test_a_quaternion_of_zeros_is_no_turn() -> None:
+    q = torch.tensor([[0.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0]], requires_grad=True)
+    matrices = quaternion_to_rotation_matrix(q)
+    assert torch.equal(matrices, torch.eye(3).expand(2, 3, 3))
+    matrices.sum().backward()
+    assert torch.equal(q.grad[0], torch.zeros(4)) and torch.isfinite(q.grad[1]).all()
+
+
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 def test_gradients_are_finite_at_the_singular_points(dtype: torch.dtype) -> None:
     half = axes().to(dtype) * math.pi

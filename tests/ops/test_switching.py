@@ -1,5 +1,7 @@
 """Conventions on which Kornia's users rely: layouts, dtypes and ranges."""
 
+import importlib
+import itertools
 import math
 from collections.abc import Callable
 
@@ -138,6 +140,26 @@ def test_whitening_that_is_fitted() -> None:
         enhance.ZCAWhitening()(x)
 
 
+def test_a_fitted_whitening_is_saved_and_moves() -> None:
+    x = torch.randn(20, 4, generator=torch.Generator().manual_seed(0))
+    white = enhance.ZCAWhitening(compute_inv=True).fit(x)
+    state = white.state_dict()
+    assert set(state) == {"mean_vector", "transform_matrix", "transform_inv"}  # Kornia's names
+    pipeline, empty = (torch.nn.Sequential(w) for w in (white, enhance.ZCAWhitening(compute_inv=True)))
+    assert not empty[0].fitted and not empty.state_dict()
+    empty.load_state_dict(pipeline.state_dict())
+    assert empty[0].fitted and torch.equal(empty(x), white(x))
+    assert torch.equal(empty[0].inverse_transform(x), white.inverse_transform(x))
+    assert white.double().transform_matrix.dtype == torch.float64
+    assert white.to("meta")(x.to("meta")).device.type == "meta"
+    # Kornia's state has an empty inverse where none is fitted.
+    plain = enhance.ZCAWhitening()
+    plain.load_state_dict(state | {"transform_inv": torch.empty(0)})
+    assert torch.equal(plain(x), empty(x))
+    with pytest.raises(RuntimeError, match="no inverse is fitted"):
+        plain.inverse_transform(x)
+
+
 def test_clusters_that_are_fitted() -> None:
     generator = torch.Generator().manual_seed(0)
     x = torch.randn(90, 2, generator=generator) + torch.tensor([[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]]).repeat(
@@ -152,6 +174,74 @@ def test_clusters_that_are_fitted() -> None:
     drawn = contrib.KMeans(3, None, seed=4)
     drawn.fit(x)
     assert drawn.cluster_centers.shape == (3, 2)
+    torch.manual_seed(4)
+    other = contrib.KMeans(3)  # draws from PyTorch's generator
+    other.fit(x)
+    assert torch.equal(other.cluster_centers, drawn.cluster_centers)
+
+
+def lloyd(x: np.ndarray, centers: np.ndarray, tolerance: float) -> tuple[np.ndarray, int]:
+    """The centres where Kornia's rule stops, and the number of iterations."""
+    for count in itertools.count(1):
+        nearest = np.abs(x[:, None] - centers).argmin(1)
+        moved = np.array([x[nearest == k].mean() for k in range(len(centers))])
+        total, centers = np.abs(moved - centers).sum(), moved
+        if total**2 <= tolerance:
+            return centers, count
+    raise AssertionError
+
+
+def test_clusters_stop_where_the_sum_of_movements_is_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = importlib.import_module("chiasm.contrib.kmeans")
+    nearest, left = module._nearest, iter(range(1000))
+    # a fit that does not stop fails, instead of running for ever
+    monkeypatch.setattr(module, "_nearest", lambda *given: (next(left), nearest(*given))[1])
+    x = np.arange(40.0) ** 1.5
+    counts = set()
+    for tolerance in (0.0, 1.0, 10.0, 100.0, 1000.0):
+        expected, count = lloyd(x, x[:4], tolerance)
+        counts.add(count)
+        model = contrib.KMeans(4, torch.from_numpy(x[:4, None]), tolerance)
+        model.fit(torch.from_numpy(x[:, None]))
+        np.testing.assert_allclose(model.cluster_centers[:, 0], expected, rtol=1e-12)
+    assert len(counts) > 3
+    model = contrib.KMeans(2, tolerance=0.0)
+    model.fit(torch.tensor([[0.0], [float("nan")], [1.0]]))
+    assert model.cluster_centers.isnan().any()
+
+
+def test_a_cluster_without_points_gets_one() -> None:
+    x = torch.tensor([[0.0], [1.0], [8.0], [10.0]])
+    found = set()
+    for seed in range(20):
+        model = contrib.KMeans(2, torch.tensor([[5.0], [1000.0]]), max_iterations=1, seed=seed)
+        model.fit(x)
+        assert model.cluster_centers[0].item() == 4.75
+        found.add(model.cluster_centers[1].item())
+    assert found == {0.0, 1.0, 8.0, 10.0}
+
+
+def test_fitted_clusters_are_saved_and_move() -> None:
+    x = torch.rand(30, 2, generator=torch.Generator().manual_seed(0))
+    model, empty = contrib.KMeans(3, seed=1), contrib.KMeans(3)
+    model.fit(x)
+    empty.load_state_dict(model.state_dict())
+    assert torch.equal(empty.cluster_centers, model.cluster_centers)
+    assert torch.equal(empty.predict(x), model.cluster_assignments)
+    assert empty.predict(x.to("meta")).device.type == "meta"
+    assert model.to("meta").cluster_centers.device.type == "meta"
+    assert model.cluster_assignments.device.type == "meta"
+
+
+@pytest.mark.parametrize(("settings", "message"), [
+    ({"tolerance": None}, "tolerance: expected a number, or max_iterations above 0, got None"),
+    ({"tolerance": float("nan")}, "tolerance: expected zero or more, got nan"),
+    ({"cluster_centers": torch.ones(2)}, r"cluster_centers: expected shape \(num_clusters, D\)"),
+    ({"cluster_centers": torch.ones(3, 1)}, r"cluster_centers: expected 2 of them, got \[3, 1\]"),
+])  # fmt: skip
+def test_settings_of_clusters(settings: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        contrib.KMeans(2, **settings)
 
 
 def test_matches_alone() -> None:

@@ -229,9 +229,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, 3, 12, 17) - 0.5, 100),
         (numbers(t, 1, 1, 5, 4) - 0.3, 3),
     ],
-    "connected_components.consecutive_labels": lambda t: [
-        (torch.tensor([[1, 0, 3, 1, 5, 3], [0, 2, 0, 4, 4, 0]]),),
-        (torch.zeros(1, 4, dtype=torch.int64),),
+    "connected_components.labelled_components": lambda t: [
+        (numbers(t, 2, 3, 12, 17) - 0.5,),
+        (integers(3, 1, 2, 9, 70).to(torch.uint8),),
     ],
     "connected_components.lower_at": lambda t: [offers()],
     "consensus._cheapest": lambda t: [

@@ -1,5 +1,6 @@
 """The Python API of the runtime: errors of wrong calls, bundles and artifacts."""
 
+import ctypes
 import io
 import os
 import zipfile
@@ -34,6 +35,23 @@ def test_run_into_refuses(method: runtime.Method) -> None:
     y.flags.writeable = False
     with pytest.raises(ChiasmError, match="output 'y': the array is read-only"):
         method.run_into((x, scale, keep), [y, dropped])
+
+
+class Copied:
+    def __init__(self, array: np.ndarray) -> None:
+        self.array = array
+
+    def __dlpack__(self, **options: object) -> object:
+        return self.array.__dlpack__(**options, copy=True)  # NumPy's capsule says that it is a copy
+
+
+def test_a_copy_is_read_but_not_written(method: runtime.Method) -> None:
+    x, scale, keep = example()
+    np.testing.assert_array_equal(method(Copied(x), scale, keep)[0], method(x, scale, keep)[0])
+    outputs = [Copied(np.empty_like(x)), np.empty_like(keep)]
+    with pytest.raises(ChiasmError, match="output 'y': its __dlpack__ returned a copy") as error:
+        method.run_into((x, scale, keep), outputs)
+    assert error.value.code == Code.INVALID_ARGUMENT
 
 
 # Errors
@@ -248,6 +266,30 @@ def test_options_of_a_run_that_it_does_not_know(method: runtime.Method, options:
     with pytest.raises(ChiasmError) as error:
         method.run(example(), **options)
     assert error.value.code == Code.INVALID_ARGUMENT and words in str(error.value), str(error.value)
+
+
+GET_POINTER = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
+    ("PyCapsule_GetPointer", ctypes.pythonapi)
+)
+
+
+class OnCuda:
+    """An array that says that its memory is a GPU's: for calls that are refused before anything reads it."""
+
+    def __init__(self, array: np.ndarray) -> None:
+        self.array = array
+
+    def __dlpack__(self, **_: object) -> object:
+        capsule = self.array.__dlpack__()
+        ctypes.c_int32.from_address(GET_POINTER(capsule, b"dltensor") + 8).value = 2  # DLTensor.device
+        return capsule
+
+
+@pytest.mark.parametrize("stream", [True, "x", Stream()])
+def test_a_stream_is_checked_before_outputs_are_made_for_it(method: runtime.Method, stream: object) -> None:
+    x, scale, keep = example()
+    with pytest.raises(ChiasmError, match="stream: expected a cudaStream_t"):
+        method.run((OnCuda(x), scale, keep), returns="torch", stream=stream)
 
 
 @pytest.mark.parametrize(

@@ -301,12 +301,97 @@ TEST_F(Call, RegionsOfOneMatrix) {
                                        {region(8), Tensor::strided(whole.data() + 300, {2, 2}, {16, 1})});
                     }),
             "output 'half': its memory overlaps that of output 'output'");
+  const auto run_both = [&](size_t first, size_t second) {
+    method_.run_each({{input_, sigma_view_}, {input_, sigma_view_}},
+                     {{region(first), half_view}, {region(second), Tensor(other.data(), {2, 2})}});
+  };
+  run_both(8, 2);
+  EXPECT_EQ(whole[6], 3.0f);
+  EXPECT_EQ(whole[7], 1.5f);
+  EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT, [&] { run_both(8, 4); }),
+            "run 0: the memory of an output overlaps that of an output of run 1");
+}
+
+TEST_F(Call, RunEachInPlace) {
+  std::vector<float> canvas(3 * 4 * 10), half(4);
+  for (size_t i = 0; i < canvas.size(); ++i) canvas[i] = static_cast<float>(i);
+  const auto region = [&](size_t i) {
+    return Tensor::strided(&canvas[i * 5], {1, 3, 4, 5}, {120, 40, 10, 1});
+  };
+  const Tensor sigma(sigma_.data(), {1, 2});
+  const std::vector<std::vector<Tensor>> outputs = {{region(0), Tensor(&half[0], {1, 2})},
+                                                    {region(1), Tensor(&half[2], {1, 2})}};
+  method_.run_each({{region(0), sigma}, {region(1), sigma}}, outputs);
+  for (size_t i = 0; i < canvas.size(); ++i) ASSERT_EQ(canvas[i], 2 * static_cast<float>(i));
   EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT,
                     [&] {
-                      method_.run_each({{input_, sigma_view_}, {input_, sigma_view_}},
-                                       {{region(8), half_view}, {region(2), Tensor(other.data(), {2, 2})}});
+                      method_.run_each({{region(1), sigma}, {region(1), sigma}}, outputs);
                     }),
-            "run 0: the memory of an output overlaps that of an output of run 1");
+            "run 1: the memory of an output overlaps that of an input of run 0");
+}
+
+TEST_F(Call, RunEachRefusesRegionsThatShareAnElement) {
+  constexpr int64_t kHeight = 12, kWidth = 14;
+  constexpr int kRounds = 1000;
+  const std::vector<float> image(3 * kHeight * kWidth, 1.5f);
+  const Tensor sigma(sigma_.data(), {1, 2});
+  std::mt19937 random(1);
+  const auto draw = [&](int64_t least, int64_t most) {
+    return least + static_cast<int64_t>(random() % static_cast<uint32_t>(most - least + 1));
+  };
+  int accepted = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<float> canvas(image.size()), expected(image.size()), half(3 * kHeight);
+    std::vector<std::vector<Tensor>> inputs, outputs;
+    bool apart = true;
+    for (int64_t run = 0, runs = draw(2, 3); run < runs; ++run) {
+      const int64_t height = draw(3, draw(3, kHeight)), width = draw(3, draw(3, kWidth));
+      const int64_t first = draw(0, kHeight - height) * kWidth + draw(0, kWidth - width);
+      for (int64_t i = 0; i < 3 * height * width; ++i) {
+        const int64_t plane = i / (height * width), row = i / width % height, column = i % width;
+        float& value = expected[static_cast<size_t>(first + (plane * kHeight + row) * kWidth + column)];
+        apart = apart && value == 0;
+        value = 3;
+      }
+      inputs.push_back({Tensor(image.data(), {1, 3, height, width}), sigma});
+      outputs.push_back({Tensor::strided(&canvas[static_cast<size_t>(first)], {1, 3, height, width},
+                                         {3 * kHeight * kWidth, kHeight * kWidth, kWidth, 1}),
+                         Tensor(&half[static_cast<size_t>(run * kHeight)], {1, (height + 1) / 2})});
+    }
+    bool taken = true;
+    try {
+      method_.run_each(inputs, outputs);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), CHIASM_INVALID_ARGUMENT) << error.what();
+      taken = false;
+    }
+    ASSERT_EQ(taken, apart) << "round " << round;
+    if (!taken) continue;
+    ++accepted;
+    EXPECT_EQ(canvas, expected) << "round " << round;
+  }
+  EXPECT_GT(accepted, kRounds / 10);
+  EXPECT_LT(accepted, kRounds / 2);
+}
+
+TEST_F(Call, RunEachCountsGapsBetweenCloserRows) {
+  std::vector<float> canvas(3 * 8 * 12), elsewhere(3 * 4 * 5), half(4);
+  const std::vector<Tensor> given{Tensor(image_.data(), {1, 3, 4, 5}), Tensor(sigma_.data(), {1, 2})};
+  const std::vector<Tensor> region{Tensor::strided(canvas.data(), {1, 3, 4, 5}, {288, 96, 12, 1}),
+                                   Tensor(&half[0], {1, 2})};
+  // One row fits between those of the region.
+  method_.run_each({given, given},
+                   {region, {Tensor(elsewhere.data(), {1, 3, 4, 5}), Tensor(&canvas[10], {1, 2})}});
+  EXPECT_EQ(canvas[10], 3.0f);
+  // Rows twice as far apart would fit too.
+  EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT,
+                    [&] {
+                      method_.run_each({given, given},
+                                       {region,
+                                        {Tensor::strided(&canvas[6], {1, 3, 4, 5}, {288, 96, 24, 1}),
+                                         Tensor(&half[2], {1, 2})}});
+                    }),
+            "run 1: the memory of an output overlaps that of an output of run 0");
 }
 
 TEST_F(Call, DeviceAndAlignment) {
@@ -757,6 +842,15 @@ TEST_F(Loading, SelfTestFindsWrongNumbersAndDamage) {
   write_text(path_ + "/golden.safetensors", golden.substr(0, golden.size() - 1));
   EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(path_).self_test(); }),
               HasSubstr("golden.safetensors: truncated"));
+}
+
+TEST_F(Loading, SelfTestShowsSmallAndLargeNumbers) {
+  const auto says = [&](const std::string& words) {
+    set_artifact(path_, "forward.float32.onnx", words);
+    return Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).message;
+  };
+  EXPECT_THAT(says("scale 1e-9"), AllOf(HasSubstr("e-08, golden 103;"), HasSubstr("golden -15")));
+  EXPECT_THAT(says("scale 1e30"), HasSubstr("e+31, golden 103;"));
 }
 
 TEST_F(Loading, SelfTestNamesAMissingGoldenTensor) {

@@ -1,4 +1,5 @@
 /** Real bundles on real backends. Only tests that need a GPU are skipped without one. */
+#include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -301,6 +302,28 @@ TEST(Bundles, AutoTakesNativeFirst) {
   EXPECT_EQ(open("filters.sobel").method("forward").backend(), "native");
   EXPECT_EQ(open("filters.sobel").method("forward", LoadOptions().with_allow_native_code(false)).backend(),
             "onnx");
+}
+
+TEST(Bundles, TorchLeavesTheCallersNumbersOfThreads) {
+  const std::vector<std::string> built = built_backends();
+  if (std::find(built.begin(), built.end(), "torch") == built.end())
+    GTEST_SKIP() << "built without the torch backend";
+  ASSERT_FALSE(backends().empty());  // opens libtorch
+  void* const libtorch = ::dlopen("libtorch_cpu.so", RTLD_NOW | RTLD_NOLOAD);
+  ASSERT_NE(libtorch, nullptr) << ::dlerror();
+  const auto get = reinterpret_cast<int (*)()>(::dlsym(libtorch, "omp_get_max_threads"));
+  const auto set = reinterpret_cast<void (*)(int)>(::dlsym(libtorch, "omp_set_num_threads"));
+  const auto exchange_mkl = reinterpret_cast<int (*)(int)>(::dlsym(libtorch, "MKL_Set_Num_Threads_Local"));
+  ASSERT_TRUE(get != nullptr && set != nullptr);
+  set(3);
+  if (exchange_mkl != nullptr) exchange_mkl(4);  // not in libtorch for ARM
+  const LoadOptions options = LoadOptions().with_backend("torch").with_num_threads(1);
+  const Method method = open("filters.sobel").method("forward", options);
+  EXPECT_EQ(get(), 3) << "after a load";
+  const std::vector<float> image = random_values(3 * 64 * 64);
+  method.run({Tensor(image.data(), {1, 3, 64, 64})});
+  EXPECT_EQ(get(), 3) << "after a run";
+  if (exchange_mkl != nullptr) EXPECT_EQ(exchange_mkl(0), 4);
 }
 
 TEST(Bundles, EveryOneProvesItself) {

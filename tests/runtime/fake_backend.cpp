@@ -8,7 +8,8 @@
  *
  *  FAKE_NAME is its name, FAKE_FORMATS the formats that it loads, FAKE_PRIORITY its place in `auto`.
  *  FAKE_ENGINE_MISSING makes a backend whose engine is missing; FAKE_ABI, FAKE_PROBE_FAILS and FAKE_NEEDS
- *  make backends that must be rejected.
+ *  make backends that must be rejected. A member of the table that the environment variable FAKE_LACKS names
+ *  is NULL. A backend has CUDA if fake_cuda.cpp is the driver.
  */
 #include <dlfcn.h>
 
@@ -56,7 +57,8 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
 #else
   (void)error;
   info->engine_version = "fake 1.0";
-  info->has_cuda = 0;
+  void* const driver = dlopen("libcuda.so.1", RTLD_NOW | RTLD_NOLOAD);
+  info->has_cuda = driver != nullptr && dlsym(driver, "fake_cuda_fail") != nullptr ? 1 : 0;
   return CHIASM_OK;
 #endif
 }
@@ -148,6 +150,22 @@ const chiasm_backend kBackend = {sizeof(chiasm_backend),
                                  run,
                                  unload};
 
+const chiasm_backend* table() {
+  const char* const lacks = std::getenv("FAKE_LACKS");
+  if (lacks == nullptr) return &kBackend;
+  static const chiasm_backend_option without_values[] = {{"fused", nullptr, ""}, {nullptr, nullptr, nullptr}};
+  static chiasm_backend incomplete;
+  incomplete = kBackend;
+  const std::string member = lacks;
+  if (member == "formats") incomplete.formats = nullptr;
+  if (member == "probe") incomplete.probe = nullptr;
+  if (member == "load") incomplete.load = nullptr;
+  if (member == "run") incomplete.run = nullptr;
+  if (member == "unload") incomplete.unload = nullptr;
+  if (member == "values of an option") incomplete.options = without_values;
+  return &incomplete;
+}
+
 }  // namespace
 
 #ifdef FAKE_NEEDS
@@ -158,5 +176,5 @@ extern "C" __attribute__((visibility("default"))) const chiasm_backend* chiasm_b
 #ifdef FAKE_NEEDS
   if (fake_engine_function() != 0) return nullptr;
 #endif
-  return abi == FAKE_ABI ? &kBackend : nullptr;
+  return abi == FAKE_ABI ? table() : nullptr;
 }

@@ -1,20 +1,24 @@
-/** The core's parts between a manifest and an engine: registry, choice of artifact, output pool. */
+/** The core's parts between a manifest and an engine: registry, choice of artifact, output pool, CUDA. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <dlfcn.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
+#include "base/cuda.h"
 #include "base/library.h"
 #include "base/pool.h"
 #include "core/cpu.h"
 #include "core/registry.h"
 #include "core/select.h"
+#include "core/self_test.h"
 #include "core/status.h"
 #include "core/threads.h"
 #include "support.h"
@@ -88,6 +92,17 @@ TEST(Registry, RefusesForeignPlugins) {
   EXPECT_THAT(problem(registry, "onnx"), HasSubstr("the fake engine is too old"));
   EXPECT_THAT(problem(registry, "torch"), HasSubstr("calls itself 'native'"));
   EXPECT_THAT(problem(registry, "broken"), HasSubstr("libfake_engine.so"));
+}
+
+TEST(Registry, RefusesAnIncompleteTable) {
+  for (const std::string member : {"formats", "probe", "load", "run", "unload", "values of an option"}) {
+    ::setenv("FAKE_LACKS", member.c_str(), 1);
+    Registry registry({kGood});
+    EXPECT_THAT(problem(registry, "native"),
+                HasSubstr("libchiasm_native.so is incomplete: its table has no " + member));
+    EXPECT_EQ(registry.find("native")->table(), nullptr);
+  }
+  ::unsetenv("FAKE_LACKS");
 }
 
 TEST(Registry, RefusesALibraryThatIsNoPlugin) {
@@ -406,6 +421,67 @@ TEST(Pool, KeepsOnlySoMuch) {
   pool.release(small, size_t{1} << 20);
   pool.trim();
   EXPECT_EQ(pool.kept_bytes(), 0u);
+}
+
+/** With a driver of which the test says what fails. It is opened first, and so is found for the real one. */
+class CudaErrors : public ::testing::Test {
+ protected:
+  static constexpr int kOutOfMemory = 2, kNoDevice = 100, kIllegalAddress = 700;  // CUresult
+
+  void SetUp() override {
+    void* const driver = ::dlopen(CHIASM_FAKE_CUDA, RTLD_NOW | RTLD_LOCAL);
+    ASSERT_NE(driver, nullptr) << ::dlerror();
+    fail_in_ = reinterpret_cast<void (*)(const char*, int)>(::dlsym(driver, "fake_cuda_fail"));
+    ASSERT_NE(fail_in_, nullptr);
+  }
+
+  void (*fail_in_)(const char* function, int result) = nullptr;
+};
+
+TEST_F(CudaErrors, TellAMissingDeviceFromAFailedCall) {
+  const auto code = [&](const char* function, int result) {
+    fail_in_(function, result);
+    try {
+      char bytes[16] = {};
+      base::CudaBuffer buffer(0, sizeof bytes);
+      buffer.copy_from_host(bytes, sizeof bytes);
+      buffer.copy_to_host(bytes, sizeof bytes);
+    } catch (const core::Error& error) {
+      return error.code();
+    }
+    return CHIASM_OK;
+  };
+  EXPECT_EQ(code("", 0), CHIASM_OK);
+  for (const char* function : {"cuInit", "cuDeviceGetCount", "cuDeviceGet", "cuDevicePrimaryCtxRetain"})
+    EXPECT_EQ(code(function, kNoDevice), CHIASM_UNAVAILABLE) << function;
+  for (const char* function :
+       {"cuCtxPushCurrent_v2", "cuMemAlloc_v2", "cuMemcpyHtoD_v2", "cuCtxSynchronize", "cuMemcpyDtoH_v2"})
+    EXPECT_EQ(code(function, kIllegalAddress), CHIASM_INTERNAL) << function;
+  for (const char* function : {"cuDevicePrimaryCtxRetain", "cuMemAlloc_v2"})
+    EXPECT_EQ(code(function, kOutOfMemory), CHIASM_OUT_OF_MEMORY) << function;
+}
+
+TEST_F(CudaErrors, FailTheSelfTest) {
+  const TemporaryFolder folder;
+  const auto bundle = std::make_shared<const core::Bundle>(write_bundle(folder).c_str(), core::get_trust());
+  Registry registry({kGood});
+  LoadRequest request;
+  request.backend = "onnx";
+  request.device_type = CHIASM_CUDA;
+  const auto passed = [&](const char* function, int result) {
+    fail_in_(function, result);
+    std::vector<int32_t> rows;
+    core::self_test(
+        bundle, request, registry,
+        [](const chiasm_self_test_row* row, void* all) {
+          static_cast<std::vector<int32_t>*>(all)->push_back(row->passed);
+        },
+        &rows);
+    return rows;
+  };
+  EXPECT_THAT(passed("", 0), ::testing::ElementsAre(1));
+  EXPECT_THAT(passed("cuCtxSynchronize", kIllegalAddress), ::testing::ElementsAre(0));
+  EXPECT_THAT(passed("cuMemAlloc_v2", kOutOfMemory), ::testing::ElementsAre(0));
 }
 
 }  // namespace

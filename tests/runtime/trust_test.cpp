@@ -5,11 +5,27 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <new>
 
 #include "chiasm/chiasm.hpp"
 #include "core/minisign.h"
 #include "core/status.h"
 #include "support.h"
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose allocations are their own
+#define CHIASM_ALLOCATIONS_FAIL
+
+/** The number of this thread's allocations that succeed before one fails; negative: none fails. */
+static thread_local int allocations_left = -1;
+
+void* operator new(std::size_t size) {
+  void* const memory = allocations_left >= 0 && allocations_left-- == 0 ? nullptr : std::malloc(size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#endif
 
 namespace chiasm::testing {
 namespace {
@@ -348,6 +364,37 @@ TEST_F(Policy, ArgumentsAreChecked) {
   ASSERT_EQ(count, 1u);
   EXPECT_EQ(keys[0], signer_.key());
 }
+
+#ifdef CHIASM_ALLOCATIONS_FAIL
+TEST_F(Policy, KeysAreWholeAfterALackOfMemory) {
+  const chiasm_api& api = *chiasm_get_api(CHIASM_API_VERSION);
+  int32_t code = CHIASM_OUT_OF_MEMORY;
+  int failures = 0;
+  for (; code != CHIASM_OK && failures < 100; ++failures) {
+    // others each time: keys that were once given out need no memory again
+    const std::vector<std::string> expected = {Signer(static_cast<unsigned char>(failures)).key(),
+                                               Signer(static_cast<unsigned char>(100 + failures)).key()};
+    set_trust(TrustPolicy::Signed, expected);
+    int32_t policy = 0;
+    const char* const* keys = nullptr;
+    size_t count = 0;
+    allocations_left = failures;
+    chiasm_status* const status = api.get_trust(&policy, &keys, &count);
+    allocations_left = -1;
+    code = api.status_code(status);
+    api.status_free(status);
+    if (code != CHIASM_OK) {
+      EXPECT_EQ(code, CHIASM_OUT_OF_MEMORY);
+      detail::check(api.get_trust(&policy, &keys, &count));
+    }
+    ASSERT_EQ(count, 2u);
+    ASSERT_NE(keys, nullptr) << "after " << failures << " allocations";
+    for (size_t i = 0; i < count; ++i) EXPECT_EQ(keys[i], expected[i]) << "after " << failures;
+  }
+  EXPECT_EQ(code, CHIASM_OK);
+  EXPECT_GT(failures, 5);
+}
+#endif
 
 }  // namespace
 }  // namespace chiasm::testing

@@ -153,6 +153,17 @@ def test_numbers_without_dimensions(server: Server, own_bundles: tuple[Path, Pat
     assert np.array_equal(answer.as_numpy("mean"), [3])
 
 
+def test_dims_of_a_number(server: Server, own_bundles: tuple[Path, Path]) -> None:
+    config = "".join(
+        f'input {{ name: "{name}" data_type: TYPE_FP32 dims: {dims} }}\n'
+        for name, dims in (("x", [-1]), ("factor", [2]))
+    )
+    server.add("two_factors", own_bundles[1], config=config)
+    words = r"input 'factor' of the configuration: the bundle has dims \[1\], got \[2\]"
+    with pytest.raises(http_client.InferenceServerException, match=words):
+        server.http.load_model("two_factors")
+
+
 def test_bfloat16(server: Server) -> None:
     config = server.serve("grey", "color.rgb_to_grayscale", config=parameter("dtype", "bfloat16"))
     assert config["input"][0]["data_type"] == "TYPE_BF16"

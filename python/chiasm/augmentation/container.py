@@ -94,12 +94,16 @@ class Chosen(nn.Module):
 
     exponents: List[float]
 
-    def __init__(self, least: int, greatest: int, weights: Sequence[float]) -> None:
+    def __init__(
+        self, least: int, greatest: int, weights: Sequence[float], same_on_batch: bool = False
+    ) -> None:
         super().__init__()
-        self.least, self.greatest = least, greatest
+        self.least, self.greatest, self.same_on_batch = least, greatest, same_on_batch
         self.exponents = [1.0 / w for w in weights]
 
     def forward(self, seed: Tensor) -> Tensor:
+        if self.same_on_batch:
+            seed = seed[:1].expand(seed.size(0))
         count = self.least + integers(seed, self.greatest - self.least + 1, 1, 1)
         drawn = torch.log(1.0 - uniform(seed, len(self.exponents)))
         keys = drawn * torch.tensor(self.exponents, dtype=drawn.dtype, device=seed.device)
@@ -123,7 +127,8 @@ class AugmentationSequential(Module):
             ``Keypoints`` of ``geometry``; of whole numbers they become float32. A second "input" is changed
             as the first one. A call also takes a dict, whose keys are these words, maybe with "_" or "-" and
             more ("mask_left"); other items stay as they are.
-        same_on_batch: True or False overrides the setting of each augmentation.
+        same_on_batch: True or False overrides the setting of each augmentation; with True, all samples go
+            through the same steps of ``random_apply``.
         keepdim: True returns an image without a batch dimension for an image without one.
         random_apply: how many steps are applied to each sample, in their order: a number, (least, greatest),
             or (least,) for at least so many; False for all.
@@ -156,7 +161,7 @@ class AugmentationSequential(Module):
                 step.same_on_batch = same_on_batch
         self.steps = nn.ModuleList(steps)
         self.some = random_apply is not False
-        self.chosen = _chosen(steps, random_apply, random_apply_weights)
+        self.chosen = _chosen(steps, random_apply, random_apply_weights, same_on_batch is True)
         self.data_keys = ["input"] if data_keys is None else read_keys(data_keys, _KEYS)
         self.same_on_batch, self.keepdim = same_on_batch, keepdim
         self.random_apply, self.random_apply_weights = random_apply, random_apply_weights
@@ -344,6 +349,7 @@ def _chosen(
     steps: Sequence[nn.Module],
     random_apply: Some,
     weights: Optional[Sequence[float]],
+    same_on_batch: bool,
 ) -> Chosen:
     total = len(steps)
     if random_apply is False:
@@ -359,7 +365,7 @@ def _chosen(
     shares = [1.0] * total if weights is None else numbers("random_apply_weights", weights)
     if len(shares) != total or min(shares, default=1.0) <= 0.0:
         raise ValueError(f"random_apply_weights: expected {total} positive numbers, got {weights}")
-    return Chosen(least, greatest, shares)
+    return Chosen(least, greatest, shares, same_on_batch)
 
 
 def _changes_size(step: nn.Module) -> bool:

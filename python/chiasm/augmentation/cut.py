@@ -148,6 +148,10 @@ class Cut(GeometricAugmentationBase2D):
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return cut(input, -params["corner"], (shape[2], shape[3]), "constant", self.fill)
 
+    @torch.jit.unused
+    def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return cut(input, -params["corner"], (shape[2], shape[3]), "constant", 0.0)
+
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         matrix = identity(params["batch_prob"], 3).clone()
         matrix[:, :2, 2] = -params["corner"].to(torch.float64)

@@ -128,6 +128,10 @@ class Cut3D(AugmentationBase3D):
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return cut3d(input, -params["corner"], (shape[2], shape[3], shape[4]), "constant", self.fill)
 
+    @torch.jit.unused
+    def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return cut3d(input, -params["corner"], (shape[2], shape[3], shape[4]), "constant", 0.0)
+
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         matrix = identity(params["batch_prob"], 4).clone()
         matrix[:, :3, 3] = -params["corner"].to(torch.float64)

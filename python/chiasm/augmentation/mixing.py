@@ -92,9 +92,11 @@ class MixAugmentationBase(Module):
         ]
 
     def along(self, value: Tensor, other: Tensor, seed: Tensor) -> Tensor:
-        """A label mask (B, C, *) or a further image, mixed in the same way as the images."""
-        plain = value if value.is_floating_point() else value.to(torch.float64)
-        return super().__call__(plain, other, seed)[0].to(value.dtype)
+        """A label mask (B, C, *) or a further image, mixed in the same way as the images; whole numbers are
+        rounded."""
+        if value.is_floating_point() or value.dtype == torch.uint8:
+            return super().__call__(value, other, seed)[0]
+        return super().__call__(value.to(torch.float64), other, seed)[0].round().to(value.dtype)
 
 
 class RandomMixUpV2(MixAugmentationBase):

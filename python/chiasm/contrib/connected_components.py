@@ -8,8 +8,8 @@ from torch import Tensor
 from ..primitives.core.broadcasting import in_batch, like_given
 from ..primitives.core.checks import check_pixels, check_tensor
 from ..primitives.features.connected_components import (
-    consecutive_labels,
     label_statistics,
+    labelled_components,
     numbered_components,
 )
 
@@ -46,8 +46,7 @@ def _connected_components_of_batch(image: Tensor, num_iterations: int) -> Tensor
     check_pixels(image, "image")
     if num_iterations < 0:
         raise ValueError(f"num_iterations: expected at least 0, got {num_iterations}")
-    known = image.to(torch.float32) if image.dtype == torch.uint8 else image
-    return numbered_components(known, num_iterations)
+    return numbered_components(image, num_iterations)
 
 
 def connected_components_union_find(image: Tensor) -> Tensor:
@@ -112,8 +111,7 @@ def connected_components_with_stats(
     if max_labels < 1 or max_labels > 32767:
         raise ValueError(f"max_labels: expected 1 to 32767, got {max_labels}")
     batch, channels, height, width = image.size(0), image.size(1), image.size(2), image.size(3)
-    roots = connected_components_union_find(image).flatten(0, 1).flatten(1)
-    label = consecutive_labels(roots).reshape(-1, height, width)
+    label = labelled_components(image).reshape(-1, height, width)
     measured = label_statistics(label, max_labels).reshape(batch, channels, max_labels, 7)
     area = measured[..., 4:5].clamp(min=1).to(torch.float64)
     return (

@@ -238,7 +238,8 @@ def _plain_row(name: str, value: Any) -> Row:
         return value
     try:
         array = np.asarray(value)
-    except (ValueError, TypeError, OverflowError) as error:
+    # TypeError, RuntimeError: a tensor on a GPU or of bfloat16, and one that requires its gradient
+    except (ValueError, TypeError, OverflowError, RuntimeError) as error:
         raise DataError(
             f"column {name!r}: expected an array, got {type(value).__name__}: {one_line(error)}"
         ) from error

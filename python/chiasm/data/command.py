@@ -12,6 +12,7 @@ import click
 
 from ..export.command import BundlePath, OutputPath, jobs_option, pairs
 from ..export.console import console
+from ..export.text import one_line
 
 
 @click.command("map")
@@ -129,8 +130,8 @@ def map_command(
         raise DataError(f"{len(failures)} of {len(shards)} shards failed, the first: {failures[0]}")
     before = f", {len(shards) - len(todo)} of them by an earlier run" if len(todo) < len(shards) else ""
     click.echo(
-        f"{len(shards)} shards in {output}/{before}: {done} rows in {time.monotonic() - started:.0f} s,"
-        f" {bad} of them bad (column `error` says why)"
+        f"{len(shards)} shards in {one_line(output)}/{before}: {done} rows in"
+        f" {time.monotonic() - started:.0f} s, {bad} of them bad (column `error` says why)"
     )
 
 

@@ -30,7 +30,7 @@ def decode(tensor: Any, data: Any) -> np.ndarray:
         raise DataError(f"{name}: expected an array, got {what}: it takes no image")
     try:
         if tensor.dtypes[0] == "uint8" and tensor.layout == "HWC" and count == "3":
-            picture = _read(name, data, tensor.color or "RGB")
+            picture = _read(name, data, "BGR" if tensor.color == "BGR" else "RGB")
             return picture if picture.shape[2] == 3 else np.repeat((picture >> 8).astype(np.uint8), 3, 2)
         described = {
             "name": tensor.name,

@@ -36,7 +36,10 @@ def _column(values: list[Any]) -> Any:
     """Rows of one shape as one array, so that they run as one batch; others, and files, as they are."""
     if any(is_array_or_file(value) and not isinstance(value, np.ndarray) for value in values):
         return values
-    rows = [np.asarray(value) for value in values]
+    try:
+        rows = [np.asarray(value) for value in values]
+    except (ValueError, TypeError, RuntimeError):
+        return values  # the row that NumPy cannot read is named when it is mapped
     alike = all(row.shape == rows[0].shape and row.dtype == rows[0].dtype for row in rows)
     return np.stack(rows) if alike else rows
 

@@ -21,7 +21,7 @@ from ..triton.command import triton
 from .command import BundlePath, Group, OutputPath, jobs_option, pairs, password
 from .console import console
 from .isas import ISAS
-from .manifest import FORMATS, METHODS, read_manifest
+from .manifest import FORMATS, METHODS, BundleError, read_manifest
 from .text import first_sentence, one_line
 from .workers import export_names
 
@@ -242,7 +242,7 @@ def pack(name: str, bundles: tuple[Path, ...], output: Path, version: str) -> No
 
     wheel, written = write(name, bundles, output, version)
     click.echo(
-        f"{'wrote' if written else 'unchanged'} {wheel}: {len(bundles)} bundles,"
+        f"{'wrote' if written else 'unchanged'} {one_line(wheel)}: {len(bundles)} bundles,"
         f" {wheel.stat().st_size / 1e6:.1f} MB"
     )
 
@@ -286,7 +286,7 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
     """Replay bundles' golden vectors on every backend.
 
     Exit status 1 where a value is wrong, a file damaged or a signature missing or wrong. A backend that this
-    machine lacks is reported, and is no failure.
+    machine lacks is reported, and is no failure; but if nothing could be run at all, the status is 1 too.
 
     \b
     Examples:
@@ -311,6 +311,7 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
     table = Table("bundle", "method", "dtype", "backend", "largest error", "", box=None, header_style="bold")
     ran = failed = 0
     said: list[str] = []  # printed as lines of their own: a table's last column is too narrow
+    damaged: list[str] = []
     with Progress(
         TextColumn("{task.description:48}"),
         BarColumn(),
@@ -319,7 +320,15 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
         transient=True,
     ) as progress:
         for bundle in progress.track(bundles, description="verifying"):
-            for row in verify_bundle(bundle):
+            name = escape(one_line(bundle.resolve().name.removesuffix(SUFFIX)))
+            try:
+                rows = verify_bundle(bundle)
+            except BundleError as error:  # the other bundles are verified all the same
+                ran, failed = ran + 1, failed + 1
+                damaged.append(one_line(error))
+                table.add_row(name, "", "", "", "", "[red]FAIL[/]")
+                continue
+            for row in rows:
                 ran += row.passed is not None
                 failed += row.passed is False
                 verdict = {True: "[green]pass[/]", False: "[red]FAIL[/]", None: "[yellow]not run[/]"}[
@@ -332,7 +341,7 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
                         f" {one_line(row.message)}"
                     )
                 table.add_row(
-                    escape(one_line(bundle.resolve().name.removesuffix(SUFFIX))),
+                    name,
                     row.method,
                     row.dtype,
                     row.backend,
@@ -342,6 +351,8 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
     console.print(table)
     for line in dict.fromkeys(said):
         click.echo(line)
+    for line in damaged:
+        click.echo(f"Error: {line}", err=True)
     console.print(f"verify: {ran} checks, {failed} failed", highlight=False)
     if failed or not ran:
         raise SystemExit(1)

@@ -13,6 +13,7 @@ import torch
 from chiasm.onnx import register
 
 from .bundle import read_golden
+from .manifest import read_file
 from .text import one_line
 from .verify import Row
 
@@ -73,19 +74,20 @@ def _rows(
     for artifact in method["artifacts"]:
         if artifact["format"] != "onnx" or (dtype is not None and dtype not in artifact["dtypes"]):
             continue
+        model = read_file(folder, artifact)  # again, since the file may have changed since it was checked
         try:
-            worst, message = compare(method, onnx_session(folder / artifact["file"])(inputs), expected)
+            worst, message = compare(method, onnx_session(model)(inputs), expected)
         except Exception as error:  # ONNX Runtime's exceptions have no common class
             worst, message = float("inf"), one_line(error)
         backend = "onnx (python, fused body)" if "function" in artifact else "onnx (python)"
-        yield Row(case["method"], dtype or "", backend, artifact["file"], not message, worst, message)
+        yield Row(case["method"], dtype or "", backend, not message, worst, message)
 
 
 def onnx_session(
-    file: Path, bundle: Path | None = None
+    model: Path | bytes, bundle: Path | None = None
 ) -> Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]:
-    """Load a `.onnx` in ONNX Runtime's Python package, with the native code of `bundle` if one is given;
-    returns a function from named inputs to outputs."""
+    """Load a `.onnx`, or its bytes, in ONNX Runtime's Python package, with the native code of `bundle` if one
+    is given; returns a function from named inputs to outputs."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
@@ -93,7 +95,8 @@ def onnx_session(
         register(options, bundle)
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_EXTENDED
     options.log_severity_level = 3
-    session = onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
+    given = model if isinstance(model, bytes) else str(model)
+    session = onnxruntime.InferenceSession(given, options, providers=["CPUExecutionProvider"])
     wanted = {i.name for i in session.get_inputs()}
 
     def run(inputs: dict[str, torch.Tensor]) -> tuple[torch.Tensor, ...]:

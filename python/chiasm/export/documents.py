@@ -15,14 +15,14 @@ import sys
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import torch
 from torch import nn
 
-from .isas import compiler_command, run_tool
+from .isas import ISAS, compiler_command, run_tool
 from .manifest import sha256
 
 #: The package whose version a shared library has, for libraries that compiled code is linked with.
@@ -48,9 +48,15 @@ def sbom(manifest: Mapping[str, Any], files: Mapping[str, bytes]) -> bytes:
         }
         packages.append(_component("application", "g++", versions["gcc"]))
         linked += [_component("library", library, versions["gcc"]) for library in _STATIC]
-        for library in sorted({library for data in native.values() for library in _linked(data)}):
+        libraries = {name: _linked(data) for name, data in native.items()}
+        # Not this machine's, but the cross-compiler's, whose version is not known
+        foreign = {
+            library for file, isa in _isas(manifest) if ISAS[isa].is_foreign for library in libraries[file]
+        }
+        for library in sorted({library for each in libraries.values() for library in each}):
             owner = next((owner for pattern, owner in _OWNERS if re.match(pattern, library)), "")
-            linked.append(_component("library", library, versions.get(owner, "")))
+            version = "" if library in foreign else versions.get(owner, "")
+            linked.append(_component("library", library, version))
     parts = [
         _component("file", name) | {"hashes": [{"alg": "SHA-256", "content": sha256(data)}]}
         for name, data in sorted(files.items())
@@ -105,9 +111,16 @@ def _needed(code: bytes) -> list[str]:
 
 def _compiler_version(manifest: Mapping[str, Any]) -> str:
     """The version of g++, or all versions if there was more than one."""
-    artifacts = [a for method in manifest["methods"].values() for a in method["artifacts"]]
-    commands = sorted({compiler_command(a["isa"]) for a in artifacts if "isa" in a})
+    commands = sorted({compiler_command(isa) for _, isa in _isas(manifest)})
     return ", ".join(dict.fromkeys(run_tool([c, "-dumpfullversion"]).strip() for c in commands))
+
+
+def _isas(manifest: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """The files of native code, each with the instruction set that it was compiled for."""
+    for method in manifest["methods"].values():
+        for artifact in method["artifacts"]:
+            if "isa" in artifact or "sm" in artifact:
+                yield artifact["file"], artifact.get("isa") or f"sm_{artifact['sm']}"
 
 
 def provenance(

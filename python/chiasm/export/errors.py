@@ -27,17 +27,23 @@ _PACKAGES = (
     "jsonschema",
     "safetensors",
 )
+
+
+def _folder(package: str) -> str | None:
+    try:
+        spec = importlib.util.find_spec(package)
+    except ValueError:  # a stub in sys.modules, as tests and builds of documentation put there
+        return None
+    return str(Path(spec.origin).parent) if spec and spec.origin else None
+
+
 _ENGINE_ROOTS = (
     _EXPORT,
     "<chiasm",
     "<eval_with_key>",
     "<frozen",
     "<__array_function__",
-    *(
-        str(Path(spec.origin).parent)
-        for spec in map(importlib.util.find_spec, _PACKAGES)
-        if spec and spec.origin
-    ),
+    *filter(None, map(_folder, _PACKAGES)),
 )
 _LIBRARY = sysconfig.get_paths()["stdlib"]
 #: Errors of engines, and what to do about each.

@@ -5,10 +5,11 @@ from __future__ import annotations
 import errno
 import os
 import stat
-import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+
+from ..writing import write_whole as write_whole
 
 #: The most bytes of a bundle's file, as for the runtime (runtime/core/manifest.cpp).
 MOST_OF_FILE = 1 << 40
@@ -44,23 +45,3 @@ def naming(path: Path) -> Generator[None]:
         if error.filename is None:
             error.filename = str(path)
         raise
-
-
-def write_whole(path: Path, data: bytes | memoryview) -> None:
-    """Write a file atomically, replacing an existing one; a link itself is replaced, not its target."""
-    scratch = None
-    try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".writing-", delete=False) as file:
-            scratch = Path(file.name)
-            file.write(data)
-        scratch.chmod(0o666 & ~_umask())
-        os.replace(scratch, path)
-    finally:
-        if scratch is not None:
-            scratch.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -226,8 +226,9 @@ def _leaves(value: Any) -> list[Any]:
 
 
 def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
-    """Write the first image of an output atomically. Float values inside 0 to 1 are kept, others are
-    stretched to that range."""
+    """Write the first image of an output atomically. Bytes are kept. Other values are taken as numbers from 0
+    to 1 if no finite one is more than 0.001 outside; else the image is stretched, its least to 0 and its
+    greatest to 1. Infinity is 1; minus infinity and NaN are 0."""
     if array.size == 0:
         raise BundleError(f"{path}: output {tensor['name']!r} is empty: its shape is {array.shape}")
     if tensor["layout"].startswith("N"):

@@ -33,7 +33,8 @@ _MOST_OF_MANIFEST = 16 << 20
 
 
 class BundleError(RuntimeError):
-    """A bundle is damaged, or is not one."""
+    """A bundle is damaged, is not one, or lacks what is asked of it; or the command cannot use what it is
+    given beside one: an image file, a key, a value, a target."""
 
 
 @cache
@@ -104,8 +105,11 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     another manifest."""
     made = dict(pairs)
     if len(made) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise ValueError(f"the key {next(key for key in keys if keys.count(key) > 1)!r} occurs twice")
+        seen: set[str] = set()
+        for key, _ in pairs:
+            if key in seen:
+                raise ValueError(f"the key {key!r} occurs twice")
+            seen.add(key)
     return made
 
 

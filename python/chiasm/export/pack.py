@@ -70,8 +70,7 @@ def pack(name: str, bundles: Sequence[Path], output: Path, version: str = __vers
         ).encode(),
         f"{info}/WHEEL": (
             f"Wheel-Version: 1.0\nGenerator: chiasm {__version__}\n"
-            f"Root-Is-Purelib: {str(not glibc).lower()}\n"
-            + "".join(f"Tag: py3-none-{tag}\n" for tag in tags)
+            f"Root-Is-Purelib: {str(not glibc).lower()}\n" + "".join(f"Tag: py3-none-{tag}\n" for tag in tags)
         ).encode(),
         f"{info}/entry_points.txt": f"[{GROUP}]\n{name} = {distribution}\n".encode(),
     }

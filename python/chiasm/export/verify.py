@@ -17,7 +17,6 @@ class Row:
     method: str
     dtype: str
     backend: str
-    artifact: str
     passed: bool | None
     error: float
     message: str = ""
@@ -53,15 +52,4 @@ def _runtime(folder: Path) -> list[Row]:
         rows = chiasm.runtime.open(folder).self_test()
     except (chiasm.runtime.ChiasmError, ValueError) as error:  # ValueError: a path that is not UTF-8
         raise BundleError(str(error)) from error
-    return [
-        Row(
-            r.method,
-            r.dtype,
-            r.backend,
-            r.artifact,
-            r.passed,
-            r.max_error,
-            r.message,
-        )
-        for r in rows
-    ]
+    return [Row(r.method, r.dtype, r.backend, r.passed, r.max_error, r.message) for r in rows]

@@ -6,7 +6,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_all_broadcastable, check_pixels, odd_pair
+from ..primitives.core.checks import check_all_broadcastable, check_image, odd_pair
 from .correlation import check_kernel_batch, filter2d
 from .gaussian_kernels import as_column
 
@@ -102,7 +102,7 @@ def gabor(
         ... ]
         tensor(True)
     """
-    check_pixels(input, "input")
+    check_image(input, "input")
     kernel = get_gabor_kernel2d(kernel_size, sigma, theta, lambd, gamma, psi, input.dtype)
     check_kernel_batch(kernel, input, "sigma, theta, lambd, gamma, psi")
     return filter2d(input, kernel.to(input.device), border_type)

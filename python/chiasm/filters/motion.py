@@ -11,7 +11,7 @@ from ..primitives.core.checks import (
     check_broadcastable,
     check_choice,
     check_floating,
-    check_pixels,
+    check_image,
     check_triple,
 )
 from ..primitives.resampling.volumes import check_volume
@@ -149,7 +149,7 @@ def motion_blur(
         >>> motion_blur(torch.eye(5)[None, None], 5, 135.0, 0.0, "constant")[0, 0, 2, 2]
         tensor(1.)
     """
-    check_pixels(input, "input")
+    check_image(input, "input")
     kernel = get_motion_kernel2d(kernel_size, angle, direction, mode, input.dtype)
     check_kernel_batch(kernel, input, "angle, direction")
     return filter2d(input, kernel.to(input.device), border_type)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from enum import Enum
 from pathlib import Path
@@ -13,6 +14,7 @@ from torch import Tensor
 
 from ..color import rgb_to_grayscale
 from ..primitives.core.checks import check_tensor
+from ..writing import write_whole
 from .arrays import tensor_to_image
 
 
@@ -84,7 +86,8 @@ def load_image(
 
 
 def write_image(path_file: str | Path, image: Tensor, quality: int = 80) -> None:
-    """Write an image file by Pillow; the name's extension says the format. No value is scaled.
+    """Write an image file by Pillow; the name's extension says the format. No value is scaled. A file that is
+    there is replaced when the new one is complete.
 
     Args:
         path_file: the file.
@@ -114,15 +117,18 @@ def write_image(path_file: str | Path, image: Tensor, quality: int = 80) -> None
     if not 0 <= quality <= 100:
         raise ValueError(f"quality: expected 0 to 100, got {quality}")
     pillow = _pillow()
-    extension = _path(path_file).suffix.lower()
+    path = _path(path_file)
+    extension = path.suffix.lower()
     form = pillow.registered_extensions().get(extension)
     if form not in pillow.SAVE:
         raise ValueError(f"path_file: expected the extension of an image, such as .png, got {extension!r}")
     picture = pillow.fromarray(tensor_to_image(image, force_contiguous=True))
-    if form == "JPEG":
-        picture.save(path_file, quality=quality)
-    else:
-        picture.save(path_file)
+    encoded = io.BytesIO()  # not directly to the file: Pillow does not report a full disk
+    picture.save(encoded, form, **({"quality": quality} if form == "JPEG" else {}))
+    try:
+        write_whole(path, encoded.getbuffer())
+    except OSError as error:  # which names the unfinished file, or none
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def _decoded(path_file: str | Path) -> Any:

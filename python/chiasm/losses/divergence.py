@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_image, check_same_shape
-from ..primitives.numbers.loss_reduction import reduced
+from ..primitives.numbers.loss_reduction import narrowed, reduced, widened
 
 
 def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
@@ -31,7 +31,8 @@ def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Ten
         tensor(0.6931)
     """
     _check_heatmaps(pred, target)
-    return reduced(_divergence(target, pred), reduction)
+    loss = reduced(_divergence(widened(target), widened(pred)), reduction)
+    return narrowed(loss, torch.promote_types(pred.dtype, target.dtype))
 
 
 def js_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
@@ -57,8 +58,12 @@ def js_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Ten
         tensor(0.6931)
     """
     _check_heatmaps(pred, target)
-    middle = 0.5 * (pred + target)
-    return reduced(0.5 * (_divergence(target, middle) + _divergence(pred, middle)), reduction)
+    p, q = widened(pred), widened(target)
+    # Twice the heatmaps, whose mean is the sum: the mean of the least number and 0 is rounded to 0, from
+    # which the divergence would be infinite.
+    total = p + q
+    loss = reduced(0.25 * (_divergence(2.0 * q, total) + _divergence(2.0 * p, total)), reduction)
+    return narrowed(loss, torch.promote_types(pred.dtype, target.dtype))
 
 
 def _check_heatmaps(pred: Tensor, target: Tensor) -> None:

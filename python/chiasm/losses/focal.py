@@ -6,7 +6,13 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_same_shape
-from ..primitives.numbers.loss_reduction import considered, reduced_where, where_considered
+from ..primitives.numbers.loss_reduction import (
+    considered,
+    narrowed,
+    reduced_where,
+    where_considered,
+    widened,
+)
 from .labels import check_prediction, class_planes, class_weights
 
 
@@ -30,8 +36,8 @@ def focal_loss(
         alpha: weight of the classes from 1 on; class 0, the background, has 1 - alpha. None means no such
             weights.
         gamma: reduces the weight of well classified pixels; 0 gives the cross entropy.
-        reduction: "none", "sum" or "mean". The mean is over all C entries of the pixels that are not ignored,
-            so C times it is the mean over pixels.
+        reduction: "none", "sum" or "mean". The mean is over all C entries of all pixels, also of those that
+            are ignored, as in Kornia: C times it is the mean over pixels.
         weight: (C,), the weight of the pixels of each class; ones by default.
         ignore_index: label of pixels that are ignored; None ignores no pixels.
 
@@ -52,7 +58,7 @@ def focal_loss(
     if pred.size(1) < 2:
         raise ValueError(f"pred: expected at least 2 classes, got {list(pred.shape)}")
     counts = considered(target, ignore_index)
-    logits, every = where_considered(pred, counts)
+    logits, every = where_considered(widened(pred), counts)
     planes = class_planes(target, pred.size(1))
     own = torch.where(planes, logits, torch.zeros_like(logits)).sum(1)
     # The odds of the class against all others give p_t and 1 - p_t without cancellation, also for very
@@ -66,10 +72,10 @@ def focal_loss(
         )
     if weight is not None:
         shape = [-1] + [1] * (target.dim() - 1)
-        weights = class_weights(weight, pred, "weight").reshape(shape)
-        loss = loss * (planes.to(pred.dtype) * weights).sum(1)
+        weights = class_weights(weight, logits, "weight").reshape(shape)
+        loss = loss * (planes.to(logits.dtype) * weights).sum(1)
     each = torch.where(planes, loss[:, None], torch.zeros_like(logits))
-    return reduced_where(each, every.expand_as(each), reduction)
+    return narrowed(reduced_where(each, every.expand_as(each), reduction), pred.dtype)
 
 
 def binary_focal_loss_with_logits(
@@ -91,7 +97,7 @@ def binary_focal_loss_with_logits(
         target: like pred, 0 or 1 (or between), or ignore_index; of any dtype.
         alpha: weight of positive examples; negative ones have 1 - alpha. None means no such weights.
         gamma: reduces the weight of well classified examples; 0 gives the cross entropy.
-        reduction: "none", "sum" or "mean" (over the examples that are not ignored).
+        reduction: "none", "sum" or "mean" (over all examples, also those that are ignored, as in Kornia).
         pos_weight: (C,), an additional weight of the positive examples of each class; ones by default.
         weight: (C,), the weight of all examples of each class; ones by default.
         ignore_index: target of examples that are ignored; None ignores no examples.
@@ -110,17 +116,18 @@ def binary_focal_loss_with_logits(
     check_floating(pred, "pred")
     check_same_shape(target, pred, "target", "pred")
     counts = considered(target, ignore_index)
-    logits = torch.where(counts, pred, torch.zeros_like(pred))
-    y = torch.where(counts, target.to(pred.dtype), torch.zeros_like(pred))
+    wide = widened(pred)
+    logits = torch.where(counts, wide, torch.zeros_like(wide))
+    y = torch.where(counts, target.to(wide.dtype), torch.zeros_like(wide))
     positive, negative = y * _focused(logits, gamma), (1.0 - y) * _focused(-logits, gamma)
     if alpha is not None:
         positive, negative = alpha * positive, (1.0 - alpha) * negative
     if pos_weight is not None:
-        positive = positive * _of_channels(pos_weight, pred, "pos_weight")
+        positive = positive * _of_channels(pos_weight, wide, "pos_weight")
     loss = positive + negative
     if weight is not None:
-        loss = loss * _of_channels(weight, pred, "weight")
-    return reduced_where(loss, counts, reduction)
+        loss = loss * _of_channels(weight, wide, "weight")
+    return narrowed(reduced_where(loss, counts, reduction), pred.dtype)
 
 
 def _focused(logit: Tensor, gamma: float) -> Tensor:

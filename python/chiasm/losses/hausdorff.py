@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_image, check_reduction
 from ..primitives.filters.padding import stencil, stencil3d
-from ..primitives.numbers.loss_reduction import reduced
+from ..primitives.numbers.loss_reduction import narrowed, reduced, widened
 from ..primitives.numbers.reductions import greatest, least
 from ..primitives.resampling.volumes import check_volume
 from .labels import check_labels, class_planes
@@ -48,7 +48,7 @@ def hausdorff_er_loss(
     """
     check_image(pred, "pred")
     error = _squared_error(pred, target, k, reduction)
-    return reduced(_eroded_sum(error, alpha, k), reduction)
+    return narrowed(reduced(_eroded_sum(error, alpha, k), reduction), pred.dtype)
 
 
 def hausdorff_er_loss3d(
@@ -80,7 +80,7 @@ def hausdorff_er_loss3d(
     """
     check_volume(pred, "pred")
     error = _squared_error(pred, target, k, reduction)
-    return reduced(_eroded_sum(error, alpha, k), reduction)
+    return narrowed(reduced(_eroded_sum(error, alpha, k), reduction), pred.dtype)
 
 
 def _squared_error(pred: Tensor, target: Tensor, k: int, reduction: str) -> Tensor:
@@ -99,7 +99,9 @@ def _squared_error(pred: Tensor, target: Tensor, k: int, reduction: str) -> Tens
     if k < 1:
         raise ValueError(f"k: expected a positive number, got {k}")
     mask = target > 0 if pred.size(1) == 1 else class_planes(target[:, 0], pred.size(1))
-    difference = pred - mask.to(pred.dtype)
+    # Stretching multiplies the rounding errors of each erosion.
+    wide = widened(pred)
+    difference = wide - mask.to(wide.dtype)
     return difference * difference
 
 

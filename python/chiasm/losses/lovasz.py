@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_one_channel, check_tensor
+from ..primitives.numbers.loss_reduction import narrowed, widened
 from ..primitives.numbers.ranking import stable_topk
 from .labels import check_prediction, class_planes, class_weights
 
@@ -39,9 +40,9 @@ def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
             f"target: expected shape (B, H, W) for pred {list(pred.shape)}, got {list(target.shape)}"
         )
     foreground = target.flatten(1) > 0
-    logits = pred.flatten(1)
+    logits = widened(pred).flatten(1)
     errors = torch.relu(1.0 - torch.where(foreground, logits, -logits))
-    return _extension(errors, foreground).mean()
+    return narrowed(_extension(errors, foreground).mean(), pred.dtype)
 
 
 def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] = None) -> Tensor:
@@ -68,11 +69,12 @@ def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] =
         tensor(0.5000)
     """
     check_prediction(pred, target, 3)
-    weights = class_weights(weight, pred, "weight")
-    probability = torch.softmax(pred, 1).flatten(2)
+    logits = widened(pred)
+    weights = class_weights(weight, logits, "weight")
+    probability = torch.softmax(logits, 1).flatten(2)
     own = class_planes(target.flatten(1), pred.size(1))
     losses = _extension(torch.where(own, 1.0 - probability, probability), own)
-    return ((losses * weights).sum(1) / weights.sum()).mean()
+    return narrowed(((losses * weights).sum(1) / weights.sum()).mean(), pred.dtype)
 
 
 def _extension(errors: Tensor, foreground: Tensor) -> Tensor:

@@ -8,7 +8,7 @@ from torch import Tensor
 from ..filters.gaussian import gaussian_taps
 from ..primitives.core.checks import check_image, check_interval, check_reduction, check_same_shape
 from ..primitives.filters.stencil import separable_scales, separable_shared
-from ..primitives.numbers.loss_reduction import reduced
+from ..primitives.numbers.loss_reduction import narrowed, reduced, widened
 
 
 def ms_ssim_loss(
@@ -69,9 +69,10 @@ def ms_ssim_loss(
         )
     c1, c2 = (K[0] * data_range) * (K[0] * data_range), (K[1] * data_range) * (K[1] * data_range)
     taps = [gaussian_taps(2 * reach + 1, sigma) for sigma in scales]
-    similarity = torch.ones_like(img1)
+    a, b = widened(img1), widened(img2)
+    similarity = torch.ones_like(a)
     luminance = similarity
-    for means in separable_scales([img1, img2, img1 * img1, img2 * img2, img1 * img2], taps, "reflect"):
+    for means in separable_scales([a, b, a * a, b * b, a * b], taps, "reflect"):
         mu1, mu2 = means[0], means[1]
         similarity = (
             similarity
@@ -80,9 +81,9 @@ def ms_ssim_loss(
         )
         # Only the widest Gaussian's luminance is used
         luminance = (2.0 * mu1 * mu2 + c1) / (mu1 * mu1 + mu2 * mu2 + c1)
-    difference = separable_shared((img1 - img2).abs(), taps[-1], taps[-1], "reflect")
+    difference = separable_shared((a - b).abs(), taps[-1], taps[-1], "reflect")
     loss = compensation * (alpha * (1.0 - luminance * similarity) + ((1.0 - alpha) / data_range) * difference)
-    return reduced(loss, reduction)
+    return narrowed(reduced(loss, reduction), torch.promote_types(img1.dtype, img2.dtype))
 
 
 def _check_sigmas(sigmas: List[float]) -> None:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice
-from ..primitives.numbers.loss_reduction import considered, where_considered
+from ..primitives.numbers.loss_reduction import considered, narrowed, where_considered, widened
 from .labels import check_prediction, class_planes, class_weights
 
 
@@ -34,7 +34,7 @@ def dice_loss(
         ignore_index: label of pixels that are ignored; None ignores no pixels.
 
     Returns:
-        A scalar from 0 to 1.
+        A scalar from 0 to 1. A sample whose pixels are all ignored has the loss 1.
 
     Raises:
         TypeError: if pred is not floating point or target not of integers.
@@ -46,9 +46,11 @@ def dice_loss(
     """
     check_choice(average, ["micro", "macro"], "average")
     check_prediction(pred, target, 3)
-    both, predicted, labelled = _class_sums(pred, target, ignore_index)
-    weights = class_weights(weight, pred, "weight")
-    return _averaged_loss(2.0 * both, predicted + labelled, labelled > 0.0, weights, average, eps)
+    logits = widened(pred)
+    both, predicted, labelled = _class_sums(logits, target, ignore_index)
+    weights = class_weights(weight, logits, "weight")
+    loss = _averaged_loss(2.0 * both, predicted + labelled, labelled > 0.0, weights, average, eps)
+    return narrowed(loss, pred.dtype)
 
 
 def tversky_loss(
@@ -79,7 +81,7 @@ def tversky_loss(
             quotients of the classes that a sample's labels have.
 
     Returns:
-        A scalar from 0 to 1.
+        A scalar from 0 to 1. A sample whose pixels are all ignored has the loss 1.
 
     Raises:
         TypeError: if pred is not floating point or target not of integers.
@@ -91,9 +93,11 @@ def tversky_loss(
     """
     check_choice(average, ["micro", "macro"], "average")
     check_prediction(pred, target, 3)
-    both, predicted, labelled = _class_sums(pred, target, ignore_index)
+    logits = widened(pred)
+    both, predicted, labelled = _class_sums(logits, target, ignore_index)
     union = both + alpha * (predicted - both) + beta * (labelled - both)
-    return _averaged_loss(both, union, labelled > 0.0, class_weights(None, pred, "weight"), average, eps)
+    weights = class_weights(None, logits, "weight")
+    return narrowed(_averaged_loss(both, union, labelled > 0.0, weights, average, eps), pred.dtype)
 
 
 def _class_sums(pred: Tensor, target: Tensor, ignore_index: Optional[int]) -> Tuple[Tensor, Tensor, Tensor]:
@@ -111,11 +115,15 @@ def _averaged_loss(
 ) -> Tensor:
     """The loss of sums (B, C); ``present``, (B, C), says which classes a sample's labels have."""
     if average == "micro":
-        score = (part * weights).sum(1) / ((whole * weights).sum(1) + eps)
+        score = _share((part * weights).sum(1), (whole * weights).sum(1) + eps)
     else:
         # A sample without labelled pixels has the loss 1.
         shares = weights * present.to(weights.dtype)
         total = shares.sum(1)
-        quotients = part / torch.where(present, whole + eps, torch.ones_like(whole))
-        score = (quotients * shares).sum(1) / torch.where(total > 0.0, total, torch.ones_like(total))
+        score = _share((_share(part, whole + eps) * shares).sum(1), total)
     return (1.0 - score).mean()
+
+
+def _share(part: Tensor, whole: Tensor) -> Tensor:
+    """part / whole, and 0 of nothing, with a gradient of 0."""
+    return part / torch.where(whole == 0, torch.ones_like(whole), whole)

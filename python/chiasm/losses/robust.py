@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_same_shape
-from ..primitives.numbers.loss_reduction import reduced
+from ..primitives.numbers.loss_reduction import narrowed, reduced, widened
 
 
 def charbonnier_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -> Tensor:
@@ -34,7 +34,7 @@ def charbonnier_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "non
     """
     square = _squared_difference(img1, img2)
     # keeps the digits of small differences, which the subtraction of 1 would lose
-    return reduced(square / (torch.sqrt(square + 1.0) + 1.0), reduction)
+    return _as_given(square / (torch.sqrt(square + 1.0) + 1.0), reduction, img1, img2)
 
 
 def welsch_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -> Tensor:
@@ -56,7 +56,7 @@ def welsch_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -
         >>> welsch_loss(torch.tensor([0.0, 1.0]), torch.zeros(2))
         tensor([0.0000, 0.3935])
     """
-    return reduced(-torch.expm1(-0.5 * _squared_difference(img1, img2)), reduction)
+    return _as_given(-torch.expm1(-0.5 * _squared_difference(img1, img2)), reduction, img1, img2)
 
 
 def cauchy_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -> Tensor:
@@ -78,7 +78,7 @@ def cauchy_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -
         >>> cauchy_loss(torch.tensor([0.0, 2.0]), torch.zeros(2))
         tensor([0.0000, 1.0986])
     """
-    return reduced(torch.log1p(0.5 * _squared_difference(img1, img2)), reduction)
+    return _as_given(torch.log1p(0.5 * _squared_difference(img1, img2)), reduction, img1, img2)
 
 
 def geman_mcclure_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "none") -> Tensor:
@@ -101,12 +101,17 @@ def geman_mcclure_loss(img1: Tensor, img2: Tensor, reduction: Optional[str] = "n
         tensor([0., 1.])
     """
     square = _squared_difference(img1, img2)
-    return reduced(2.0 * square / (square + 4.0), reduction)
+    return _as_given(2.0 * square / (square + 4.0), reduction, img1, img2)
 
 
 def _squared_difference(img1: Tensor, img2: Tensor) -> Tensor:
     check_floating(img1, "img1")
     check_floating(img2, "img2")
     check_same_shape(img2, img1, "img2", "img1")
-    difference = img1 - img2
+    difference = widened(img1) - widened(img2)
     return difference * difference
+
+
+def _as_given(loss: Tensor, reduction: Optional[str], img1: Tensor, img2: Tensor) -> Tensor:
+    """The loss, reduced, in the dtype of the two images."""
+    return narrowed(reduced(loss, reduction), torch.promote_types(img1.dtype, img2.dtype))

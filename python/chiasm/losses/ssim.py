@@ -1,10 +1,11 @@
 """Structural dissimilarity."""
 
+import torch
 from torch import Tensor
 
-from ..metrics.ssim import ssim, ssim3d
+from ..metrics.ssim import similarity, similarity3d
 from ..primitives.core.checks import check_reduction
-from ..primitives.numbers.loss_reduction import reduced
+from ..primitives.numbers.loss_reduction import narrowed, reduced
 
 
 def ssim_loss(
@@ -40,7 +41,8 @@ def ssim_loss(
         tensor(0.)
     """
     check_reduction(reduction)
-    return reduced(_dissimilarity(ssim(img1, img2, window_size, max_val, eps, padding)), reduction)
+    found = similarity(img1, img2, window_size, max_val, eps, padding)
+    return narrowed(reduced(_dissimilarity(found), reduction), torch.promote_types(img1.dtype, img2.dtype))
 
 
 def ssim3d_loss(
@@ -76,7 +78,8 @@ def ssim3d_loss(
         tensor(0.)
     """
     check_reduction(reduction)
-    return reduced(_dissimilarity(ssim3d(img1, img2, window_size, max_val, eps, padding)), reduction)
+    found = similarity3d(img1, img2, window_size, max_val, eps, padding)
+    return narrowed(reduced(_dissimilarity(found), reduction), torch.promote_types(img1.dtype, img2.dtype))
 
 
 def _dissimilarity(similarity: Tensor) -> Tensor:

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_same_shape
+from ..primitives.numbers.loss_reduction import narrowed, widened
 
 
 def psnr(image: Tensor, target: Tensor, max_val: float) -> Tensor:
@@ -32,9 +33,10 @@ def psnr(image: Tensor, target: Tensor, max_val: float) -> Tensor:
     check_same_shape(target, image, "target", "image")
     if not max_val > 0.0:
         raise ValueError(f"max_val: expected a positive number, got {max_val}")
-    difference = image - target
+    difference = widened(image) - widened(target)
     error = (difference * difference).mean()
     equal = error <= 0
     safe = torch.where(equal, torch.ones_like(error), error)
     ratio = 20.0 * math.log10(max_val) - 10.0 / math.log(10.0) * torch.log(safe)
-    return torch.where(equal, torch.full_like(error, math.inf), ratio)
+    found = torch.where(equal, torch.full_like(error, math.inf), ratio)
+    return narrowed(found, torch.promote_types(image.dtype, target.dtype))

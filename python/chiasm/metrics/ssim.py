@@ -2,6 +2,7 @@
 
 from typing import List
 
+import torch
 from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
@@ -9,6 +10,7 @@ from ..primitives.core.checks import check_choice, check_image, check_same_shape
 from ..primitives.filters.correlation import centred
 from ..primitives.filters.padding import check_margins
 from ..primitives.filters.stencil import separable_each, separable_shared
+from ..primitives.numbers.loss_reduction import narrowed, widened
 from ..primitives.resampling.volumes import check_volume
 
 
@@ -46,6 +48,14 @@ def ssim(
         >>> ssim(x, x, 5).min()
         tensor(1.)
     """
+    found = similarity(img1, img2, window_size, max_val, eps, padding)
+    return narrowed(found, torch.promote_types(img1.dtype, img2.dtype))
+
+
+def similarity(
+    img1: Tensor, img2: Tensor, window_size: int, max_val: float, eps: float, padding: str
+) -> Tensor:
+    """``ssim``; of half precision, computed and returned in float32."""
     check_image(img1, "img1")
     check_image(img2, "img2")
     check_same_shape(img2, img1, "img2", "img1")
@@ -89,6 +99,14 @@ def ssim3d(
         >>> ssim3d(x, x, 5).min()
         tensor(1.)
     """
+    found = similarity3d(img1, img2, window_size, max_val, eps, padding)
+    return narrowed(found, torch.promote_types(img1.dtype, img2.dtype))
+
+
+def similarity3d(
+    img1: Tensor, img2: Tensor, window_size: int, max_val: float, eps: float, padding: str
+) -> Tensor:
+    """``ssim3d``; of half precision, computed and returned in float32."""
     check_volume(img1, "img1")
     check_volume(img2, "img2")
     check_same_shape(img2, img1, "img2", "img1")
@@ -116,7 +134,7 @@ def _window(window_size: int, padding: str) -> List[float]:
 def _moments(img1: Tensor, img2: Tensor, max_val: float) -> List[Tensor]:
     """Both images, their squares and their product, with values relative to the middle of the range: so the
     subtraction of squared means from mean squares loses fewer digits."""
-    a, b = img1 - 0.5 * max_val, img2 - 0.5 * max_val
+    a, b = widened(img1) - 0.5 * max_val, widened(img2) - 0.5 * max_val
     return [a, b, a * a, b * b, a * b]
 
 

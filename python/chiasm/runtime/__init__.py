@@ -207,6 +207,8 @@ def open(path: str | os.PathLike[str]) -> Bundle:
     ------
     ChiasmError
         If there is no bundle or it is damaged; the message names the file.
+    OSError
+        If it is a name, and the list of what an installed Python package brings cannot be read.
 
     Examples
     --------

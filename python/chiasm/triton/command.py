@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from ..export.command import OutputPath
+from ..export.text import one_line
 
 
 @click.command("triton")
@@ -33,8 +34,8 @@ def triton(repository: Path, parts: tuple[str, ...], ensemble: str | None) -> No
     from . import Part, write
 
     for folder in write(repository, [Part.parse(part) for part in parts], ensemble):
-        click.echo(f"wrote {folder}")
+        click.echo(f"wrote {one_line(folder)}")
     click.echo(
-        f"Next: tritonserver --model-repository={shlex.quote(str(repository))} --backend-directory=FOLDER,"
-        " the one that has chiasm/libtriton_chiasm.so (docs/triton.md)"
+        f"Next: tritonserver --model-repository={one_line(shlex.quote(str(repository)))}"
+        " --backend-directory=FOLDER, the one that has chiasm/libtriton_chiasm.so (docs/triton.md)"
     )

@@ -61,12 +61,16 @@ int32_t fail(const char* text, char* error, size_t size, int32_t result = CHIASM
   return result;
 }
 
+// What an earlier call noted on this thread is not an error of this call.
+void forget_errors() {
+  *last_error = 0;
+  out_of_memory = false;
+}
+
 // Calls AOTInductor's code. The error that it reports is the text noted in this file, else the exception's.
 // Reporting allocates nothing, because there may be no memory.
 template <class Call>
 int32_t engine(Call call, char* error, size_t size) {
-  *last_error = 0;
-  out_of_memory = false;
   try {
     call();
     return 0;
@@ -81,6 +85,7 @@ int32_t engine(Call call, char* error, size_t size) {
 }
 
 int32_t create(int32_t device_type, int32_t device_index, void** result, char* error, size_t error_size) {
+  forget_errors();
   return engine(
       [&] { *result = new CompiledModel(device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index)); },
       error, error_size);
@@ -124,6 +129,7 @@ struct CurrentRun {
 
 int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outputs,
             const chiasm_native_host* host, char* error, size_t error_size) {
+  forget_errors();
   try {
     auto& model = *static_cast<CompiledModel*>(handle);
     const size_t n_in = model.container.num_inputs(), n_out = model.container.num_outputs();

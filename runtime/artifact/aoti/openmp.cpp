@@ -63,11 +63,12 @@ int omp_get_max_threads() {
   return run ? run->host->num_threads : 1;
 }
 
-// `num_threads` is 0: the exporter compiles loops for the thread count at run time.
-void GOMP_parallel(void (*body)(void*), void* argument, unsigned, unsigned) {
+// `threads` is 1 for a region whose `if` is false, else 0: the exporter compiles loops for the thread count at
+// run time, and no region asks for a number of threads.
+void GOMP_parallel(void (*body)(void*), void* argument, unsigned threads, unsigned) {
   Run* const run = run_of_this_thread();
   Team team{body, argument, run};
-  if (member.team || !run || run->host->num_threads == 1) {
+  if (member.team || !run || threads == 1 || run->host->num_threads == 1) {
     enter(&team, 0, 1);
   } else {
     run->host->fork(run->host->context, enter, &team);

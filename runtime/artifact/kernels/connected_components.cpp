@@ -27,18 +27,18 @@ void join(int32_t* parent, int32_t a, int32_t b) {
 }
 
 // Bit x % 64 of word x / 64 says whether pixel x of a row is above 0; bits after the last pixel are 0.
-// Vectors have at most 16 values.
-template <class T>
-void mark(const T* row, int64_t width, uint64_t* words) {
+template <class P>
+void mark(const P* row, int64_t width, uint64_t* words) {
+  static_assert(kLanes<P> <= 64 && std::endian::native == std::endian::little);
   std::fill_n(words, width / 64 + 1, uint64_t{0});
   const auto put = [=](auto d, int64_t x) {
-    uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, hn::Gt(hn::LoadU(d, row + x), hn::Zero(d)), bits);
-    words[x / 64] |= uint64_t{static_cast<uint16_t>(bits[0] | bits[1] << 8)} << x % 64;
+    uint64_t bits = 0;
+    hn::StoreMaskBits(d, hn::Gt(hn::LoadU(d, row + x), hn::Zero(d)), reinterpret_cast<uint8_t*>(&bits));
+    words[x / 64] |= bits << x % 64;
   };
   int64_t x = 0;
-  for (; x + kLanes<T> <= width; x += kLanes<T>) put(Lanes<T>(), x);
-  for (; x < width; ++x) put(Lane<T>(), x);
+  for (; x + kLanes<P> <= width; x += kLanes<P>) put(Lanes<P>(), x);
+  for (; x < width; ++x) put(Lane<P>(), x);
 }
 
 // Calls add(first, end) for the runs of a row.
@@ -65,8 +65,8 @@ void for_runs(const uint64_t* words, int64_t width, const Add& add) {
 
 // By runs and union-find in two passes: L. He, Y. Chao, K. Suzuki, A run-based two-scan labeling algorithm,
 // IEEE TIP 17(5), 2008.
-template <class T>
-void connected_components(const T* x, Planes planes, int64_t* out) {
+template <class P>
+void connected_components(const P* x, Planes planes, bool consecutive, int64_t* out) {
   const int64_t height = planes.height, width = planes.width, size = height * width;
   const auto most = static_cast<size_t>(height * ((width + 1) / 2)),
              words = static_cast<size_t>(width / 64 + 1),
@@ -103,14 +103,17 @@ void connected_components(const T* x, Planes planes, int64_t* out) {
         above = row;
         ends[y] = count;
       }
-      // A parent comes before its children, so it has already been replaced by its component's number.
-      int32_t i = 0;
+      // A parent comes before its children, so it has already been replaced by its component's number, from 0.
+      int32_t i = 0, numbers = 0;
       for (int64_t y = 0; y < height; ++y) {
         int64_t* const to = out + plane * size + y * width;
         int64_t done = 0;
         for (; i < ends[y]; ++i) {
           const int64_t first = runs[i].first, end = runs[i].end;
-          parent[i] = parent[i] == i ? static_cast<int32_t>(y * width + first) : parent[parent[i]];
+          if (parent[i] != i)
+            parent[i] = parent[parent[i]];
+          else
+            parent[i] = consecutive ? numbers++ : static_cast<int32_t>(y * width + first);
           std::fill(to + done, to + first, 0);
           std::fill(to + first, to + end, int64_t{parent[i]} + 1);
           done = end;
@@ -157,18 +160,6 @@ void canny_hysteresis(const T* x, Planes planes, T low, T high, bool* out) {
         if (any(d, hn::Gt(hn::LoadU(d, values + i), hn::Set(d, high))))
           for (int64_t k = 0; k < kLanes<T>; ++k) follow(i + k);
       for (; i < size; ++i) follow(i);
-    }
-  }
-}
-
-void consecutive_labels(const int64_t* x, int64_t n, int64_t size, int64_t* out) {
-#pragma omp parallel for
-  for (int64_t plane = 0; plane < n; ++plane) {
-    const int64_t* const roots = x + plane * size;
-    int64_t *const labels = out + plane * size, count = 0;
-    for (int64_t i = 0; i < size; ++i) {
-      const int64_t root = roots[i];
-      labels[i] = root == i + 1 ? ++count : root > 0 && root <= i ? labels[root - 1] : 0;
     }
   }
 }

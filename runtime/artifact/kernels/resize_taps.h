@@ -36,7 +36,7 @@ template <class T>
 Taps<T> blurred_after(const Taps<T>& taps, const std::vector<T>& kernel, Border border);
 
 // Pixel (y, x) of the output is the sum by the taps of `down` for y and of `across` for x. Pixels with a
-// weight of 0 are not read.
+// weight of 0 may be read, also beside those that the taps name: an infinite value or NaN there gives NaN.
 template <class T>
 void resample(const T* x, Planes planes, const Taps<T>& down, const Taps<T>& across, T* out);
 

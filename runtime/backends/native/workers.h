@@ -1,7 +1,6 @@
 /** The threads that native artifacts run on. */
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <vector>

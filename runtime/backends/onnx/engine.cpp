@@ -150,10 +150,8 @@ namespace {
 
 /** "" if it is not installed. */
 std::string find_custom_op_library() {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&custom_op_library), &info) == 0) return "";
-  const std::string own = info.dli_fname, folder = own.substr(0, own.rfind('/') + 1);
-  for (const std::string& path : {folder + "libchiasm_ort.so", folder + "../libchiasm_ort.so"}) {
+  const std::string folder = base::own_folder(base::Links::kept);
+  for (const std::string& path : {folder + "/libchiasm_ort.so", folder + "/../libchiasm_ort.so"}) {
     if (access(path.c_str(), R_OK) == 0) return path;
   }
   return "";

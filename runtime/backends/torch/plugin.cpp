@@ -31,14 +31,6 @@ bool is_open(const char* library) {
   return present != nullptr;
 }
 
-std::string own_folder() {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0)
-    throw Error(CHIASM_INTERNAL, "dladdr failed");
-  const std::string path = info.dli_fname;
-  return path.substr(0, path.rfind('/') + 1);
-}
-
 /** Throws if the current folder was deleted: MKL, a part of libtorch, would end the process. */
 void require_folder() {
   char folder[PATH_MAX];
@@ -52,7 +44,7 @@ const chiasm_backend& open_engine() {
     chiasm::plugin::require_memory(kLibtorchBytes, "opening libtorch");
     require_folder();
   }
-  const std::string path = own_folder() + kEngine;
+  const std::string path = chiasm::base::own_folder(chiasm::base::Links::kept) + "/" + kEngine;
   std::string problem;
   void* const library = chiasm::base::open_library(path.c_str(), problem);
   if (library == nullptr) throw Error(CHIASM_UNAVAILABLE, problem + "; " + kAdvice);

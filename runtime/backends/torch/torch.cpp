@@ -239,15 +239,55 @@ void check_version() {
                                         ", or build chiasm against this one");
 }
 
+/** OpenMP's and MKL's numbers of threads, which they keep for each calling thread. At the end they are again
+ *  what they were: the caller's own loops use them too. */
+class ThreadCounts {
+ public:
+  ThreadCounts() : openmp_(openmp_count()), mkl_(set_mkl(1)) {}  // MKL says the number only when it is set
+  ThreadCounts(const ThreadCounts&) = delete;
+  ThreadCounts& operator=(const ThreadCounts&) = delete;
+  ~ThreadCounts() {
+    set_openmp(openmp_);
+    set_mkl(mkl_);
+  }
+
+  /** at::set_num_threads would change every thread's. */
+  static void set(int count) {
+    set_openmp(count);
+    set_mkl(count);
+  }
+
+ private:
+  template <class Function>
+  static Function find(const char* name) {
+    return reinterpret_cast<Function>(dlsym(libtorch_cpu(), name));
+  }
+
+  static int openmp_count() {
+    static const auto count = find<int (*)()>("omp_get_max_threads");
+    return count == nullptr ? 1 : count();
+  }
+  static void set_openmp(int count) {
+    static const auto set = find<void (*)(int)>("omp_set_num_threads");
+    if (set != nullptr) set(count);
+  }
+  /** Returns the number before; 0 means that of the process. */
+  static int set_mkl(int count) {
+    static const auto set = find<int (*)(int)>("MKL_Set_Num_Threads_Local");
+    return set == nullptr ? 0 : set(count);
+  }
+
+  const int openmp_, mkl_;
+};
+
 /** A call of libtorch. OpenMP keeps a team of threads for each calling thread. If it cannot create a team it
  *  ends the process, and in a child of fork it waits for the parent's team. So each thread's first call
- *  checks how many threads can be created, and a child's calls work on one thread. The number of threads of a
- *  method is set at each call, because OpenMP keeps that number per calling thread. */
+ *  checks how many threads can be created, and a child's calls work on one thread. */
 class Call {
  public:
   Call(int32_t num_threads, int32_t process_threads) {
     thread_local uint32_t prepared = ~uint32_t{0};
-    thread_local int32_t most = 1, current = 0;
+    thread_local int32_t most = 1;
     const uint32_t generation = ForkGate::generation();
     if (prepared != generation) {
       // Twice as many, since set_num_threads makes a second pool, which belongs to XNNPACK.
@@ -256,25 +296,13 @@ class Call {
       // Create the team now, while threads are available, by a loop that is long enough to use all of it.
       if (most > 1) at::empty({most * at::internal::GRAIN_SIZE}, at::kByte).fill_(1);
       prepared = generation;
-      current = most;
     }
-    const int32_t wanted = std::min(num_threads, most);
-    if (wanted == current) return;
-    set_threads_of_this_thread(wanted);
-    current = wanted;
+    ThreadCounts::set(std::min(num_threads, most));
   }
 
  private:
-  // at::set_num_threads would change every thread's.
-  static void set_threads_of_this_thread(int32_t count) {
-    using Set = void (*)(int);
-    static const auto openmp = reinterpret_cast<Set>(dlsym(libtorch_cpu(), "omp_set_num_threads"));
-    static const auto mkl = reinterpret_cast<Set>(dlsym(libtorch_cpu(), "MKL_Set_Num_Threads_Local"));
-    if (openmp != nullptr) openmp(count);
-    if (mkl != nullptr) mkl(count);
-  }
-
   const ForkGate::Passage passage_;
+  const ThreadCounts counts_;
 };
 
 int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {

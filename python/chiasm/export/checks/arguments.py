@@ -54,12 +54,7 @@ def check_call(fn: Any, spec: Any, path: Any, formats: Any, isas: Any, methods: 
         ("isas", isas, tuple(ISAS)),
         ("methods", methods, METHODS),
     ):
-        if (
-            isinstance(given, str)
-            or not isinstance(given, Sequence)
-            or not given
-            or any(g not in known for g in cast("Sequence[Any]", given))
-        ):
+        if not _is_list(given) or not given or any(g not in known for g in given):
             raise ExportError(f"{spec.name}: {name}: expected a sequence of some of {known}, got {given!r}")
     if "forward" not in methods:
         raise ExportError(f"{spec.name}: methods: {tuple(methods)} lacks 'forward', which every bundle has")
@@ -88,18 +83,23 @@ def check_spec(spec: Spec) -> None:
         )
     for text in ("summary", "reference"):
         _text(spec.name, text, getattr(spec, text))
-    if not spec.dtypes or isinstance(spec.dtypes, str) or len(set(spec.dtypes)) < len(spec.dtypes):
+    if not _is_list(spec.dtypes) or not spec.dtypes or any(spec.dtypes.count(d) > 1 for d in spec.dtypes):
         raise ExportError(
             f"{spec.name}: dtypes: expected a tuple of different dtypes such as ('float32',), got"
             f" {spec.dtypes!r}"
         )
     for dtype in spec.dtypes:
         _dtype(spec.name, "dtypes", dtype)
-    for kind, tensors in (("input", spec.inputs), ("output", spec.outputs)):
-        if not tensors or not all(isinstance(t, TensorSpec) for t in tensors):
+    for name in ("config", "symbols", "tolerances", "gradient_tolerances"):
+        if not isinstance(getattr(spec, name), Mapping):
             raise ExportError(
-                f"{spec.name}: {kind}s: expected at least one TensorSpec (image(), frame(),"
-                f" TensorSpec('name', (...))), got {tensors!r}"
+                f"{spec.name}: {name}: expected a dict, got {type(getattr(spec, name)).__name__}"
+            )
+    for kind, tensors in (("input", spec.inputs), ("output", spec.outputs)):
+        if not _is_list(tensors) or not tensors or not all(isinstance(t, TensorSpec) for t in tensors):
+            raise ExportError(
+                f"{spec.name}: {kind}s: expected at least one TensorSpec in a list ([image()], [frame()],"
+                f" [TensorSpec('name', (...))]), got {tensors!r}"
             )
         for tensor in tensors:
             _check_tensor(spec, kind, tensor)
@@ -111,6 +111,11 @@ def check_spec(spec: Spec) -> None:
     for symbol in dict.fromkeys(d for t in spec.inputs for d in t.shape if isinstance(d, str)):
         _check_limits(spec, symbol)
     _check_config(spec)
+    if spec.gradients is not None and not _is_list(spec.gradients):
+        raise ExportError(
+            f"{spec.name}: gradients: expected None or a tuple of inputs' names such as ('input',), got"
+            f" {spec.gradients!r}"
+        )
     floating = [t.name for t in spec.inputs if t.dtype == "T" or "float" in t.dtype]
     if unknown := [g for g in spec.gradients or () if g not in floating]:
         raise ExportError(
@@ -139,6 +144,11 @@ def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
         raise ExportError(f"{where}: a tensor's name is a Python identifier of ASCII letters, digits and _")
     if t.dtype != "T":
         _dtype(spec.name, f"{kind} {t.name!r}", t.dtype)
+    if not _is_list(t.shape):
+        raise ExportError(
+            f"{where}: shape: expected a tuple of numbers and symbols such as ('B', 3, 'H', 'W'), got"
+            f" {t.shape!r}"
+        )
     if len(t.shape) > _RANK:
         raise ExportError(f"{where}: {len(t.shape)} dimensions, at most {_RANK} are possible")
     for d in t.shape:
@@ -148,6 +158,15 @@ def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
                 f"{where}: shape {tuple(t.shape)}: {d!r} is neither a number from 1 to 2**48 nor a symbol"
                 " such as 'H'"
             )
+    if (
+        not _is_list(t.sizes)
+        or len(t.sizes) not in (0, 1, len(t.shape))
+        or not all(isinstance(name, str) for name in t.sizes)
+    ):
+        raise ExportError(
+            f"{where}: sizes: expected a tuple of the name of one argument for all sizes, or of one for each"
+            f" of the {len(t.shape)}, got {t.sizes!r}"
+        )
     for text in ("layout", "color", "description"):
         _text(where, text, getattr(t, text))
     if t.range is not None:
@@ -189,8 +208,6 @@ def _check_limits(spec: Spec, symbol: str) -> None:
 
 
 def _check_config(spec: Spec) -> None:
-    if not isinstance(spec.config, Mapping):
-        raise ExportError(f"{spec.name}: config: expected a dict, got {type(spec.config).__name__}")
     for key, value in spec.config.items():
         if (
             not isinstance(key, str)
@@ -202,15 +219,29 @@ def _check_config(spec: Spec) -> None:
                 f"{spec.name}: config: {key!r} is not the name of an argument beside the inputs"
             )
         try:
-            constant = ast.literal_eval(repr(value)) == value
+            literal = ast.literal_eval(repr(value))
+            constant = literal == value and _is_setting(literal)
         except (ValueError, SyntaxError):
             constant = False
         if not constant:
             raise ExportError(
                 f"{spec.name}: config[{key!r}]: expected a finite number, a string, a bool, None or a tuple"
-                f" of such, got {value!r}"
+                f" or list of such, got {value!r}"
                 + (": a tensor is an input, or a buffer of a module" if isinstance(value, Tensor) else "")
             )
+
+
+def _is_setting(literal: object) -> bool:
+    """Whether a literal of Python is one of JSON and of TorchScript too: JSON has no sets, bytes and complex
+    numbers, TorchScript no dicts of several types."""
+    if isinstance(literal, (tuple, list)):
+        return all(map(_is_setting, cast("Sequence[object]", literal)))
+    return literal is None or isinstance(literal, (int, float, str))
+
+
+def _is_list(value: Any) -> bool:
+    """Whether this is a tuple, a list or the like: a text is one too, but of letters."""
+    return isinstance(value, Sequence) and not isinstance(value, (str, bytes))
 
 
 @cache

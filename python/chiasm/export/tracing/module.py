@@ -3,7 +3,6 @@ arguments."""
 
 from __future__ import annotations
 
-import keyword
 import linecache
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +14,6 @@ from torch import nn
 from chiasm.primitives.core.checks import check_rank
 from chiasm.primitives.core.layout import in_frames
 
-from ..errors import ExportError
 from ..spec import Spec, TensorSpec
 
 
@@ -72,9 +70,6 @@ def bind(
     before the call. All of it is source text because torch.jit.script reads that, and because the arguments'
     names become the tensors' names in ONNX.
     """
-    for argument in arguments:
-        if not argument.isidentifier() or keyword.iskeyword(argument):
-            raise ExportError(f"{name}: input name {argument!r} is not a Python identifier")
     is_module = isinstance(fn, nn.Module)
     passed = [text.partition("=")[2] if is_module else text for text in arguments.values()]
     passed += [f"{k}={v!r}" for k, v in sorted(config.items())]

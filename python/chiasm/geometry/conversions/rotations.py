@@ -139,10 +139,10 @@ def quaternion_to_rotation_matrix(quaternion: Tensor) -> Tensor:
     """Rotation matrix of a quaternion, which need not be of unit length.
 
     Args:
-        quaternion: (*, 4) in the order w, x, y, z, not zero, floating point.
+        quaternion: (*, 4) in the order w, x, y, z, floating point.
 
     Returns:
-        (*, 3, 3).
+        (*, 3, 3); the identity for a quaternion of zeros, as in Kornia.
 
     Raises:
         TypeError, ValueError: if quaternion is not a floating-point (*, 4) tensor.
@@ -153,7 +153,8 @@ def quaternion_to_rotation_matrix(quaternion: Tensor) -> Tensor:
     """
     check_last(quaternion, 4, "quaternion")
     w, x, y, z = quaternion[..., 0], quaternion[..., 1], quaternion[..., 2], quaternion[..., 3]
-    s = 2.0 / (w * w + x * x + y * y + z * z)
+    square = w * w + x * x + y * y + z * z
+    s = 2.0 / torch.where(square == 0, torch.ones_like(square), square)
     rows = [
         torch.stack([1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)], -1),
         torch.stack([s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)], -1),

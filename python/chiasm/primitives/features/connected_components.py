@@ -28,7 +28,7 @@ def numbered_components(x: Tensor, limit: int) -> Tensor:
     tensor([[[[1, 0, 3],
               [1, 0, 3]]]])
     """
-    mask = x > 0
+    mask = (x if x.is_floating_point() else x.to(torch.float32)) > 0
     roots = component_labels(mask.flatten(0, 1), limit).to(torch.int64)
     return torch.where(mask, roots.reshape(mask.shape) + 1, torch.zeros_like(mask, dtype=torch.int64))
 
@@ -37,24 +37,34 @@ def numbered_components(x: Tensor, limit: int) -> Tensor:
     "native", when=lambda x, limit: kernels.available(x) and kernels.runs_to_its_end(limit)
 )
 def _numbered_components_kernel(x: Tensor, limit: int) -> Tensor:
-    return kernels.connected_components(x if kernels.has_kernel(x) else x.to(torch.float32))
+    return kernels.connected_components(_pixels(x), False)
 
 
 @primitive
-def consecutive_labels(roots: Tensor) -> Tensor:
-    """The numbers (N, L) of ``numbered_components`` as labels that count from 1, in the order of the
-    components' first pixels.
+def labelled_components(x: Tensor) -> Tensor:
+    """``numbered_components`` of (B, C, H, W) with labels that count from 1, in the order of the components'
+    first pixels, row by row.
 
-    >>> consecutive_labels(torch.tensor([[1, 0, 3, 1, 0, 3]]))
-    tensor([[1, 0, 2, 1, 0, 2]])
+    >>> labelled_components(torch.tensor([[[[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]]]))
+    tensor([[[[1, 0, 2],
+              [1, 0, 2]]]])
     """
+    roots = numbered_components(x, 2147483647).flatten(0, 1).flatten(1)
     pixel = torch.arange(roots.size(1), device=roots.device)
     opened = (roots == pixel + 1).to(torch.int64).cumsum(1)
     # A background pixel reads any number, for which 0 is then put.
-    return torch.where(roots > 0, opened.gather(1, (roots - 1).clamp(min=0)), torch.zeros_like(roots))
+    label = torch.where(roots > 0, opened.gather(1, (roots - 1).clamp(min=0)), torch.zeros_like(roots))
+    return label.reshape(x.shape)
 
 
-consecutive_labels.lowering("native", when=kernels.available)(kernels.consecutive_labels)
+@labelled_components.lowering("native", when=kernels.available)
+def _labelled_components_kernel(x: Tensor) -> Tensor:
+    return kernels.connected_components(_pixels(x), True)
+
+
+def _pixels(x: Tensor) -> Tensor:
+    """``x`` in a type that the kernel takes: half precision as float32."""
+    return x if kernels.has_pixel_kernel(x) else x.to(torch.float32)
 
 
 @primitive

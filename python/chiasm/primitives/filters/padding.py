@@ -17,8 +17,10 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from ..core.checks import check_choice
+from ..core.layout import as_rows, from_rows, interleaved
 from ..core.lowering import primitive
 from ..core.source import function_from, parameters_of, positional
+from ..kernels import operators as kernels
 
 P = ParamSpec("P")
 
@@ -115,6 +117,26 @@ def bordered(
     wide = x.to(torch.int32) if x.dtype == torch.int16 or x.dtype == torch.uint16 else x
     rows = _pad_by_index(wide, 2, margin_y[0], margin_y[1], border_type, value)
     return _pad_by_index(rows, 3, margin_x[0], margin_x[1], border_type, value).to(x.dtype)
+
+
+@bordered.lowering("native", when=kernels.has_pixel_kernel)
+def _bordered_kernel(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> Tensor:
+    rows = _row_or_column(x.size(2), margin_y, border_type, x)
+    columns = _row_or_column(x.size(3), margin_x, border_type, x)
+    if not interleaved(x):
+        return kernels.gather_pixels(x, rows, columns, 1, value)
+    pixels, step = as_rows(x)
+    return from_rows(kernels.gather_pixels(pixels, rows, columns, step, value), x)
+
+
+def _row_or_column(size: int, margin: Tuple[int, int], border_type: str, x: Tensor) -> Tensor:
+    """What an axis with a border reads, for a kernel: -1 in a constant border."""
+    place = torch.arange(-margin[0], size + margin[1], device=x.device, dtype=torch.int32)
+    if border_type == "constant":
+        return place
+    return _source(place, size, border_type).to(torch.int32)
 
 
 @bordered.lowering("vjp")
@@ -244,21 +266,25 @@ def _pad_by_index(x: Tensor, dim: int, before: int, after: int, border_type: str
         return x
     size = x.size(dim)
     place = torch.arange(-before, size + after, device=x.device)
-    if border_type == "reflect":
-        index = (size - 1) - ((size - 1) - place.abs()).abs()
-    elif border_type == "circular":
-        index = torch.where(place < 0, place + size, torch.where(place >= size, place - size, place))
-    elif border_type == "symmetric":
-        index = torch.where(place < 0, -1 - place, torch.where(place >= size, 2 * size - 1 - place, place))
-    else:
-        index = place.clamp(0, size - 1)
-    padded = x.index_select(dim, index)
+    padded = x.index_select(dim, _source(place, size, border_type))
     if border_type == "constant":
         inside = (place >= 0) & (place < size)
         if dim == 2:
             inside = inside[:, None]
         padded = torch.where(inside, padded, torch.full_like(padded, value))
     return padded
+
+
+def _source(place: Tensor, size: int, border_type: str) -> Tensor:
+    """The positions in an axis of ``size`` pixels whose values the positions ``place`` have; of a constant
+    border, those at its edge."""
+    if border_type == "reflect":
+        return (size - 1) - ((size - 1) - place.abs()).abs()
+    if border_type == "circular":
+        return torch.where(place < 0, place + size, torch.where(place >= size, place - size, place))
+    if border_type == "symmetric":
+        return torch.where(place < 0, -1 - place, torch.where(place >= size, 2 * size - 1 - place, place))
+    return place.clamp(0, size - 1)
 
 
 def _pad_by_cat(x: Tensor, dim: int, before: int, after: int, border_type: str, value: float) -> Tensor:

@@ -1,4 +1,4 @@
-"""Reductions of a loss per pixel."""
+"""Reductions of a loss per pixel, and the precision in which it is computed."""
 
 from typing import Optional, Tuple
 
@@ -25,17 +25,31 @@ def reduced(loss: Tensor, reduction: Optional[str]) -> Tensor:
 
 
 def reduced_where(loss: Tensor, counts: Tensor, reduction: str) -> Tensor:
-    """``reduced``, over the entries for which ``counts`` is True. The others are 0, and the mean over no
-    entry is 0.
+    """``reduced``, with 0 for the entries for which ``counts`` is False; the mean is over all entries.
 
     >>> reduced_where(torch.tensor([1.0, 3.0]), torch.tensor([False, True]), "mean")
-    tensor(3.)
+    tensor(1.5000)
     """
-    check_reduction(reduction)
-    kept = torch.where(counts, loss, torch.zeros_like(loss))
-    if reduction == "mean":
-        return kept.sum() / counts.sum().clamp(min=1).to(loss.dtype)
-    return reduced(kept, reduction)
+    return reduced(torch.where(counts, loss, torch.zeros_like(loss)), reduction)
+
+
+def widened(x: Tensor) -> Tensor:
+    """Half precision as float32, other dtypes as they are: a square or a sum over an image exceeds float16,
+    and bfloat16 has two digits.
+
+    >>> widened(torch.tensor([256.0], dtype=torch.float16)).square()
+    tensor([65536.])
+    """
+    return x.to(torch.float32) if x.dtype in [torch.float16, torch.bfloat16] else x
+
+
+def narrowed(loss: Tensor, dtype: torch.dtype) -> Tensor:
+    """What was computed of ``widened`` values, in their own dtype.
+
+    >>> narrowed(torch.tensor(1.0), torch.float16).dtype
+    torch.float16
+    """
+    return loss if loss.dtype == dtype else loss.to(dtype)
 
 
 def considered(target: Tensor, ignore_index: Optional[int]) -> Tensor:

@@ -33,6 +33,14 @@ declare(
     ["1 <= O", "1 <= channels", "L % channels == 0"],
 )
 declare(
+    """gather_pixels(P[..., H, L] x, int32[J] rows, int32[I] columns, int step, float fill)
+    -> P[..., J, I * step]""",
+    "gather_pixels.cpp",
+    """Pixel (j, i) is pixel (rows[j], columns[i]), or fill if the image has no such row or column. Pixels
+    have step values.""",
+    ROWS,
+)
+declare(
     "subtract_pixels(P[N, L] x, P[N, L] y) -> P[N, L]",
     "arithmetic.cpp",
     "x - y; integers saturate.",

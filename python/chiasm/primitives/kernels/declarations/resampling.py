@@ -111,8 +111,8 @@ declare(
     -> T[B, C, J, I]""",
     "resize.cpp",
     """Pixel i of a row is the sum of its pixels columns[i] times the weights across[i], and row j the sum of
-    these rows rows[j] times down[j]. Indices out of range are clamped, and pixels with a weight of 0 are not
-    read.""",
+    these rows rows[j] times down[j]. Indices out of range are clamped. Pixels with a weight of 0 may be
+    read, also beside those that rows and columns name: an infinite value or NaN there gives NaN.""",
     ["1 <= J <= INT32_MAX", "1 <= I <= INT32_MAX", "1 <= M", "1 <= K"],
     exact=False,
 )

@@ -9,17 +9,12 @@ declare(
     ["H * W <= INT32_MAX"],
 )
 declare(
-    "connected_components(T[..., H, W] x) -> int64[..., H, W]",
+    "connected_components(P[..., H, W] x, bool consecutive) -> int64[..., H, W]",
     "connected_components.cpp",
-    "1 + the lowest flat index among the pixels that are 8-connected to a pixel through values above 0; 0"
-    " for other values.",
+    """1 + the lowest flat index among the pixels that are 8-connected to a pixel through values above 0; 0
+    for other values. If consecutive, labels count from 1 instead, in the order of the components' first
+    pixels.""",
     ["H * W <= INT32_MAX"],
-)
-declare(
-    "consecutive_labels(int64[N, L] x) -> int64[N, L]",
-    "connected_components.cpp",
-    """The result of connected_components with labels that count from 1 in the order of the components' first
-    pixels. Labels that are no earlier pixel's become 0.""",
 )
 declare(
     "label_statistics(int64[N, H, W] labels, int slots) -> int64[N, slots, 7]",
