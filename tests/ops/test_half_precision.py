@@ -43,6 +43,10 @@ CASES: dict[str, tuple[Callable[..., Tensor], tuple[Tensor, ...]]] = {
     "focal_loss none": (lambda p: losses.focal_loss(p, LABELS, 0.25), (LOGITS,)),
     "geman_mcclure_loss": (losses.geman_mcclure_loss, BRIGHT),
     "hausdorff_er_loss": (lambda p: losses.hausdorff_er_loss(p, LABELS[:, None]), (LOGITS.softmax(1),)),
+    "hausdorff_er_loss map": (
+        lambda p: losses.hausdorff_er_loss(p, LABELS[:, None], reduction="none"),
+        (LOGITS.softmax(1),),
+    ),
     "hausdorff_er_loss3d": (
         lambda p: losses.hausdorff_er_loss3d(p, LABELS[:, None, None].expand(-1, -1, 6, -1, -1), k=4),
         (VOLUMES[0].expand(-1, 3, -1, -1, -1) / 255.0,),

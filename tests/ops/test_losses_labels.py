@@ -338,6 +338,20 @@ def test_lovasz_of_a_large_image_keeps_its_digits() -> None:
     assert losses.lovasz_hinge_loss(pred, target).item() == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_lovasz_of_an_image_that_is_all_foreground_is_the_mean(dtype: torch.dtype) -> None:
+    # each pixel weighs 1e-6, for which float16 has two digits
+    pred = torch.rand((1, 2, 1000, 1000), generator=torch.Generator().manual_seed(3)).to(dtype)
+    everywhere = torch.zeros(1, 1000, 1000, dtype=torch.int64)
+    hinge = losses.lovasz_hinge_loss(pred[:, :1], everywhere + 1)
+    softmax = losses.lovasz_softmax_loss(pred, everywhere)
+    assert hinge.dtype == softmax.dtype == dtype
+    p = scipy.special.softmax(pred.double().numpy(), 1)
+    rel = torch.finfo(dtype).eps
+    assert hinge.item() == pytest.approx((1.0 - pred[:, 0].double()).mean().item(), rel=rel)
+    assert softmax.item() == pytest.approx(0.5 * (p[:, 1].mean() + p[:, 1].max()), rel=rel)
+
+
 def test_lovasz_of_right_and_wrong() -> None:
     target = torch.tensor([[[0, 1, 2, 1]]])
     sure = 1e4 * losses.one_hot(target, 3)

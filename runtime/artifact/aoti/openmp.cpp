@@ -63,8 +63,8 @@ int omp_get_max_threads() {
   return run ? run->host->num_threads : 1;
 }
 
-// `threads` is 1 for a region whose `if` is false, else 0: the exporter compiles loops for the thread count at
-// run time, and no region asks for a number of threads.
+// `threads` is 1 for a region whose `if` is false, else 0: the exporter compiles loops for the thread count
+// at run time, and no region asks for a number of threads.
 void GOMP_parallel(void (*body)(void*), void* argument, unsigned threads, unsigned) {
   Run* const run = run_of_this_thread();
   Team team{body, argument, run};

@@ -103,7 +103,7 @@ void connected_components(const P* x, Planes planes, bool consecutive, int64_t* 
         above = row;
         ends[y] = count;
       }
-      // A parent comes before its children, so it has already been replaced by its component's number, from 0.
+      // A parent comes before its children, so it has already been replaced by its component's number.
       int32_t i = 0, numbers = 0;
       for (int64_t y = 0; y < height; ++y) {
         int64_t* const to = out + plane * size + y * width;

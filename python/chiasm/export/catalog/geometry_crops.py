@@ -18,7 +18,7 @@ _WHOLE = {"H": 41, "W": 30, "OH": 15, "OW": 12}
 
 def _centre(_: Any, x: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
     top, left = (x.shape[0] - size[0]) // 2, (x.shape[1] - size[1]) // 2
-    return x[top : top + size[0], left : left + size[1]]
+    return np.ascontiguousarray(x[top : top + size[0], left : left + size[1]])
 
 
 _BOXES = TensorSpec("boxes", ("B", 4, 2), description="corners (x, y) from the upper left clockwise")
@@ -28,7 +28,7 @@ add_transform(
     "torchvision center_crop",
     peer=Peer(
         "torchvision.transforms.functional",
-        lambda F, x, like: F.center_crop(x, list(like.shape)),
+        lambda F, x, like: F.center_crop(x, list(like.shape)).contiguous(),
         "tensors",
         sizes=_WHOLE,
     ),
