@@ -85,7 +85,7 @@ def test_what_has_nothing_in_common_has_few_inliers() -> None:
 
 def test_bad_input_is_named() -> None:
     image, uniforms = torch.rand(1, 1, 64, 64), torch.rand(1, 10, 4)
-    with pytest.raises(ValueError, match="img: expected shape"):
+    with pytest.raises(ValueError, match="image1: expected shape"):
         two_view_homography(image.expand(1, 3, 64, 64), image, uniforms)
     with pytest.raises(ValueError, match="uniforms: expected shape"):
         two_view_homography(image, image, uniforms[..., :3], 50, num_octaves=1)

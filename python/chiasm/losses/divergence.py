@@ -32,7 +32,7 @@ def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Ten
     """
     _check_heatmaps(pred, target)
     loss = reduced(_divergence(widened(target), widened(pred)), reduction)
-    return narrowed(loss, torch.promote_types(pred.dtype, target.dtype))
+    return narrowed(loss, pred, target)
 
 
 def js_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
@@ -63,7 +63,7 @@ def js_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Ten
     # which the divergence would be infinite.
     total = p + q
     loss = reduced(0.25 * (_divergence(2.0 * q, total) + _divergence(2.0 * p, total)), reduction)
-    return narrowed(loss, torch.promote_types(pred.dtype, target.dtype))
+    return narrowed(loss, pred, target)
 
 
 def _check_heatmaps(pred: Tensor, target: Tensor) -> None:

@@ -75,7 +75,7 @@ def focal_loss(
         weights = class_weights(weight, logits, "weight").reshape(shape)
         loss = loss * (planes.to(logits.dtype) * weights).sum(1)
     each = torch.where(planes, loss[:, None], torch.zeros_like(logits))
-    return narrowed(reduced_where(each, every.expand_as(each), reduction), pred.dtype)
+    return narrowed(reduced_where(each, every.expand_as(each), reduction), pred)
 
 
 def binary_focal_loss_with_logits(
@@ -127,7 +127,7 @@ def binary_focal_loss_with_logits(
     loss = positive + negative
     if weight is not None:
         loss = loss * _of_channels(weight, wide, "weight")
-    return narrowed(reduced_where(loss, counts, reduction), pred.dtype)
+    return narrowed(reduced_where(loss, counts, reduction), pred)
 
 
 def _focused(logit: Tensor, gamma: float) -> Tensor:

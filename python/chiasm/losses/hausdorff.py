@@ -48,7 +48,7 @@ def hausdorff_er_loss(
     """
     check_image(pred, "pred")
     error = _squared_error(pred, target, k, reduction)
-    return narrowed(reduced(_eroded_sum(error, alpha, k), reduction), pred.dtype)
+    return narrowed(reduced(_eroded_sum(error, alpha, k), reduction), pred)
 
 
 def hausdorff_er_loss3d(
@@ -80,7 +80,7 @@ def hausdorff_er_loss3d(
     """
     check_volume(pred, "pred")
     error = _squared_error(pred, target, k, reduction)
-    return narrowed(reduced(_eroded_sum(error, alpha, k), reduction), pred.dtype)
+    return narrowed(reduced(_eroded_sum(error, alpha, k), reduction), pred)
 
 
 def _squared_error(pred: Tensor, target: Tensor, k: int, reduction: str) -> Tensor:

@@ -42,7 +42,7 @@ def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
     foreground = target.flatten(1) > 0
     logits = widened(pred).flatten(1)
     errors = torch.relu(1.0 - torch.where(foreground, logits, -logits))
-    return narrowed(_extension(errors, foreground).mean(), pred.dtype)
+    return narrowed(_extension(errors, foreground).mean(), pred)
 
 
 def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] = None) -> Tensor:
@@ -74,7 +74,7 @@ def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] =
     probability = torch.softmax(logits, 1).flatten(2)
     own = class_planes(target.flatten(1), pred.size(1))
     losses = _extension(torch.where(own, 1.0 - probability, probability), own)
-    return narrowed(((losses * weights).sum(1) / weights.sum()).mean(), pred.dtype)
+    return narrowed(((losses * weights).sum(1) / weights.sum()).mean(), pred)
 
 
 def _extension(errors: Tensor, foreground: Tensor) -> Tensor:

@@ -83,7 +83,7 @@ def ms_ssim_loss(
         luminance = (2.0 * mu1 * mu2 + c1) / (mu1 * mu1 + mu2 * mu2 + c1)
     difference = separable_shared((a - b).abs(), taps[-1], taps[-1], "reflect")
     loss = compensation * (alpha * (1.0 - luminance * similarity) + ((1.0 - alpha) / data_range) * difference)
-    return narrowed(reduced(loss, reduction), torch.promote_types(img1.dtype, img2.dtype))
+    return narrowed(reduced(loss, reduction), img1, img2)
 
 
 def _check_sigmas(sigmas: List[float]) -> None:

@@ -50,7 +50,7 @@ def dice_loss(
     both, predicted, labelled = _class_sums(logits, target, ignore_index)
     weights = class_weights(weight, logits, "weight")
     loss = _averaged_loss(2.0 * both, predicted + labelled, labelled > 0.0, weights, average, eps)
-    return narrowed(loss, pred.dtype)
+    return narrowed(loss, pred)
 
 
 def tversky_loss(
@@ -97,7 +97,7 @@ def tversky_loss(
     both, predicted, labelled = _class_sums(logits, target, ignore_index)
     union = both + alpha * (predicted - both) + beta * (labelled - both)
     weights = class_weights(None, logits, "weight")
-    return narrowed(_averaged_loss(both, union, labelled > 0.0, weights, average, eps), pred.dtype)
+    return narrowed(_averaged_loss(both, union, labelled > 0.0, weights, average, eps), pred)
 
 
 def _class_sums(pred: Tensor, target: Tensor, ignore_index: Optional[int]) -> Tuple[Tensor, Tensor, Tensor]:

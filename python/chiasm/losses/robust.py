@@ -114,4 +114,4 @@ def _squared_difference(img1: Tensor, img2: Tensor) -> Tensor:
 
 def _as_given(loss: Tensor, reduction: Optional[str], img1: Tensor, img2: Tensor) -> Tensor:
     """The loss, reduced, in the dtype of the two images."""
-    return narrowed(reduced(loss, reduction), torch.promote_types(img1.dtype, img2.dtype))
+    return narrowed(reduced(loss, reduction), img1, img2)

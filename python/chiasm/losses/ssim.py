@@ -1,6 +1,5 @@
 """Structural dissimilarity."""
 
-import torch
 from torch import Tensor
 
 from ..metrics.ssim import similarity, similarity3d
@@ -42,7 +41,7 @@ def ssim_loss(
     """
     check_reduction(reduction)
     found = similarity(img1, img2, window_size, max_val, eps, padding)
-    return narrowed(reduced(_dissimilarity(found), reduction), torch.promote_types(img1.dtype, img2.dtype))
+    return narrowed(reduced(_dissimilarity(found), reduction), img1, img2)
 
 
 def ssim3d_loss(
@@ -79,7 +78,7 @@ def ssim3d_loss(
     """
     check_reduction(reduction)
     found = similarity3d(img1, img2, window_size, max_val, eps, padding)
-    return narrowed(reduced(_dissimilarity(found), reduction), torch.promote_types(img1.dtype, img2.dtype))
+    return narrowed(reduced(_dissimilarity(found), reduction), img1, img2)
 
 
 def _dissimilarity(similarity: Tensor) -> Tensor:

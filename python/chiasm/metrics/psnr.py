@@ -39,4 +39,4 @@ def psnr(image: Tensor, target: Tensor, max_val: float) -> Tensor:
     safe = torch.where(equal, torch.ones_like(error), error)
     ratio = 20.0 * math.log10(max_val) - 10.0 / math.log(10.0) * torch.log(safe)
     found = torch.where(equal, torch.full_like(error, math.inf), ratio)
-    return narrowed(found, torch.promote_types(image.dtype, target.dtype))
+    return narrowed(found, image, target)

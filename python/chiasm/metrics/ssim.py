@@ -2,7 +2,6 @@
 
 from typing import List
 
-import torch
 from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
@@ -49,7 +48,7 @@ def ssim(
         tensor(1.)
     """
     found = similarity(img1, img2, window_size, max_val, eps, padding)
-    return narrowed(found, torch.promote_types(img1.dtype, img2.dtype))
+    return narrowed(found, img1, img2)
 
 
 def similarity(
@@ -100,7 +99,7 @@ def ssim3d(
         tensor(1.)
     """
     found = similarity3d(img1, img2, window_size, max_val, eps, padding)
-    return narrowed(found, torch.promote_types(img1.dtype, img2.dtype))
+    return narrowed(found, img1, img2)
 
 
 def similarity3d(

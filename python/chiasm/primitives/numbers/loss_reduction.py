@@ -43,13 +43,16 @@ def widened(x: Tensor) -> Tensor:
     return x.to(torch.float32) if x.dtype in [torch.float16, torch.bfloat16] else x
 
 
-def narrowed(loss: Tensor, dtype: torch.dtype) -> Tensor:
-    """What was computed of ``widened`` values, in their own dtype.
+def narrowed(loss: Tensor, given: Tensor, other: Optional[Tensor] = None) -> Tensor:
+    """What was computed of ``widened`` tensors, in the dtype that these have; of tensors of two dtypes it has
+    the one to which PyTorch promotes them.
 
-    >>> narrowed(torch.tensor(1.0), torch.float16).dtype
+    >>> narrowed(torch.tensor(1.0), torch.zeros(2, dtype=torch.float16)).dtype
     torch.float16
     """
-    return loss if loss.dtype == dtype else loss.to(dtype)
+    if loss.dtype == given.dtype or (other is not None and other.dtype != given.dtype):
+        return loss
+    return loss.to(given.dtype)
 
 
 def considered(target: Tensor, ignore_index: Optional[int]) -> Tensor:
