@@ -201,6 +201,7 @@ class NativeCode:
         program = refuse_negative(select_by_tensors(self.program("vjp"), self.spec.name))
         sum_in_steps(program)
         entry = entry_of(program, self.spec, self.isa, self.signature, self.gradient)
+        entry = entry.with_suffix(".libtorch.pt2")  # the same program may have been tried without libtorch
         if data := kept(entry):
             return data
         with closing(Build(self.compilers, at_once=True)) as whole:
