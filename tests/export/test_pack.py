@@ -4,6 +4,7 @@ import base64
 import hashlib
 import json
 import os
+import shutil
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -108,10 +109,7 @@ def test_a_wheel_that_cannot_be_read_is_written_again(bundles: list[Path], tmp_p
 
 
 def test_native_code_names_the_glibc(bundles: list[Path], tmp_path: Path) -> None:
-    bundle = tmp_path / "bundle"
-    bundle.mkdir()
-    for file in bundles[0].iterdir():
-        (bundle / file.name).write_bytes(file.read_bytes())
+    bundle = shutil.copytree(bundles[0], tmp_path / "bundle")
     manifest = json.loads((bundle / "manifest.json").read_text())
     artifact = dict(manifest["methods"]["forward"]["artifacts"][0])
     for glibc in ("2.9", "2.34"):  # compared as numbers, not as text
@@ -123,10 +121,7 @@ def test_native_code_names_the_glibc(bundles: list[Path], tmp_path: Path) -> Non
 
 
 def test_native_code_names_its_machines(bundles: list[Path], tmp_path: Path) -> None:
-    bundle = tmp_path / "bundle"
-    bundle.mkdir()
-    for file in bundles[0].iterdir():
-        (bundle / file.name).write_bytes(file.read_bytes())
+    bundle = shutil.copytree(bundles[0], tmp_path / "bundle")
     manifest = json.loads((bundle / "manifest.json").read_text())
     artifacts = manifest["methods"]["forward"]["artifacts"]
     native = dict(artifacts[0]) | {"format": "native", "backend": "native"}
@@ -147,10 +142,7 @@ def test_refusals(bundles: list[Path], tmp_path: Path) -> None:
         pack("colors", bundles, tmp_path, "1-2")
     with pytest.raises(ExportError, match=r"another bundle of color\.rgb_to_hsv"):
         pack("colors", [bundles[1], bundles[1]], tmp_path)
-    damaged = tmp_path / "damaged"
-    damaged.mkdir()
-    for file in bundles[0].iterdir():
-        (damaged / file.name).write_bytes(file.read_bytes())
+    damaged = shutil.copytree(bundles[0], tmp_path / "damaged")
     next(damaged.glob("*.onnx")).write_bytes(b"no model")
     with pytest.raises(BundleError, match="bytes, the manifest says"):
         pack("colors", [damaged], tmp_path)
