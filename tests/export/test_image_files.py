@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from PIL import EpsImagePlugin, Image
 
-from chiasm.export.files import write_whole
 from chiasm.export.images import read_image, to_array
 from chiasm.export.manifest import BundleError
+from chiasm.writing import write_whole
 from tests.export.commands import refused, run
 
 Folder = Callable[[str], Path]

@@ -22,8 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from ..export.ending import ENDING, delayed, end_with
-from ..export.files import naming, read_regular, write_whole
+from ..export.files import naming, read_regular
 from ..export.text import one_line
+from ..writing import write_whole
 from .errors import DataError
 from .mapping import Map
 from .shards import Shard, write

@@ -1,4 +1,4 @@
-"""Reads and writes whole files. Needs only the standard library."""
+"""Reads whole files. Needs only the standard library."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ import stat
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
-
-from ..writing import write_whole as write_whole
 
 #: The most bytes of a bundle's file, as for the runtime (runtime/core/manifest.cpp).
 MOST_OF_FILE = 1 << 40

@@ -18,8 +18,9 @@ from typing import Any, cast
 import numpy as np
 from PIL import Image, ImageOps, UnidentifiedImageError
 
+from ..writing import write_whole
 from .constants import in_dtype
-from .files import MOST_OF_IMAGE, read_regular, write_whole
+from .files import MOST_OF_IMAGE, read_regular
 from .manifest import BundleError, read_manifest
 from .text import one_line
 

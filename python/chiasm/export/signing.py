@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..writing import write_whole
 from .errors import ExportError
-from .files import MOST_OF_KEY, read_regular, write_whole
+from .files import MOST_OF_KEY, read_regular
 from .manifest import BundleError, manifest_text, parse_manifest, read_file, read_inside
 from .text import one_line
 

@@ -111,7 +111,7 @@ def _by_workers(ops: Sequence[Wanted], output: Path, jobs: int) -> Generator[_Ou
         in_work: dict[Future[float], Wanted] = {}
         with _Workers(1 if suspects else min(jobs, len(waiting)), output) as workers:
             while (queue or in_work) and not workers.broken:
-                while queue and len(in_work) < workers.count and not workers.broken:
+                while queue and len(in_work) < workers.count:
                     op = queue.popleft()
                     in_work[workers.submit(op)] = op
                 for ended in wait(in_work, return_when=FIRST_COMPLETED).done:

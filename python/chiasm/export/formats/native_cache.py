@@ -17,9 +17,10 @@ from pathlib import Path
 import torch
 from torch.export import ExportedProgram
 
+from ...writing import write_whole
 from .. import isas
 from ..errors import ExportError
-from ..files import MOST_OF_FILE, read_regular, write_whole
+from ..files import MOST_OF_FILE, read_regular
 from ..internals import Operator, is_operator, limits_of_program
 from ..isas import ISAS, LINK_OF, compiler_command, library_folder, run_tool, settings
 from ..manifest import sha256
