@@ -350,10 +350,17 @@ const std::vector<int32_t> kVideo = {1220542, 1673527, -409993, -852492, 2116026
 void expect_subsampled(const cv::Mat& luma, const cv::Mat& chroma, int n, bool swapped) {
   const int height = luma.rows / n, rows = chroma.rows / n, width = luma.cols, columns = chroma.cols;
   const size_t plane = luma.total() / size_t(n);
-  std::vector<uint8_t> out(3 * luma.total()), planes(out.size());
-  for (const bool interleaved : {false, true})
+  std::vector<uint8_t> out(3 * luma.total()), planes(out.size()), split(out.size());
+  cv::Mat parts[2];
+  cv::split(chroma, parts);
+  for (const bool interleaved : {false, true}) {
+    std::vector<uint8_t>& made = interleaved ? out : planes;
     subsampled_pixels(luma.data, n, height, width, chroma.data, rows, 2 * columns, kVideo.data(), swapped,
-                      interleaved, (interleaved ? out : planes).data());
+                      interleaved, made.data());
+    subsampled_planes(luma.data, n, height, width, parts[swapped].data, rows, columns, parts[!swapped].data,
+                      kVideo.data(), interleaved, split.data());
+    ASSERT_EQ(split, made) << width << " of " << columns;
+  }
   for (int i = 0; i < n; ++i)
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
@@ -477,6 +484,12 @@ KERNEL_CALL_BENCHMARK(subsampled_pixels, [] {
   return [frame = Frame()]() mutable {
     subsampled_pixels(frame.x.data(), 1, 1080, 1920, frame.x.data() + 1080 * 1920, 540, 1920, kVideo.data(),
                       false, true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(subsampled_planes, [] {
+  return [frame = Frame()]() mutable {
+    const uint8_t *const luma = frame.x.data(), *const u = luma + 1080 * 1920;
+    subsampled_planes(luma, 1, 1080, 1920, u, 540, 960, u + 540 * 960, kVideo.data(), true, frame.out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(packed_pixels, [] {

@@ -305,21 +305,21 @@ TYPED_TEST(GuardedKernels, PositionsAnywhereReadInside) {
       for (int64_t padding = 0; padding < 3; ++padding)
         for (int64_t mode = 0; mode < 3; ++mode)
           for (int32_t corners = 0; corners < 2; ++corners) {
-            const Tensor source = this->numbers({2, 3, s.height, s.width});
+            const Tensor source = this->numbers({2, 3, s.height, s.width}), fill = this->numbers({3}, 0, 1);
             // Positions beyond every side, also in a run that is read forwards, for which pixels are loaded
             // in groups of eight.
             Tensor x = this->numbers({2, 3, 37}, -5, double(s.width) + 4),
                    y = this->numbers({2, 3, 37}, -5, double(s.height) + 4);
-            this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners);
+            this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners, fill);
             for (int64_t i = 0; i < 74; ++i) reinterpret_cast<T*>(x->data())[i] = T(i % 37) * T(s.width) / 37;
             std::fill_n(reinterpret_cast<T*>(y->data()), 74, T(s.height - 1));
-            this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners);
+            this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners, fill);
             const Tensor matrix = this->numbers({2, 3, 3}, -1, 1);
             this->run(aoti_torch_cpu_warp_perspective, source, matrix, s.height, s.width + 1, mode, padding,
-                      corners);
+                      corners, fill);
             this->run(aoti_torch_cpu_warp_perspective, source,
                       kernel_calls::of<T>({2, 3, 3}, {1, 0, 0, 0, 1, 0, 0, 0, 1}), s.height, s.width, mode,
-                      padding, corners);
+                      padding, corners, fill);
           }
   });
 }
@@ -542,9 +542,12 @@ TEST_F(GuardedBytes, PixelsStayInside) {
         for (const Size& s : kSizes)
           for (const int32_t flag : {0, 1}) {
             const Tensor pixels = bytes({2, s.height * s.width * 3});
-            for (const Size& part : {Size{s.height, s.width}, Size{(s.height + 1) / 2, (s.width + 1) / 2}})
-              run(aoti_torch_cpu_subsampled_pixels, bytes({2, s.height, s.width}),
-                  bytes({2, part.height, 2 * part.width}), video, int32_t{0}, flag);
+            for (const Size& part : {Size{s.height, s.width}, Size{(s.height + 1) / 2, (s.width + 1) / 2}}) {
+              const Tensor luma = bytes({2, s.height, s.width}), u = bytes({2, part.height, part.width});
+              run(aoti_torch_cpu_subsampled_pixels, luma, bytes({2, part.height, 2 * part.width}), video,
+                  int32_t{0}, flag);
+              run(aoti_torch_cpu_subsampled_planes, luma, u, u, video, flag);
+            }
             for (const int32_t interleaved : {0, 1})
               run(aoti_torch_cpu_packed_pixels, bytes({2, s.height, 4 * s.width}), video, flag, interleaved);
             run(aoti_torch_cpu_nv12_pixels, pixels, encoded, s.height, flag);

@@ -1,5 +1,6 @@
 // Resizing, pyramids, flips and warps of bytes, against OpenCV or their definition.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -261,6 +262,8 @@ TEST_F(Bytes, BicubicResizingMatchesItsDefinitionAndOpenCv) {
       }
 }
 
+constexpr std::array<uint8_t, 4> kFill = {9, 250, 90, 131};  // the colour of what is outside
+
 // The value of `image` at a position by the definition, rounded to 1/32 pixel, or to the nearest pixel.
 uint8_t value_at(const cv::Mat& image, double x, double y, int c, Interpolation mode, Padding padding,
                  bool align_corners) {
@@ -279,7 +282,7 @@ uint8_t value_at(const cv::Mat& image, double x, double y, int c, Interpolation 
   };
   const auto pixel = [&](double v, double u) -> int {
     const bool inside = v >= 0 && v < image.rows && u >= 0 && u < image.cols;
-    return inside ? image.ptr<uint8_t>(int(v))[int(u) * image.channels() + c] : 0;
+    return inside ? image.ptr<uint8_t>(int(v))[int(u) * image.channels() + c] : kFill[size_t(c)];
   };
   double sum = 0;
   if (mode == Interpolation::kBicubic) {  // bicubic moves the pixels that are read, not the position
@@ -327,7 +330,8 @@ TEST_F(Bytes, RemappedPixelsMatchTheDefinitionAndOpenCv) {
             rng.fill(x, cv::RNG::UNIFORM, -0.1 * size.width - 2, 1.1 * size.width + 2);
             rng.fill(y, cv::RNG::UNIFORM, -0.1 * size.height - 2, 1.1 * size.height + 2);
             remap_bytes(image.data, 1, size.height, size.width * channels, x.ptr<float>(), 1, 9, 300,
-                        y.ptr<float>(), channels, mode, padding, align_corners, out.data);
+                        y.ptr<float>(), channels, mode, padding, align_corners, kFill.data(), channels,
+                        out.data);
             expect_read(image, out, mode, padding, align_corners, [&](int u, int v) {
               return std::pair<double, double>{x.at<float>(v, u), y.at<float>(v, u)};
             });
@@ -339,7 +343,8 @@ TEST_F(Bytes, RemappedPixelsMatchTheDefinitionAndOpenCv) {
                       padding == Padding::kZeros    ? cv::BORDER_CONSTANT
                       : padding == Padding::kBorder ? cv::BORDER_REPLICATE
                       : align_corners               ? cv::BORDER_REFLECT_101
-                                                    : cv::BORDER_REFLECT);
+                                                    : cv::BORDER_REFLECT,
+                      cv::Scalar(kFill[0], kFill[1], kFill[2], kFill[3]));
             // OpenCV's bicubic weights are rounded to 1/2^15.
             EXPECT_LE(cv::norm(out, expected, cv::NORM_INF), mode == Interpolation::kBicubic ? 1 : 0)
                 << image.size() << " x " << channels;
@@ -353,8 +358,8 @@ TEST_F(Bytes, WhatIsNoNumberReadsNothing) {
   for (const Padding padding : kPaddings) {
     std::vector<uint8_t> out(9, 7);
     remap_bytes(image.data, 1, 8, 90, x.data(), 1, 1, 3, y.data(), 3, Interpolation::kBicubic, padding, true,
-                out.data());
-    EXPECT_EQ(out, std::vector<uint8_t>(9, 0));
+                kFill.data(), 3, out.data());
+    for (size_t i = 0; i < 9; ++i) EXPECT_EQ(out[i], kFill[i % 3]);
   }
 }
 
@@ -370,7 +375,7 @@ TEST_F(Bytes, WarpedPixelsMatchTheDefinition) {
             const cv::Mat image = frame(size.height, size.width, channels);
             cv::Mat out(40, 280, image.type());
             warp_bytes(image.data, 1, size.height, size.width * channels, m.data(), 1, out.rows, out.cols,
-                       channels, mode, padding, true, out.data);
+                       channels, mode, padding, true, kFill.data(), channels, out.data);
             expect_read(image, out, mode, padding, true, [&](int u, int v) {
               const double scale = 1 / (m[6] * u + (m[7] * v + m[8]));
               return std::pair{(m[0] * u + (m[1] * v + m[2])) * scale,
@@ -448,7 +453,7 @@ template <int kStep, Interpolation kMode>
 void turned(Frame& frame) {
   static const double matrix[] = {0.9, -0.3, 200, 0.3, 0.9, -200, 0, 0, 1};
   warp_bytes(frame.x.data(), 1, 1080, 1920 * kStep, matrix, 1, 1080, 1920, kStep, kMode, Padding::kZeros,
-             true, frame.out.data());
+             true, kFill.data(), kStep, frame.out.data());
 }
 KERNEL_CALL_BENCHMARK(warp_bytes_1, [] {
   return [frame = Frame()]() mutable { turned<1, Interpolation::kBilinear>(frame); };
@@ -488,7 +493,7 @@ KERNEL_CALL_BENCHMARK(remap_bytes_3, [] {
   }
   return [frame = Frame(), x, y]() mutable {
     remap_bytes(frame.x.data(), 1, 1080, 1920 * 3, x.data(), 1, 1080, 1920, y.data(), 3,
-                Interpolation::kBilinear, Padding::kZeros, true, frame.out.data());
+                Interpolation::kBilinear, Padding::kZeros, true, kFill.data(), 3, frame.out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(resize_nearest_half, [] {

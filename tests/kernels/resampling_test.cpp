@@ -25,6 +25,10 @@ TYPED_TEST_SUITE(Resampling, Types);
 
 // A single pixel, a row, a column, less than a vector, and more than a block.
 const Images kImages[] = {{1, 1, 1, 1}, {2, 1, 1, 5}, {1, 2, 7, 1}, {2, 3, 3, 2}, {2, 3, 40, 150}};
+// What is outside, if a test does not fill it.
+template <class T>
+constexpr T kNone = 0;
+
 constexpr Padding kPaddings[] = {Padding::kZeros, Padding::kBorder, Padding::kReflection};
 
 double placed(double x, int64_t size, Padding padding, bool corners) {
@@ -36,10 +40,11 @@ double placed(double x, int64_t size, Padding padding, bool corners) {
 }
 
 template <class T>
-double sampled(const T* plane, int64_t height, int64_t width, double x, double y, Interpolation mode) {
+double sampled(const T* plane, int64_t height, int64_t width, double x, double y, Interpolation mode,
+               double outside = 0) {
   const auto pixel = [&](double row, double column) {
     return row < 0 || column < 0 || row > double(height - 1) || column > double(width - 1)
-               ? 0.0
+               ? outside
                : double(plane[int64_t(row) * width + int64_t(column)]);
   };
   if (mode == Interpolation::kNearest) return pixel(std::nearbyint(y), std::nearbyint(x));
@@ -62,19 +67,36 @@ TYPED_TEST(Resampling, RemapMatchesItsDefinition) {
                y = this->random(points, -2.5 * double(images.height), 3.5 * double(images.height));
           for (auto* positions : {&x, &y})
             for (T& v : *positions) v = std::floor(v * 4) / 4 + T(0.0625);
-          std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width));
-          remap(image.data(), images, x.data(), height, width, y.data(), mode, padding, corners, out.data());
+          std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width)), fill;
+          for (int64_t c = 0; c < images.channels; ++c) fill.push_back(T(0.5) + T(c));
+          remap(image.data(), images, x.data(), height, width, y.data(), mode, padding, corners, fill.data(),
+                images.channels, out.data());
           for (int64_t i = 0; i < int64_t(out.size()); ++i) {
             const int64_t p = i / (height * width),
                           at = p / images.channels * height * width + i % (height * width);
             const double u = placed(double(x[size_t(at)]), images.width, padding, corners),
                          v = placed(double(y[size_t(at)]), images.height, padding, corners);
             ASSERT_NEAR(double(out[size_t(i)]),
-                        sampled(image.data() + p * plane, images.height, images.width, u, v, mode), 1e-5)
+                        sampled(image.data() + p * plane, images.height, images.width, u, v, mode,
+                                double(fill[size_t(p % images.channels)])),
+                        1e-5)
                 << images.height << "x" << images.width << " at " << x[size_t(at)] << ", " << y[size_t(at)]
                 << ", padding " << int(padding);
           }
         }
+}
+
+TEST(NearestPixels, AreExactInTheWidestRows) {
+  constexpr int64_t width = (1 << 24) - 1;
+  std::vector<float> image(width);
+  for (int64_t i = 0; i < width; ++i) image[size_t(i)] = float(i % 1000);
+  for (const int64_t at : {(1 << 22) - 1, (1 << 22) + 1, (1 << 23) - 1, (1 << 23) + 1, (1 << 24) - 2}) {
+    const float x = float(at), y = 0;
+    float out = -1;
+    remap(image.data(), {1, 1, 1, width}, &x, 1, 1, &y, Interpolation::kNearest, Padding::kZeros, true,
+          &kNone<float>, 1, &out);
+    EXPECT_EQ(out, float(at % 1000)) << at;
+  }
 }
 
 KERNEL_CALL_BENCHMARK(remap, [] {
@@ -83,7 +105,7 @@ KERNEL_CALL_BENCHMARK(remap, [] {
           y = kernel_benchmarks::random(1080 * 1920, 0, 1079),
           out = std::vector<float>(3 * 1080 * 1920)]() mutable {
     remap(image.data(), {1, 3, 1080, 1920}, x.data(), 1080, 1920, y.data(), Interpolation::kBilinear,
-          Padding::kZeros, true, out.data());
+          Padding::kZeros, true, &kNone<float>, 1, out.data());
   };
 });
 
@@ -107,8 +129,9 @@ TYPED_TEST(Resampling, BicubicMatchesOpenCv) {
             for (T* v : {&x[size_t(i)], &y[size_t(i)]}) *v = std::floor(*v * 4) / 4;
           }
           std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width));
+          const T fill = T(0.75);
           remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBicubic, padding,
-                corners, out.data());
+                corners, &fill, 1, out.data());
           const int border = padding == Padding::kZeros    ? cv::BORDER_CONSTANT
                              : padding == Padding::kBorder ? cv::BORDER_REPLICATE
                              : corners                     ? cv::BORDER_REFLECT_101
@@ -124,7 +147,7 @@ TYPED_TEST(Resampling, BicubicMatchesOpenCv) {
             cv::Mat expected;
             cv::remap(cv::Mat(int(images.height), int(images.width), cv::DataType<T>::type,
                               const_cast<T*>(image.data() + p * plane)),
-                      expected, positions(x), positions(y), cv::INTER_CUBIC, border, cv::Scalar(0));
+                      expected, positions(x), positions(y), cv::INTER_CUBIC, border, cv::Scalar(fill));
             const cv::Mat actual(height, width, cv::DataType<T>::type, out.data() + p * height * width);
             ASSERT_LE(cv::norm(actual, expected, cv::NORM_INF), 1e-5)
                 << images.height << "x" << images.width << ", padding " << int(padding) << ", corners "
@@ -146,15 +169,16 @@ TYPED_TEST(Resampling, BicubicIsTheSameBitsWhereverAPositionStands) {
   }
   std::vector<T> out(width);
   remap(image.data(), images, x.data(), 1, width, y.data(), Interpolation::kBicubic, Padding::kZeros, true,
-        out.data());
+        &kNone<T>, 1, out.data());
   for (size_t i = 0; i < size_t(width); ++i) {
     T alone;
-    remap(image.data(), images, &x[i], 1, 1, &y[i], Interpolation::kBicubic, Padding::kZeros, true, &alone);
+    remap(image.data(), images, &x[i], 1, 1, &y[i], Interpolation::kBicubic, Padding::kZeros, true, &kNone<T>,
+          1, &alone);
     ASSERT_EQ(out[i], alone) << i;
     std::vector<T> mixed_x(9, x[size_t(width) - 1 - i]), mixed_y(9, y[i]), mixed(9);  // far from each other
     mixed_x[3] = x[i];
     remap(image.data(), images, mixed_x.data(), 1, 9, mixed_y.data(), Interpolation::kBicubic,
-          Padding::kZeros, true, mixed.data());
+          Padding::kZeros, true, &kNone<T>, 1, mixed.data());
     ASSERT_EQ(mixed[3], alone) << i;
   }
 }
@@ -164,7 +188,7 @@ KERNEL_CALL_BENCHMARK(warp_perspective_bicubic, [] {
           out = std::vector<float>(3 * 1080 * 1920)]() mutable {
     const float matrix[9] = {0.98f, -0.17f, 150, 0.17f, 0.98f, -120, 0, 0, 1};
     warp_perspective(image.data(), {1, 3, 1080, 1920}, matrix, 1080, 1920, Interpolation::kBicubic,
-                     Padding::kZeros, true, out.data());
+                     Padding::kZeros, true, &kNone<float>, 1, out.data());
   };
 });
 
@@ -174,7 +198,8 @@ KERNEL_CALL_BENCHMARK(warp_perspective_nearest, [] {
     const float matrix[9] = {0.98f, -0.17f, 20, 0.17f, 0.98f, -20, 0, 0, 1};
     for (int k = 0; k < 8; ++k)
       warp_perspective(image.data() + k * 3 * 65536, {1, 3, 256, 256}, matrix, 256, 256,
-                       Interpolation::kNearest, Padding::kBorder, true, out.data() + k * 3 * 65536);
+                       Interpolation::kNearest, Padding::kBorder, true, &kNone<float>, 1,
+                       out.data() + k * 3 * 65536);
   };
 });
 
@@ -193,7 +218,7 @@ TYPED_TEST(Resampling, RowsReadForwardsAcrossAllBordersAreTheirDefinition) {
         y[size_t(i)] = T(0.75 * v - 3.5 + u * slope);
       }
       remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBilinear,
-            Padding::kZeros, true, out.data());
+            Padding::kZeros, true, &kNone<T>, 1, out.data());
       for (int64_t i = 0; i < int64_t(out.size()); ++i) {
         const size_t at = size_t(i % (height * width));
         const T* const source = image.data() + i / (height * width) * plane;
@@ -216,7 +241,8 @@ TYPED_TEST(Resampling, PositionsThatAreNoNumbersOrHugeReadNothing) {
       y(9, T(4));
   std::vector<T> out(9);
   for (const Interpolation mode : {Interpolation::kBilinear, Interpolation::kNearest}) {
-    remap(image.data(), images, x.data(), 1, 9, y.data(), mode, Padding::kZeros, true, out.data());
+    remap(image.data(), images, x.data(), 1, 9, y.data(), mode, Padding::kZeros, true, &kNone<T>, 1,
+          out.data());
     EXPECT_EQ(out, (std::vector<T>{0, 0, 0, 0, 0, 1, 1, 1, 1}));
   }
 }
@@ -239,9 +265,9 @@ TYPED_TEST(Resampling, WarpPerspectiveIsRemapAtTheMatrixesPositions) {
     }
     std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width)), expected(out);
     warp_perspective(image.data(), images, matrices.data(), height, width, Interpolation::kBilinear,
-                     Padding::kBorder, true, out.data());
+                     Padding::kBorder, true, &kNone<T>, 1, out.data());
     remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBilinear, Padding::kBorder,
-          true, expected.data());
+          true, &kNone<T>, 1, expected.data());
     for (size_t i = 0; i < out.size(); ++i) ASSERT_NEAR(out[i], expected[i], 1e-5);
   }
 }
@@ -249,7 +275,7 @@ TYPED_TEST(Resampling, WarpPerspectiveIsRemapAtTheMatrixesPositions) {
 KERNEL_BENCHMARK(warp_perspective, [](const float* x, Planes p, float* out) {
   const float matrix[] = {0.9f, 0.1f, 10, -0.1f, 0.9f, 20, 1e-5f, 1e-5f, 1};
   warp_perspective(x, {1, p.count, p.height, p.width}, matrix, p.height, p.width, Interpolation::kBilinear,
-                   Padding::kZeros, true, out);
+                   Padding::kZeros, true, &kNone<float>, 1, out);
 });
 
 // One plane, resized along both axes by taps(size, new size), against the result of `expected`.
@@ -459,24 +485,28 @@ double keys(double d) {
 
 TYPED_TEST(Resampling, AntialiasedTapsAreTheStretchedFilter) {
   using T = TypeParam;
-  for (const auto& [in, out] : {std::pair<int64_t, int64_t>{40, 13}, {41, 7}, {9, 1}, {10, 25}, {1, 3}})
-    for (const Interpolation filter : {Interpolation::kBilinear, Interpolation::kBicubic}) {
-      const Taps<T> taps = resize_taps<T>(in, out, filter, false, true);
-      const double stretch = std::max(double(in) / double(out), 1.0);
-      for (int64_t i = 0; i < out; ++i) {
-        std::vector<double> expected(size_t(in), 0.0), actual(size_t(in), 0.0);
-        double total = 0;
-        for (int64_t j = 0; j < in; ++j) {
-          const double d = std::abs(double(j) + 0.5 - (double(i) + 0.5) * double(in) / double(out)) / stretch;
-          total += expected[size_t(j)] = filter == Interpolation::kBilinear ? std::max(1 - d, 0.0) : keys(d);
+  for (const auto& [in, out] :
+       {std::pair<int64_t, int64_t>{40, 13}, {41, 7}, {100, 3}, {9, 1}, {10, 25}, {1, 3}})
+    for (const Interpolation filter : {Interpolation::kBilinear, Interpolation::kBicubic})
+      for (const bool corners : {false, true}) {
+        const Taps<T> taps = resize_taps<T>(in, out, filter, corners, true);
+        const double factor =
+            corners ? double(in - 1) / double(std::max<int64_t>(out - 1, 1)) : double(in) / double(out);
+        for (int64_t i = 0; i < out; ++i) {
+          std::vector<double> expected(size_t(in), 0.0), actual(size_t(in), 0.0);
+          double total = 0;
+          for (int64_t j = 0; j < in; ++j) {
+            const double d = std::abs(double(j) + 0.5 - (double(i) + 0.5) * factor) / std::max(factor, 1.0);
+            total += expected[size_t(j)] =
+                filter == Interpolation::kBilinear ? std::max(1 - d, 0.0) : keys(d);
+          }
+          for (int64_t k = i * taps.each; k < (i + 1) * taps.each; ++k)
+            actual[size_t(taps.index[size_t(k)])] += double(taps.weight[size_t(k)]);
+          for (size_t j = 0; j < size_t(in); ++j)
+            EXPECT_NEAR(actual[j], expected[j] / total, 2e-6)
+                << in << " to " << out << ", corners " << corners << ", pixel " << j << " of " << i;
         }
-        for (int64_t k = i * taps.each; k < (i + 1) * taps.each; ++k)
-          actual[size_t(taps.index[size_t(k)])] += double(taps.weight[size_t(k)]);
-        for (size_t j = 0; j < size_t(in); ++j)
-          EXPECT_NEAR(actual[j], expected[j] / total, 2e-6)
-              << in << " to " << out << ", pixel " << j << " of " << i;
       }
-    }
 }
 
 TYPED_TEST(Resampling, WithCornersARampStaysOneAndNearestTakesThePixelBelow) {

@@ -31,7 +31,9 @@ TYPED_TEST(UndefinedKernels, APositionThatIsNotANumberIsOutsideTheImage) {
       for (size_t broken = 0; broken < 19; ++broken) {
         std::vector<T> x(19, T(3)), y(19, T(2)), out(19);
         (broken % 2 ? x : y)[broken] = this->kNan;
-        remap(image.data(), {1, 1, 6, 7}, x.data(), 1, 19, y.data(), mode, padding, true, out.data());
+        const T none = 0;
+        remap(image.data(), {1, 1, 6, 7}, x.data(), 1, 19, y.data(), mode, padding, true, &none, 1,
+              out.data());
         for (size_t i = 0; i < 19; ++i)
           ASSERT_EQ(out[i], i == broken ? T(0) : T(1)) << i << " with padding " << int(padding);
       }

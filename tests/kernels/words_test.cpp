@@ -113,9 +113,9 @@ int64_t step_of(double at, int64_t size, int64_t steps, Padding padding, bool al
 }
 
 template <class S>
-int64_t read(const cv::Mat& image, int c, int64_t x, int64_t y, bool nearest) {
+int64_t read(const cv::Mat& image, int c, int64_t x, int64_t y, bool nearest, S fill) {
   const auto pixel = [&](int64_t v, int64_t u) -> int64_t {
-    if (v < 0 || v >= image.rows || u < 0 || u >= image.cols) return 0;
+    if (v < 0 || v >= image.rows || u < 0 || u >= image.cols) return fill;
     return image.ptr<S>(static_cast<int>(v))[u * image.channels() + c];
   };
   if (nearest) return pixel(y, x);
@@ -144,13 +144,15 @@ TYPED_TEST(Words, RemappedPixelsMatchTheDefinition) {
             cv::RNG rng(3);
             rng.fill(x, cv::RNG::UNIFORM, -0.1 * size.width - 2, 1.1 * size.width + 2);
             rng.fill(y, cv::RNG::UNIFORM, -0.1 * size.height - 2, 1.1 * size.height + 2);
+            std::vector<S> fill;
+            for (int c = 0; c < channels; ++c) fill.push_back(static_cast<S>(this->engine_()));
             x.at<double>(0, 0) = x.at<double>(1, 7) = y.at<double>(2, 3) = std::nan("");
             x.at<double>(3, 3) = 1e30;
             y.at<double>(3, 4) = -INFINITY;
             x.at<double>(3, 5) = size.width - 1;
             remap_words(reinterpret_cast<const S*>(image.data), 1, size.height, size.width * channels,
                         x.ptr<double>(), 1, 9, 300, y.ptr<double>(), channels, mode, padding, align_corners,
-                        reinterpret_cast<S*>(out.data));
+                        fill.data(), channels, reinterpret_cast<S*>(out.data));
             for (int v = 0; v < 9; ++v)
               for (int u = 0; u < 300; ++u) {
                 if (padding == Padding::kReflection && v == 3) continue;  // too many mirrors for a loop
@@ -158,7 +160,8 @@ TYPED_TEST(Words, RemappedPixelsMatchTheDefinition) {
                 const int64_t at_x = step_of(x.at<double>(v, u), size.width, steps, padding, align_corners),
                               at_y = step_of(y.at<double>(v, u), size.height, steps, padding, align_corners);
                 for (int c = 0; c < channels; ++c)
-                  ASSERT_EQ(out.ptr<S>(v)[u * channels + c], read<S>(image, c, at_x, at_y, nearest))
+                  ASSERT_EQ(out.ptr<S>(v)[u * channels + c],
+                            read<S>(image, c, at_x, at_y, nearest, fill[size_t(c)]))
                       << image.size() << " x " << channels << " at " << x.at<double>(v, u) << ", "
                       << y.at<double>(v, u);
               }
@@ -184,10 +187,11 @@ TYPED_TEST(Words, WarpedPixelsMatchTheDefinitionAndAreNearOpenCvs) {
               y.at<double>(v, u) = (m[3] * u + (m[4] * v + m[5])) / depth;
             }
           const auto* const pixels = reinterpret_cast<const S*>(image.data);
+          const S none = 0;
           warp_words(pixels, 1, size.height, size.width * channels, m.data(), 1, out.rows, out.cols, channels,
-                     mode, Padding::kBorder, true, reinterpret_cast<S*>(out.data));
+                     mode, Padding::kBorder, true, &none, 1, reinterpret_cast<S*>(out.data));
           remap_words(pixels, 1, size.height, size.width * channels, x.ptr<double>(), 1, out.rows, out.cols,
-                      y.ptr<double>(), channels, mode, Padding::kBorder, true,
+                      y.ptr<double>(), channels, mode, Padding::kBorder, true, &none, 1,
                       reinterpret_cast<S*>(again.data));
           EXPECT_EQ(cv::norm(out, again, cv::NORM_INF), 0) << image.size() << " x " << channels;
           if (mode == Interpolation::kNearest) continue;
@@ -268,12 +272,14 @@ struct WordFrame {
   }
 };
 
+constexpr uint16_t kBlack = 0;
+
 template <int kStep>
 auto words_warped() {
   return [frame = WordFrame()]() mutable {
     static const double matrix[] = {0.98, 0.17, -90, -0.17, 0.98, 170, 0, 0, 1};
     warp_words(frame.x.data(), 1, 1080, 1920 * kStep, matrix, 1, 1080, 1920, kStep, Interpolation::kBilinear,
-               Padding::kZeros, true, frame.out.data());
+               Padding::kZeros, true, &kBlack, 1, frame.out.data());
   };
 }
 KERNEL_CALL_BENCHMARK(warp_words_1, [] { return words_warped<1>(); });
@@ -287,7 +293,7 @@ KERNEL_CALL_BENCHMARK(remap_words_3, [] {
     }
   return [frame = WordFrame(), x, y]() mutable {
     remap_words(frame.x.data(), 1, 1080, 1920 * 3, x.data(), 1, 1080, 1920, y.data(), 3,
-                Interpolation::kBilinear, Padding::kZeros, true, frame.out.data());
+                Interpolation::kBilinear, Padding::kZeros, true, &kBlack, 1, frame.out.data());
   };
 });
 // To two thirds, bilinear.

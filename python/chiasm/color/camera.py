@@ -10,7 +10,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_not_empty, check_tensor
 from ..primitives.images.color_planes import check_channels
-from ..primitives.images.subsampled import packed_to_rgb, paired, rgb_to_subsampled, subsampled_to_rgb
+from ..primitives.images.subsampled import packed_to_rgb, planar_to_rgb, rgb_to_subsampled, subsampled_to_rgb
 
 
 def nv12_to_rgb(y: Tensor, uv: Tensor, standard: str = "bt601") -> Tensor:
@@ -100,7 +100,7 @@ def i420_to_rgb(y: Tensor, u: Tensor, v: Tensor, standard: str = "bt601") -> Ten
     _check_batch(u, y, "u")
     if v.shape != u.shape:
         raise ValueError(f"v: expected the shape {list(u.shape)} of u, got {list(v.shape)}")
-    return subsampled_to_rgb(y, paired(u, v), _weights(standard), False)
+    return planar_to_rgb(y, u, v, _weights(standard))
 
 
 def yuyv_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:

@@ -11,9 +11,8 @@ from ..primitives.images.color_planes import (
     luma_chroma,
     mix_bytes,
     mix_channels,
-    stacked_bytes,
 )
-from ..primitives.resampling.decimation import every_second
+from ..primitives.images.subsampled import chroma_means, subsampled_to_rgb
 from ..primitives.resampling.taps import nearest_index
 
 
@@ -124,7 +123,7 @@ def rgb_to_yuv420(image: Tensor) -> Tuple[Tensor, Tensor]:
         [[1, 1, 4, 6], [1, 2, 2, 3]]
     """
     yuv = rgb_to_yuv(image)
-    return yuv.select(-3, 0).unsqueeze(-3), _means(_chroma(yuv), [-2, -1], yuv)
+    return chroma_means(yuv, True)
 
 
 def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
@@ -148,7 +147,7 @@ def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
         [[1, 1, 4, 6], [1, 2, 4, 3]]
     """
     yuv = rgb_to_yuv(image)
-    return yuv.select(-3, 0).unsqueeze(-3), _means(_chroma(yuv), [-1], yuv)
+    return chroma_means(yuv, False)
 
 
 def yuv420_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
@@ -223,29 +222,20 @@ def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
         torch.Size([1, 3, 8, 8])
     """
     _check_pair(imagey, imageuv)
+    if imagey.dtype == torch.uint8:
+        # the factors of ``yuv_to_rgb`` in units of 1/2^20
+        factors = [1048576, 1195392, -414208, -609216, 2130688, 0]
+        if imagey.dim() == 4:
+            return subsampled_to_rgb(imagey, imageuv, factors, False)
+        luma, chroma = [part.reshape((-1,) + part.shape[-3:]) for part in (imagey, imageuv)]
+        return subsampled_to_rgb(luma, chroma, factors, False).reshape(
+            imagey.shape[:-3] + (3,) + imagey.shape[-2:]
+        )
     rows = nearest_index(imageuv.size(-2), imagey.size(-2), imageuv.device)
     columns = nearest_index(imageuv.size(-1), imagey.size(-1), imageuv.device)
     chroma = imageuv.index_select(-2, rows).index_select(-1, columns)
     planes = [imagey.select(-3, 0), chroma.select(-3, 0), chroma.select(-3, 1)]
-    if imagey.dtype == torch.uint8:
-        return yuv_to_rgb(stacked_bytes(planes))
     return yuv_to_rgb(torch.stack(planes, -3))
-
-
-def _chroma(yuv: Tensor) -> Tensor:
-    """U and V, converted so that they can be summed."""
-    u, v = yuv.select(-3, 1), yuv.select(-3, 2)
-    if yuv.dtype == torch.uint8:
-        u, v = u.to(torch.float32), v.to(torch.float32)
-    return torch.stack([u, v], -3)
-
-
-def _means(chroma: Tensor, dims: List[int], like: Tensor) -> Tensor:
-    """Means of two neighbours along each of ``dims``; for an odd size, the last value is kept."""
-    for dim in dims:
-        half = (chroma.size(dim) + 1) // 2
-        chroma = (every_second(chroma, dim, 0, half) + every_second(chroma, dim, 1, half)) * 0.5
-    return torch.floor(chroma + 0.5).to(torch.uint8) if like.dtype == torch.uint8 else chroma
 
 
 def _check_pair(imagey: Tensor, imageuv: Tensor) -> None:

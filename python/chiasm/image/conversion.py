@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_tensor
+from ..primitives.core.layout import in_frames
 from ..primitives.numbers.rounding import known_or
 
 
@@ -60,6 +61,4 @@ def tensor_to_frames(tensor: Tensor) -> Tensor:
     if tensor.dim() != 3 and tensor.dim() != 4:
         raise ValueError(f"tensor: expected shape (C, H, W) or (B, C, H, W), got {list(tensor.shape)}")
     levels = known_or(torch.round(tensor * 255.0), 0.0).clamp(0.0, 255.0).to(torch.uint8)
-    if tensor.dim() == 3:
-        return levels.permute(1, 2, 0).contiguous()
-    return levels.permute(0, 2, 3, 1).contiguous()
+    return in_frames(levels[None])[0] if tensor.dim() == 3 else in_frames(levels)

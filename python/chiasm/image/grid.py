@@ -2,10 +2,10 @@
 
 from typing import Optional
 
-import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_not_empty, check_rank
+from ..primitives.images.grids import in_grid
 
 
 def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> Tensor:
@@ -30,7 +30,7 @@ def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> 
                 [1., 0., 0.]])
     """
     check_rank(tensor, 4, "(B, C, H, W)", "tensor")
-    batch, channels, height, width = tensor.shape
+    batch = tensor.size(0)
     if batch < 1:
         raise ValueError(f"tensor: expected at least one image, got {list(tensor.shape)}")
     check_not_empty(tensor, 3, "tensor")
@@ -44,23 +44,4 @@ def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> 
         raise ValueError(f"n_row: expected a positive number, got {n_row}")
     if padding < 0:
         raise ValueError(f"padding: expected zero or more, got {padding}")
-    rows = (batch + columns - 1) // columns
-    tall, wide = height + padding, width + padding
-    # The source of each row and column of the grid; indices past the end of an image are its padding.
-    y, x = (
-        torch.arange(rows * tall - padding, device=tensor.device),
-        torch.arange(columns * wide - padding, device=tensor.device),
-    )
-    grid_row, grid_column = (
-        torch.div(y, tall, rounding_mode="floor"),
-        torch.div(x, wide, rounding_mode="floor"),
-    )
-    row, column = y - grid_row * tall, x - grid_column * wide
-    image = grid_row[:, None] * columns + grid_column
-    inside = (row < height)[:, None] & (column < width) & (image < batch)
-    pixel = (image.clamp(max=batch - 1) * height + row.clamp(max=height - 1)[:, None]) * width + column.clamp(
-        max=width - 1
-    )
-    flat = tensor.permute(1, 0, 2, 3).reshape(channels, batch * height * width)
-    grid = flat.index_select(1, pixel.reshape(-1)).reshape(channels, y.size(0), x.size(0))
-    return torch.where(inside, grid, torch.zeros_like(grid))
+    return in_grid(tensor, columns, padding)

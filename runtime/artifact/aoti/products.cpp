@@ -33,16 +33,17 @@ Matrix<T> matrix(const AtenTensorOpaque& tensor, int64_t item) {
   return {data, tensor.sizes[n - 2], tensor.sizes[n - 1], tensor.strides[n - 2], tensor.strides[n - 1]};
 }
 
-// The summand, broadcast to the product's shape.
+// The summand, broadcast to the shape of `batch` products.
 template <class T>
-Matrix<T> broadcast(const AtenTensorOpaque& tensor, int64_t item, const Matrix<T>& like) {
+Matrix<T> broadcast(const AtenTensorOpaque& tensor, int64_t item, int64_t batch, const Matrix<T>& like) {
   Matrix<T> added{reinterpret_cast<T*>(tensor.data()), like.rows, like.columns, 0, 0};
-  const int64_t wanted[] = {-1, like.rows, like.columns};
+  const int64_t wanted[] = {batch, like.rows, like.columns};
   int64_t strides[3] = {0, 0, 0};
   const size_t n = tensor.sizes.size(), missing = 3 - std::min<size_t>(n, 3);
-  for (size_t d = 0; d < n && n <= 3; ++d) {
+  if (n > 3) throw std::runtime_error("a matrix product adds a tensor of another shape");
+  for (size_t d = 0; d < n; ++d) {
     const int64_t size = tensor.sizes[d];
-    if (size != 1 && missing + d != 0 && size != wanted[missing + d])
+    if (size != 1 && size != wanted[missing + d])
       throw std::runtime_error("a matrix product adds a tensor of another shape");
     strides[missing + d] = size == 1 ? 0 : tensor.strides[d];
   }
@@ -128,9 +129,10 @@ AOTITorchError product(AtenTensorHandle out, AtenTensorHandle added, AtenTensorH
           "a matrix product's shapes or types do not belong together: export the op again");
     const auto all = [&](auto zero) {
       using T = decltype(zero);
-      for (int64_t item = 0; item < (dimensions == 3 ? a->sizes[0] : 1); ++item) {
+      const int64_t batch = dimensions == 3 ? a->sizes[0] : 1;
+      for (int64_t item = 0; item < batch; ++item) {
         const auto result = matrix<T>(*out, item);
-        const auto sum = added ? broadcast<T>(*added, item, result) : result;
+        const auto sum = added ? broadcast<T>(*added, item, batch, result) : result;
         multiply<T>(matrix<T>(*a, item), matrix<T>(*b, item), result, added && beta != 0 ? &sum : nullptr,
                     static_cast<T>(beta), static_cast<T>(alpha));
       }

@@ -79,12 +79,12 @@ class Assignment {
     const int64_t row = row_ < 0 ? root_ : row_;
     const double nearest = measured(row);
     const double alone = reached_ + (alone_ - dual_[row]);
-    if (alone < leaving_) {
+    if (alone < leaving_ || row_ < 0) {
       leaving_ = alone;
       leaver_ = row;
     }
     const int64_t column = nearest_column(nearest);
-    const bool gives_up = leaving_ < nearest;
+    const bool gives_up = leaving_ < nearest || nearest == kInfinity;  // both may be infinite
     if (!gives_up && owner_[column] != kFree) {
       final_[column] = 1;
       row_ = static_cast<int64_t>(owner_[column]);

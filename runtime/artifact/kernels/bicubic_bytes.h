@@ -86,7 +86,7 @@ struct Bicubic : Places {
   static int64_t ahead(const Source& s) { return s.height > 3 ? 3 * s.row() : 0; }
 
   template <int kStep>
-  void read(const uint8_t* image, const Source& s, int64_t n, uint8_t* out) const {
+  void read(const uint8_t* image, const Source& s, int64_t n, const uint8_t* fill, uint8_t* out) const {
     for (int64_t i = 0; i < n;) {
       const int64_t last = end(i, n);
       if (inside[i]) {
@@ -102,7 +102,7 @@ struct Bicubic : Places {
               std::memcpy(out + i * kStep, made, kStep);
           }
       }
-      for (; i < last; ++i) read_one<kStep>(image, s, i, out + i * s.step);
+      for (; i < last; ++i) read_one<kStep>(image, s, i, fill, out + i * s.step);
     }
   }
 
@@ -128,25 +128,27 @@ struct Bicubic : Places {
     return numbers;
   }
 
-  // Any position. Pixels outside are 0.
+  // Any position.
   template <int kStep>
-  void read_one(const uint8_t* image, const Source& s, int64_t i, uint8_t* out) const {
+  void read_one(const uint8_t* image, const Source& s, int64_t i, const uint8_t* fill, uint8_t* out) const {
     const auto step = static_cast<size_t>(kStep > 0 ? kStep : s.step);
     const auto is_pixel = [](int64_t number) { return number >= 0; };
     const bool known = x[i] != kUnknown && y[i] != kUnknown;
     const auto columns = pixels_read(x[i], s.width, s), lines = pixels_read(y[i], s.height, s);
     if (!known || std::none_of(columns.begin(), columns.end(), is_pixel) ||
         std::none_of(lines.begin(), lines.end(), is_pixel)) {
-      std::memset(out, 0, step);
+      std::memcpy(out, fill, step);
       return;
     }
     if constexpr (kStep > 1) {
       // Gathers the pixels into one block, and reads them like adjacent ones.
       alignas(16) uint8_t pixels[4][16] = {}, made[4];
       for (size_t j = 0; j < 4; ++j)
-        for (size_t k = 0; k < 4; ++k)
-          if (is_pixel(lines[j]) && is_pixel(columns[k]))
-            std::memcpy(pixels[j] + k * kStep, image + lines[j] * s.row() + columns[k] * kStep, kStep);
+        for (size_t k = 0; k < 4; ++k) {
+          const bool there = is_pixel(lines[j]) && is_pixel(columns[k]);
+          const uint8_t* const from = there ? image + lines[j] * s.row() + columns[k] * kStep : fill;
+          std::memcpy(pixels[j] + k * kStep, from, kStep);
+        }
       read_pixel<kStep>(pixels[0], 16, i, made);
       std::memcpy(out, made, kStep);
       return;
@@ -155,11 +157,12 @@ struct Bicubic : Places {
     for (size_t c = 0; c < step; ++c) {
       int64_t sum = int64_t{1} << 33;
       for (size_t j = 0; j < 4; ++j) {
-        if (!is_pixel(lines[j])) continue;
-        const uint8_t* const row = image + lines[j] * s.row() + c;
         int64_t along = 0;
-        for (size_t k = 0; k < 4; ++k)
-          if (is_pixel(columns[k])) along += int64_t{across[k]} * row[columns[k] * s.step];
+        for (size_t k = 0; k < 4; ++k) {
+          const bool there = is_pixel(lines[j]) && is_pixel(columns[k]);
+          along +=
+              int64_t{across[k]} * (there ? image[lines[j] * s.row() + columns[k] * s.step + c] : fill[c]);
+        }
         sum += down[j] * along;
       }
       out[c] = static_cast<uint8_t>(std::clamp<int64_t>(sum >> 34, 0, 255));

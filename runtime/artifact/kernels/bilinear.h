@@ -53,9 +53,10 @@ inline void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weig
   }
 }
 
+// Where `rest` is given, it gets what the weights of each position lack to 1.
 template <class T>
 inline void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride,
-                          Neighbours<T>& taps) {
+                          Neighbours<T>& taps, T* rest = nullptr) {
   const Lanes<T> d;
   constexpr int64_t lanes = kLanes<T>;
   int32_t column[kRun], row[kRun];
@@ -68,6 +69,11 @@ inline void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int
   for (int64_t i = 0; i < n; i += lanes) {
     const auto at = [=](const T* weights) { return hn::LoadU(d, weights + i); };
     const auto first = at(left), second = at(right), above = at(top), below = at(bottom);
+    if (rest != nullptr) {
+      auto sum = hn::Add(hn::Mul(above, first), hn::Mul(above, second));
+      sum = hn::Add(hn::Add(sum, hn::Mul(below, first)), hn::Mul(below, second));
+      hn::StoreU(hn::Sub(hn::Set(d, T(1)), sum), d, rest + i);
+    }
     bool near = false;
     if constexpr (sizeof(T) == sizeof(float))
       near = i + lanes <= n && taps.index[i] <= last && in_one_vector(from_first(taps.index + i));

@@ -32,29 +32,29 @@ struct Bilinear : Places {
   }
 
   template <int kStep>
-  void read(const uint8_t* image, const Source& s, int64_t n, uint8_t* out) const {
+  void read(const uint8_t* image, const Source& s, int64_t n, const uint8_t* fill, uint8_t* out) const {
     for (int64_t i = 0; i < n;) {
       const int64_t last = end(i, n);
       if constexpr (kStep > 0)
         if (inside[i]) i = read_inside<kStep>(image, s.row(), i, last, out);
-      for (; i < last; ++i) read_one<kStep>(image, s, i, out + i * s.step);
+      for (; i < last; ++i) read_one<kStep>(image, s, i, fill, out + i * s.step);
     }
   }
 
  private:
-  // Any position. Pixels outside are 0.
+  // Any position.
   template <int kStep>
-  void read_one(const uint8_t* image, const Source& s, int64_t i, uint8_t* out) const {
+  void read_one(const uint8_t* image, const Source& s, int64_t i, const uint8_t* fill, uint8_t* out) const {
     const int64_t step = kStep > 0 ? kStep : s.step;
     const int64_t column = x[i] >> 5, line = y[i] >> 5;
     const int32_t right = x[i] & 31, below = y[i] & 31;
     if (column < -1 || column >= s.width || line < -1 || line >= s.height) {
-      std::memset(out, 0, static_cast<size_t>(step));
+      std::memcpy(out, fill, static_cast<size_t>(step));
       return;
     }
     for (int64_t c = 0; c < step; ++c) {
       const auto pixel = [&](int64_t v, int64_t u) -> int32_t {
-        return v < 0 || v >= s.height || u < 0 || u >= s.width ? 0 : image[v * s.row() + u * step + c];
+        return v < 0 || v >= s.height || u < 0 || u >= s.width ? fill[c] : image[v * s.row() + u * step + c];
       };
       const auto across_row = [&](int64_t v) {
         return pixel(v, column) * (32 - right) + pixel(v, column + 1) * right;

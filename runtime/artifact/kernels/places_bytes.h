@@ -109,7 +109,7 @@ struct Nearest : Places {
   }
 
   template <int kStep, class Pixel>
-  void read(const Pixel* image, const Source& s, int64_t n, Pixel* out) const {
+  void read(const Pixel* image, const Source& s, int64_t n, const Pixel* fill, Pixel* out) const {
     const int64_t step = kStep > 0 ? kStep : s.step;
     const auto copy = [=](int64_t i, int64_t from, int64_t values) {
       std::memcpy(out + i * step, image + from, sizeof(Pixel) * static_cast<size_t>(values));
@@ -125,7 +125,7 @@ struct Nearest : Places {
         if (x[i] >= 0 && x[i] < s.width && y[i] >= 0 && y[i] < s.height)
           copy(i, y[i] * s.row() + x[i] * step, step);
         else
-          std::fill_n(out + i * step, step, Pixel{0});
+          std::copy_n(fill, step, out + i * step);
     }
   }
 };

@@ -10,9 +10,13 @@ namespace chiasm::kernels {
 constexpr int64_t kRun = 256;
 
 // Rounds half to even, by adding a number so large that no fraction is left. Unlike nearbyint it is
-// vectorised.
-inline float rounded(float x) { return (x + 12582912.0f) - 12582912.0f; }
-inline double rounded(double x) { return (x + 6755399441055744.0) - 6755399441055744.0; }
+// vectorised. Numbers of that size have no fraction.
+template <class T>
+inline T rounded(T x) {
+  constexpr T kWhole = sizeof(T) == sizeof(float) ? T(1 << 23) : T(int64_t{1} << 52);
+  const T large = std::copysign(kWhole, x);
+  return std::abs(x) < kWhole ? (x + large) - large : x;
+}
 
 // Runs of positions have room for whole vectors: values after their end are computed, too, and not used.
 

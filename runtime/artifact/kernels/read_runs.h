@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include <vector>
 
 #include "places_bytes.h"
 
@@ -11,10 +12,34 @@ namespace chiasm::kernels::bytes {
 
 constexpr int64_t kRows = 32;
 
+// The values of pixels outside: those of all channels, in turn, or one for all of them.
+template <class Pixel>
+struct Fill {
+  const Pixel* values;
+  int64_t count;
+};
+
+// The values of pixels outside for images whose pixels have `step` values.
+template <class Pixel>
+class Outside {
+ public:
+  Outside(Fill<Pixel> fill, int64_t step) : each_(step), values_(static_cast<size_t>(fill.count * step)) {
+    for (size_t i = 0; i < values_.size(); ++i)
+      values_[i] = fill.values[static_cast<int64_t>(i) % fill.count];
+  }
+  const Pixel* of(int64_t image) const {
+    return values_.data() + image * each_ % static_cast<int64_t>(values_.size());
+  }
+
+ private:
+  int64_t each_;
+  std::vector<Pixel> values_;
+};
+
 // Reads `each` images at positions(item, row, column, n, x, y), for each item.
 template <class Taps, int kStep, class Pixel, class Positions>
 void read_by(const Pixel* images, int64_t items, int64_t each, const Source& source, int64_t out_height,
-             int64_t out_width, Pixel* out, const Positions& positions) {
+             int64_t out_width, const Outside<Pixel>& outside, Pixel* out, const Positions& positions) {
   const int64_t blocks_y = (out_height + kRows - 1) / kRows, blocks_x = (out_width + kRun - 1) / kRun,
                 size = source.height * source.row();
 #pragma omp parallel for
@@ -38,7 +63,7 @@ void read_by(const Pixel* images, int64_t items, int64_t each, const Source& sou
         for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(first + rows[(row + 1) % 2].index[i] + ahead);
       }
       for (int64_t k = item * each; k < (item + 1) * each; ++k)
-        rows[row % 2].template read<kStep>(images + k * size, source, n,
+        rows[row % 2].template read<kStep>(images + k * size, source, n, outside.of(k),
                                            out + ((k * out_height + row) * out_width + left) * source.step);
     }
   }
@@ -47,11 +72,12 @@ void read_by(const Pixel* images, int64_t items, int64_t each, const Source& sou
 // Reads n images, which share `items` sets of positions.
 template <class Taps, class Pixel, class Positions>
 void read_with(const Pixel* images, int64_t n, int64_t items, Source source, int64_t out_height,
-               int64_t out_width, Pixel* out, const Positions& positions) {
+               int64_t out_width, Fill<Pixel> fill, Pixel* out, const Positions& positions) {
+  const Outside<Pixel> outside(fill, source.step);
   source.wide = Taps::loaded(source.step);
   const auto by = [&](auto step) {
-    read_by<Taps, decltype(step)::value>(images, items, n / items, source, out_height, out_width, out,
-                                         positions);
+    read_by<Taps, decltype(step)::value>(images, items, n / items, source, out_height, out_width, outside,
+                                         out, positions);
   };
   switch (source.step) {
     case 1: return by(std::integral_constant<int, 1>());

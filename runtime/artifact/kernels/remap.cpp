@@ -1,5 +1,6 @@
 // Reads images at positions: for a run of positions it finds the pixels and weights, which all channels
 // share, and then reads each channel.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -72,17 +73,19 @@ void prefetch(const T* plane, const int32_t* index, int64_t n) {
 struct Source {
   int64_t height, width, stride, size;
   Padding padding;
-  bool align_corners;
+  bool align_corners, filled;  // whether pixels outside may be other than 0
 };
 
 // How a run of positions is read: `find` finds the pixels, `read` reads them from any plane. The prefetch is
-// for the pixels `below` after `index`.
+// for the pixels `below` after `index`. If the source is filled, `rest` has what the weights lack to 1.
 template <class T>
 struct Bilinear : Neighbours<T> {
+  alignas(64) T rest[kRun];
+
   void find(T* x, T* y, int64_t n, const Source& s) {
     place(x, n, s.width, s.padding, s.align_corners);
     place(y, n, s.height, s.padding, s.align_corners);
-    bilinear_taps(x, y, n, s.height, s.width, s.stride, *this);
+    bilinear_taps(x, y, n, s.height, s.width, s.stride, *this, s.filled ? rest : nullptr);
   }
   int64_t below(const Source& s) const { return s.stride; }
   void read(const T* plane, const Source& s, int64_t n, T* out) const {
@@ -92,10 +95,13 @@ struct Bilinear : Neighbours<T> {
 
 template <class T>
 struct Nearest : Neighbours<T> {
+  alignas(64) T rest[kRun];
+
   void find(T* x, T* y, int64_t n, const Source& s) {
     place(x, n, s.width, s.padding, s.align_corners);
     place(y, n, s.height, s.padding, s.align_corners);
     nearest_taps(x, y, n, s.height, s.width, s.stride, *this);
+    for (int64_t i = 0; s.filled && i < n; ++i) rest[i] = 1 - this->upper[i];
   }
   int64_t below(const Source&) const { return 0; }
   void read(const T* plane, const Source& s, int64_t n, T* out) const {
@@ -105,8 +111,16 @@ struct Nearest : Neighbours<T> {
 
 template <class T>
 struct Bicubic : CubicTaps<T> {
+  alignas(64) T rest[kRun];
+
   void find(T* x, T* y, int64_t n, const Source& s) {
     cubic_taps(x, y, n, s.height, s.width, s.stride, s.padding, s.align_corners, *this);
+    for (int64_t i = 0; s.filled && i < n; ++i) {
+      T sum = 0;
+      for (const auto& down : this->down)
+        for (const auto& across : this->across) sum += down[i] * across[i];
+      rest[i] = 1 - sum;
+    }
   }
   int64_t below(const Source&) const { return 0; }
   void read(const T* plane, const Source& s, int64_t n, T* out) const {
@@ -114,12 +128,24 @@ struct Bicubic : CubicTaps<T> {
   }
 };
 
+// What pixels outside are, one number for each channel, or one for all.
+template <class T>
+struct Fill {
+  const T* values;
+  int64_t count;
+
+  bool is_zero() const {
+    return std::all_of(values, values + count, [](T value) { return value == 0; });
+  }
+  T of(int64_t channel) const { return values[channel % count]; }
+};
+
 // Reads the images at positions(image, row, column, n, x, y).
 template <class Taps, class T, class Positions>
 void sample_by(const T* source, Images images, int64_t out_height, int64_t out_width, Padding padding,
-               bool align_corners, T* out, const Positions& positions) {
+               bool align_corners, Fill<T> fill, T* out, const Positions& positions) {
   const int64_t height = images.height, width = images.width, planes = images.count * images.channels;
-  Source from{height, width, width, height * width, padding, align_corners};
+  Source from{height, width, width, height * width, padding, align_corners, !fill.is_zero()};
   std::vector<T> widened;
   if (height < 2 || width < 2) {  // without a second row or column, load one that has weight 0
     from.stride = width + 1;
@@ -154,8 +180,11 @@ void sample_by(const T* source, Images images, int64_t out_height, int64_t out_w
       }
       for (int64_t c = 0; c < images.channels; ++c) {
         const int64_t plane = image * images.channels + c;
-        rows[row % 2].read(source + plane * from.size, from, n,
-                           out + (plane * out_height + row) * out_width + left);
+        T* const made = out + (plane * out_height + row) * out_width + left;
+        rows[row % 2].read(source + plane * from.size, from, n, made);
+        if (!from.filled) continue;
+        const T value = fill.of(c), *const rest = rows[row % 2].rest;
+        for (int64_t i = 0; i < n; ++i) made[i] += rest[i] * value;
       }
     }
   }
@@ -163,10 +192,10 @@ void sample_by(const T* source, Images images, int64_t out_height, int64_t out_w
 
 template <class T, class Positions>
 void sample_at(const T* source, Images images, int64_t out_height, int64_t out_width, Interpolation mode,
-               Padding padding, bool align_corners, T* out, const Positions& positions) {
+               Padding padding, bool align_corners, Fill<T> fill, T* out, const Positions& positions) {
   const auto by = [&](auto taps) {
     sample_by<typename decltype(taps)::type>(source, images, out_height, out_width, padding, align_corners,
-                                             out, positions);
+                                             fill, out, positions);
   };
   switch (mode) {
     case Interpolation::kNearest: return by(std::type_identity<Nearest<T>>());
@@ -179,8 +208,8 @@ void sample_at(const T* source, Images images, int64_t out_height, int64_t out_w
 
 template <class T>
 void remap(const T* image, Images images, const T* x, int64_t out_height, int64_t out_width, const T* y,
-           Interpolation mode, Padding padding, bool align_corners, T* out) {
-  sample_at(image, images, out_height, out_width, mode, padding, align_corners, out,
+           Interpolation mode, Padding padding, bool align_corners, const T* fill, int64_t fills, T* out) {
+  sample_at(image, images, out_height, out_width, mode, padding, align_corners, {fill, fills}, out,
             [&](int64_t item, int64_t row, int64_t column, int64_t n, T* to_x, T* to_y) {
               const int64_t start = (item * out_height + row) * out_width + column;
               std::copy_n(x + start, n, to_x);
@@ -190,8 +219,9 @@ void remap(const T* image, Images images, const T* x, int64_t out_height, int64_
 
 template <class T>
 void warp_perspective(const T* image, Images images, const T* matrix, int64_t out_height, int64_t out_width,
-                      Interpolation mode, Padding padding, bool align_corners, T* out) {
-  sample_at(image, images, out_height, out_width, mode, padding, align_corners, out,
+                      Interpolation mode, Padding padding, bool align_corners, const T* fill, int64_t fills,
+                      T* out) {
+  sample_at(image, images, out_height, out_width, mode, padding, align_corners, {fill, fills}, out,
             [&](int64_t item, int64_t row, int64_t column, int64_t n, T* x, T* y) {
               const T* const m = matrix + 9 * item;
               const Lanes<T> d;

@@ -20,9 +20,9 @@ T cubic(T d, T a) {
 template <class T>
 Taps<T> antialias_taps(int64_t in, int64_t out, Interpolation mode, bool align_corners) {
   const int64_t radius = mode == Interpolation::kBilinear ? 1 : 2;
-  const T factor = align_corners ? T(in - 1) / T(std::max<int64_t>(out - 1, 1)) : T(in) / T(out),
-          stretch = std::max(factor, T(1));
-  Taps<T> taps(out, 2 * radius * ((in + out - 1) / out) + 2);
+  const int64_t from = align_corners ? in - 1 : in, to = align_corners ? std::max<int64_t>(out - 1, 1) : out;
+  const T factor = T(from) / T(to), stretch = std::max(factor, T(1));
+  Taps<T> taps(out, 2 * radius * ((from + to - 1) / to) + 2);
   for (int64_t i = 0; i < out; ++i) {
     const T centre = (T(i) + T(0.5)) * factor,
             first = std::max(std::floor(centre - T(radius) * stretch + T(0.5)), T(0));

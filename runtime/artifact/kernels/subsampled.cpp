@@ -1,6 +1,8 @@
 // RGB from luma and subsampled chroma in bytes, as cameras and decoders deliver them; and the inverse, for
 // encoders.
 #include <algorithm>
+#include <type_traits>
+#include <utility>
 
 #include "declared/subsampled.h"
 #include "interleaving.h"
@@ -66,9 +68,9 @@ HWY_INLINE void both_of(D d, const uint8_t* p, hn::Vec<D>& first, hn::Vec<D>& se
   second = hn::ShiftRight<8>(wide);
 }
 
-// The positions of the values of pairs of pixels.
+// Where the values of pairs of pixels are: with pairs of chroma.
 template <bool kSwapped>
-struct Planar {
+struct Interleaved {
   const uint8_t *luma, *chroma;
 
   template <class D>
@@ -76,6 +78,21 @@ struct Planar {
     Pairs<D> pairs;
     both_of(d, luma + 2 * k, pairs.even, pairs.odd);
     both_of(d, chroma + 2 * k, kSwapped ? pairs.v : pairs.u, kSwapped ? pairs.u : pairs.v);
+    return pairs;
+  }
+};
+
+// With U and V in planes of their own.
+struct Split {
+  const uint8_t *luma, *u, *v;
+
+  template <class D>
+  HWY_INLINE Pairs<D> load(D d, int64_t k) const {
+    Pairs<D> pairs;
+    both_of(d, luma + 2 * k, pairs.even, pairs.odd);
+    const hn::Rebind<uint8_t, D> bytes;
+    pairs.u = hn::PromoteTo(d, hn::LoadU(bytes, u + k));
+    pairs.v = hn::PromoteTo(d, hn::LoadU(bytes, v + k));
     return pairs;
   }
 };
@@ -127,6 +144,37 @@ void row_of_pixels(int64_t width, bool interleaved, uint8_t* out, int64_t out_pl
     } else {
       run(first, count, out + first, out_plane);
     }
+  }
+}
+
+// The images of luma, and the size of their chroma.
+struct Subsampled {
+  const uint8_t* luma;
+  int64_t n, height, width, rows, columns;
+};
+
+// To RGB, with chroma of any size. For a pixel at `first` in a row of luma, and a row of chroma counted over
+// all images, pairs_at(luma, row, first) is what run_of_pairs reads where each pair of pixels has a chroma of
+// its own; u_and_v(row, column) is a single chroma.
+template <class PairsAt, class Chroma>
+void to_rgb(const Subsampled& x, const Factors& factors, bool interleaved, uint8_t* out,
+            const PairsAt& pairs_at, const Chroma& u_and_v) {
+  const int64_t width = x.width, plane = x.height * width;
+#pragma omp parallel for
+  for (int64_t i = 0; i < x.n * x.height; ++i) {
+    const int64_t image = i / x.height, y = i % x.height, row = image * x.rows + y * x.rows / x.height;
+    const uint8_t* const luma = x.luma + i * width;
+    uint8_t* const to = out + (interleaved ? 3 * i * width : 3 * image * plane + y * width);
+    row_of_pixels(width, interleaved, to, plane,
+                  [&](int64_t first, int64_t count, uint8_t* made, int64_t made_plane) {
+                    // All pairs with one chroma have two pixels, except the last one of an odd width.
+                    const int64_t pairs = x.columns == (width + 1) / 2 ? count / 2 : 0;
+                    run_of_pairs(pairs_at(luma + first, row, first), factors, pairs, made, made_plane);
+                    for (int64_t k = 2 * pairs; k < count; ++k) {
+                      const auto [u, v] = u_and_v(row, (first + k) * x.columns / width);
+                      one_pixel(factors, luma[first + k], u, v, made + k, made_plane);
+                    }
+                  });
   }
 }
 
@@ -193,32 +241,36 @@ void pairs_of_chroma(const uint8_t* upper, const uint8_t* lower, int64_t plane, 
 void subsampled_pixels(const uint8_t* luma, int64_t n, int64_t height, int64_t width, const uint8_t* chroma,
                        int64_t rows, int64_t values, const int32_t* weights, bool swapped, bool interleaved,
                        uint8_t* out) {
-  const Factors factors(weights);
-  const int64_t columns = values / 2, plane = height * width;
-#pragma omp parallel for
-  for (int64_t i = 0; i < n * height; ++i) {
-    const int64_t image = i / height, y = i % height;
-    const uint8_t* const from = luma + i * width;
-    const uint8_t* const shared = chroma + (image * rows + y * rows / height) * values;
-    uint8_t* const to = out + (interleaved ? 3 * i * width : 3 * image * plane + y * width);
-    row_of_pixels(width, interleaved, to, plane,
-                  [&](int64_t first, int64_t count, uint8_t* made, int64_t made_plane) {
-                    // All pairs with one chroma have two pixels, except the last one of an odd width.
-                    int64_t pairs = 0;
-                    if (columns == (width + 1) / 2) {
-                      pairs = count / 2;
-                      const uint8_t *const bright = from + first, *const pair = shared + first;
-                      if (swapped)
-                        run_of_pairs(Planar<true>{bright, pair}, factors, pairs, made, made_plane);
-                      else
-                        run_of_pairs(Planar<false>{bright, pair}, factors, pairs, made, made_plane);
-                    }
-                    for (int64_t k = 2 * pairs; k < count; ++k) {
-                      const uint8_t* const c = shared + (first + k) * columns / width * 2;
-                      one_pixel(factors, from[first + k], c[swapped], c[!swapped], made + k, made_plane);
-                    }
-                  });
-  }
+  const auto run = [&](auto order) {
+    constexpr bool kSwapped = decltype(order)::value;
+    to_rgb(
+        {luma, n, height, width, rows, values / 2}, Factors(weights), interleaved, out,
+        [=](const uint8_t* bright, int64_t row, int64_t first) {
+          return Interleaved<kSwapped>{bright, chroma + row * values + first};
+        },
+        [=](int64_t row, int64_t column) {
+          const uint8_t* const pair = chroma + row * values + 2 * column;
+          return std::pair(pair[kSwapped], pair[!kSwapped]);
+        });
+  };
+  if (swapped)
+    run(std::true_type());
+  else
+    run(std::false_type());
+}
+
+void subsampled_planes(const uint8_t* luma, int64_t n, int64_t height, int64_t width, const uint8_t* u,
+                       int64_t rows, int64_t columns, const uint8_t* v, const int32_t* weights,
+                       bool interleaved, uint8_t* out) {
+  to_rgb(
+      {luma, n, height, width, rows, columns}, Factors(weights), interleaved, out,
+      [=](const uint8_t* bright, int64_t row, int64_t first) {
+        const int64_t start = row * columns + first / 2;
+        return Split{bright, u + start, v + start};
+      },
+      [=](int64_t row, int64_t column) {
+        return std::pair(u[row * columns + column], v[row * columns + column]);
+      });
 }
 
 void packed_pixels(const uint8_t* x, int64_t n, int64_t height, int64_t values, const int32_t* weights,

@@ -32,14 +32,14 @@ struct Bilinear : Places {
   }
 
   template <int kStep>
-  void read(const Word* image, const Source& s, int64_t n, Word* out) const {
+  void read(const Word* image, const Source& s, int64_t n, const Word* fill, Word* out) const {
     for (int64_t i = 0; i < n;) {
       const int64_t last = end(i, n);
       if (inside[i]) {
         if constexpr (kStep == 1) i = read_plane(image, s.row(), i, last, out);
         if constexpr (kStep > 1) i = read_frame<kStep>(image, s.row(), i, last, out);
       }
-      for (; i < last; ++i) read_one<kStep>(image, s, i, out + i * s.step);
+      for (; i < last; ++i) read_one<kStep>(image, s, i, fill, out + i * s.step);
     }
   }
 
@@ -78,14 +78,14 @@ struct Bilinear : Places {
     }
   }
 
-  // Any position. Pixels outside are 0.
+  // Any position.
   template <int kStep>
-  void read_one(const Word* image, const Source& s, int64_t i, Word* out) const {
+  void read_one(const Word* image, const Source& s, int64_t i, const Word* fill, Word* out) const {
     const int64_t step = kStep > 0 ? kStep : s.step;
     for (int64_t c = 0; c < step; ++c) {
       const auto pixel = [&](int64_t v, int64_t u) {
         const bool is_inside = v >= 0 && v < s.height && u >= 0 && u < s.width;
-        return is_inside ? static_cast<double>(image[v * s.row() + u * step + c]) : 0.0;
+        return static_cast<double>(is_inside ? image[v * s.row() + u * step + c] : fill[c]);
       };
       const auto between = [](double a, double b, double weight) { return a + (b - a) * weight; };
       const auto across = [&](int64_t v) { return between(pixel(v, x[i]), pixel(v, x[i] + 1), right[i]); };
@@ -146,11 +146,11 @@ struct Bilinear : Places {
 
 template <class Word, class Positions>
 void read_at(const Word* images, int64_t n, int64_t items, const Source& source, int64_t out_height,
-             int64_t out_width, Interpolation mode, Word* out, const Positions& positions) {
+             int64_t out_width, Interpolation mode, Fill<Word> fill, Word* out, const Positions& positions) {
   if (mode == Interpolation::kNearest)
-    read_with<Nearest>(images, n, items, source, out_height, out_width, out, positions);
+    read_with<Nearest>(images, n, items, source, out_height, out_width, fill, out, positions);
   else
-    read_with<Bilinear<Word>>(images, n, items, source, out_height, out_width, out, positions);
+    read_with<Bilinear<Word>>(images, n, items, source, out_height, out_width, fill, out, positions);
 }
 
 }  // namespace
@@ -158,17 +158,17 @@ void read_at(const Word* images, int64_t n, int64_t items, const Source& source,
 template <class S>
 void remap_words(const S* image, int64_t n, int64_t height, int64_t width, const double* x, int64_t items,
                  int64_t out_height, int64_t out_width, const double* y, int64_t step, Interpolation mode,
-                 Padding padding, bool align_corners, S* out) {
+                 Padding padding, bool align_corners, const S* fill, int64_t fills, S* out) {
   read_at(image, n, items, {height, width / step, step, 0, padding, align_corners}, out_height, out_width,
-          mode, out, Given<double>{x, y, out_height, out_width});
+          mode, {fill, fills}, out, Given<double>{x, y, out_height, out_width});
 }
 
 template <class S>
 void warp_words(const S* image, int64_t n, int64_t height, int64_t width, const double* matrix, int64_t items,
                 int64_t out_height, int64_t out_width, int64_t step, Interpolation mode, Padding padding,
-                bool align_corners, S* out) {
+                bool align_corners, const S* fill, int64_t fills, S* out) {
   read_at(image, n, items, {height, width / step, step, 0, padding, align_corners}, out_height, out_width,
-          mode, out, Mapped{matrix});
+          mode, {fill, fills}, out, Mapped{matrix});
 }
 
 CHIASM_INSTANTIATE(remap_words)

@@ -288,7 +288,7 @@ def crop_by_indices(
     pixels, steps = input_tensor, 0
     if not pixels.is_floating_point():
         # With these steps, sums are exact: 16 bits times multiples of 1/2^22, or of 1/2^34.
-        pixels, steps = in_planes(pixels).to(torch.float64), 32 if mode == "bicubic" else 2048
+        pixels, steps = pixels.to(torch.float64), 32 if mode == "bicubic" else 2048
     dtype = position_dtype(pixels.dtype)
     column, across = bounded_taps(low[:, 0], extent[:, 0], width, mode, corners, dtype, steps)
     row, down = bounded_taps(low[:, 1], extent[:, 1], height, mode, corners, dtype, steps)

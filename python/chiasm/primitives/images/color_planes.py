@@ -31,18 +31,6 @@ def rgb_planes(image: Tensor, name: str) -> Tuple[Tensor, Tensor, Tensor]:
     return channels_of(image)
 
 
-def stacked_bytes(planes: List[Tensor]) -> Tensor:
-    """Bytes (*, H, W) as channels (*, C, H, W), joined in float32: AOTInductor would leave a concatenation of
-    uint8 tensors to libtorch.
-
-    >>> stacked_bytes(
-    ...     [torch.zeros(1, 1, dtype=torch.uint8), torch.ones(1, 1, dtype=torch.uint8)]
-    ... ).flatten()
-    tensor([0, 1], dtype=torch.uint8)
-    """
-    return torch.stack([p.to(torch.float32) for p in planes], -3).to(torch.uint8)
-
-
 def channels_of(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """The channels (*, H, W) of (*, 3, H, W), each a plane, even if the image is stored pixel by pixel."""
     planes = in_planes(image)

@@ -55,11 +55,31 @@ def subsampled_to_rgb(luma: Tensor, chroma: Tensor, weights: List[int], swapped:
 
 @subsampled_to_rgb.lowering("native", when=lambda luma, *_: kernels.available(luma))
 def _subsampled_kernel(luma: Tensor, chroma: Tensor, weights: List[int], swapped: bool) -> Tensor:
-    pairs = chroma.permute(0, 2, 3, 1)
     if not interleaved(chroma):
-        pairs = kernels.join_pixels(chroma.contiguous().flatten(1), 2).unflatten(1, pairs.shape[1:])
+        first, second = chroma.narrow(1, 0, 1), chroma.narrow(1, 1, 1)
+        return planar_to_rgb(luma, second if swapped else first, first if swapped else second, weights)
+    pairs, numbers = chroma.permute(0, 2, 3, 1).flatten(2), torch.tensor(weights, dtype=torch.int32)
+    made = kernels.subsampled_pixels(luma[:, 0], pairs, numbers, swapped, interleaved(luma))
+    return from_pixels(made, luma, 3)
+
+
+@primitive
+def planar_to_rgb(luma: Tensor, u: Tensor, v: Tensor, weights: List[int]) -> Tensor:
+    """`subsampled_to_rgb` with U and V (B, 1, h, w) each in a plane of its own.
+
+    >>> luma, u = torch.full((1, 1, 2, 2), 90, dtype=torch.uint8), torch.full((1, 1, 1, 1), 128)
+    >>> planar_to_rgb(luma, u.to(torch.uint8), u.to(torch.uint8), [2**20, 0, 0, 0, 0, 10])[0, :, 1, 1]
+    tensor([80, 80, 80], dtype=torch.uint8)
+    """
+    return subsampled_to_rgb(luma, paired(u, v), weights, False)
+
+
+@planar_to_rgb.lowering("native", when=lambda luma, *_: kernels.available(luma))
+def _planar_kernel(luma: Tensor, u: Tensor, v: Tensor, weights: List[int]) -> Tensor:
     numbers = torch.tensor(weights, dtype=torch.int32)
-    made = kernels.subsampled_pixels(luma[:, 0], pairs.flatten(2), numbers, swapped, interleaved(luma))
+    made = kernels.subsampled_planes(
+        luma[:, 0], u[:, 0].contiguous(), v[:, 0].contiguous(), numbers, interleaved(luma)
+    )
     return from_pixels(made, luma, 3)
 
 
@@ -89,6 +109,50 @@ def _packed_kernel(image: Tensor, weights: List[int], luma_first: bool) -> Tenso
     if is_frame:
         return made.unflatten(1, [image.size(2), 2 * image.size(3), 3]).permute(0, 3, 1, 2)
     return made.unflatten(1, [3, image.size(2), 2 * image.size(3)])
+
+
+@primitive
+def chroma_means(yuv: Tensor, both: bool) -> Tuple[Tensor, Tensor]:
+    """Luma (*, 1, H, W) of YUV (*, 3, H, W), and U and V at half the width, (*, 2, H, (W + 1) // 2), or at half
+    the height too if ``both``: means of neighbours, in bytes rounded half up. The last row or column of an odd
+    size counts twice.
+
+    >>> luma, chroma = chroma_means(torch.tensor([1.0, 2.0]).expand(3, 1, 2), False)
+    >>> luma.flatten(), chroma.flatten()
+    (tensor([1., 2.]), tensor([1.5000, 1.5000]))
+    """
+    u, v = yuv.select(-3, 1), yuv.select(-3, 2)
+    if yuv.dtype == torch.uint8:
+        u, v = u.to(torch.float32), v.to(torch.float32)
+    means = torch.stack([u, v], -3)
+    if both:
+        means = _pairs(means, -2) * 0.5
+    means = _pairs(means, -1) * 0.5
+    if yuv.dtype == torch.uint8:
+        means = torch.floor(means + 0.5).to(torch.uint8)
+    return yuv.select(-3, 0).unsqueeze(-3), means
+
+
+def _is_image(image: Tensor) -> bool:
+    return kernels.available(image) and image.dtype == torch.uint8 and image.dim() == 4
+
+
+@chroma_means.lowering("native", when=lambda yuv, both: _is_image(yuv))
+def _chroma_means_kernel(yuv: Tensor, both: bool) -> Tuple[Tensor, Tensor]:
+    planes = in_planes(yuv)
+    height, width = planes.size(2), planes.size(3)
+    rows, columns = (height + 1) // 2 if both else height, (width + 1) // 2
+    row, column = torch.arange(2 * rows if both else rows), torch.arange(2 * columns)
+    even = kernels.gather_pixels(
+        planes.narrow(1, 1, 2).contiguous(),
+        row.clamp(max=height - 1).to(torch.int32),
+        column.clamp(max=width - 1).to(torch.int32),
+        1,
+        0.0,
+    )
+    means = kernels.area_bytes(even.flatten(0, 1), rows, columns, 1).unflatten(0, [planes.size(0), 2])
+    luma = planes.narrow(1, 0, 1).clone(memory_format=torch.contiguous_format)
+    return luma, in_frames(means).permute(0, 3, 1, 2) if interleaved(yuv) else means
 
 
 @primitive

@@ -108,8 +108,15 @@ def rounded_pixels(sums: Tensor, like: Tensor) -> Tensor:
     return torch.floor(sums + 0.5).clamp(low, high).to(like.dtype)
 
 
-def _has_kernel(src: Tensor, padding_mode: str) -> bool:
-    return kernels.has_kernel(src) and padding_mode != "fill"
+def _outside(src: Tensor, padding_mode: str, fill_value: Optional[Tensor], mode: str) -> Tuple[str, Tensor]:
+    """For a kernel: how it pads, and what pixels outside are."""
+    if padding_mode != "fill":
+        return padding_mode, torch.zeros([1], dtype=src.dtype, device=src.device)
+    if fill_value is None:
+        return "zeros", torch.zeros([1], dtype=src.dtype, device=src.device)
+    check_fill(fill_value, src)
+    level = fill_value if src.is_floating_point() else filled_level(fill_value, src, mode)
+    return "zeros", level.to(src.dtype).contiguous()
 
 
 @primitive
@@ -140,9 +147,7 @@ def resample_floating(
     return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
 
 
-@resample_floating.lowering(
-    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, padding_mode)
-)
+@resample_floating.lowering("native", when=kernels.has_kernel)
 def _resample_floating_kernel(
     src: Tensor,
     x: Tensor,
@@ -154,7 +159,18 @@ def _resample_floating_kernel(
 ) -> Tensor:
     x, y = torch.broadcast_tensors(x.to(src.dtype), y.to(src.dtype))
     x, y = x.expand(src.size(0), -1, -1).contiguous(), y.expand(src.size(0), -1, -1).contiguous()
-    return kernels.remap(src, x, y, mode, padding_mode, align_corners)
+    padding, fill = _outside(src, padding_mode, fill_value, mode)
+    return kernels.remap(src, x, y, mode, padding, align_corners, fill)
+
+
+def filled_level(fill_value: Tensor, src: Tensor, mode: str) -> Tensor:
+    """``fill_value`` (C,) as levels of an image of integers, in the type in which its sums are exact."""
+    low, high = pixel_range(src)
+    return known_or(torch.round(fill_value.to(_exact_type(src, mode))), 0.0).clamp(low, high)
+
+
+def _exact_type(src: Tensor, mode: str) -> torch.dtype:
+    return torch.float32 if src.dtype == torch.uint8 and mode != "bicubic" else torch.float64
 
 
 @primitive
@@ -182,13 +198,11 @@ def resample_bytes(
     # Further away nothing changes; NaN stays NaN.
     at_x = torch.round(x.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
     at_y = torch.round(y.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
-    short = src.dtype == torch.uint8 and mode != "bicubic"
-    exact = in_planes(src).to(torch.float32 if short else torch.float64)
+    exact = in_planes(src).to(_exact_type(src, mode))
     if padding_mode == "fill" and fill_value is not None:
         check_fill(fill_value, src)
         # The fill is subtracted before sampling, so that the zeros outside the image stand for it.
-        low, high = pixel_range(src)
-        level = known_or(torch.round(fill_value.to(exact.dtype)), 0.0).clamp(low, high)[:, None, None]
+        level = filled_level(fill_value, src, mode)[:, None, None]
         sums = resample_floating(exact - level, at_x, at_y, mode, "zeros", align_corners, None) + level
     else:
         beyond = "zeros" if padding_mode == "fill" else padding_mode
@@ -196,15 +210,11 @@ def resample_bytes(
     return rounded_pixels(sums, src)
 
 
-def _has_integer_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
-    if padding_mode == "fill":
-        return False
+def _has_integer_kernel(src: Tensor, mode: str) -> bool:
     return (kernels.available(src) and src.dtype == torch.uint8) or (has_words(src) and mode != "bicubic")
 
 
-@resample_bytes.lowering(
-    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_integer_kernel(src, mode, padding_mode)
-)
+@resample_bytes.lowering("native", when=lambda src, x, y, mode, *_: _has_integer_kernel(src, mode))
 def _resample_bytes_kernel(
     src: Tensor,
     x: Tensor,
@@ -220,7 +230,8 @@ def _resample_bytes_kernel(
         x, y = x.to(torch.float64), y.to(torch.float64)
     x, y = torch.broadcast_tensors(x, y)
     remap = kernels.remap_words if is_words else kernels.remap_bytes
-    made = remap(rows, x.contiguous(), y.contiguous(), step, mode, padding_mode, align_corners)
+    padding, fill = _outside(src, padding_mode, fill_value, mode)
+    made = remap(rows, x.contiguous(), y.contiguous(), step, mode, padding, align_corners, fill)
     return from_rows(made, src)
 
 
@@ -264,13 +275,7 @@ def resample_projective(
     return resample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-def _resampled(
-    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object
-) -> bool:
-    return _has_kernel(src, padding_mode)
-
-
-@resample_projective.lowering("native", when=_resampled)
+@resample_projective.lowering("native", when=kernels.has_kernel)
 def _resample_projective_kernel(
     src: Tensor,
     matrix: Tensor,
@@ -282,13 +287,12 @@ def _resample_projective_kernel(
     fill_value: Optional[Tensor],
 ) -> Tensor:
     matrix = matrix.to(position_dtype(src.dtype)).to(src.dtype).expand(src.size(0), 3, 3).contiguous()
-    return kernels.warp_perspective(src, matrix, height, width, mode, padding_mode, align_corners)
+    padding, fill = _outside(src, padding_mode, fill_value, mode)
+    return kernels.warp_perspective(src, matrix, height, width, mode, padding, align_corners, fill)
 
 
-def _of_integers(
-    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object
-) -> bool:
-    return _has_integer_kernel(src, mode, padding_mode)
+def _of_integers(src: Tensor, matrix: Tensor, height: int, width: int, mode: str, *_: object) -> bool:
+    return _has_integer_kernel(src, mode)
 
 
 @resample_projective.lowering("native", when=_of_integers)
@@ -305,7 +309,8 @@ def _warp_integers_kernel(
     rows, step = as_rows(src)
     warp = kernels.warp_bytes if src.dtype == torch.uint8 else kernels.warp_words
     matrix = matrix.to(torch.float64).contiguous()
-    return from_rows(warp(rows, matrix, height, width, step, mode, padding_mode, align_corners), src)
+    padding, fill = _outside(src, padding_mode, fill_value, mode)
+    return from_rows(warp(rows, matrix, height, width, step, mode, padding, align_corners, fill), src)
 
 
 @primitive
@@ -329,7 +334,7 @@ def resample_affine(
 
 
 @resample_affine.lowering(
-    "native", when=lambda src, *rest: _resampled(src, *rest) or _of_integers(src, *rest)
+    "native", when=lambda src, *rest: kernels.has_kernel(src) or _of_integers(src, *rest)
 )
 def _resample_affine_kernel(
     src: Tensor,

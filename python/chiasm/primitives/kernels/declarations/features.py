@@ -38,7 +38,8 @@ declare(
     "consensus.cpp",
     """Indices of the count models with the lowest costs, equals in their order; 0 if fewer have a finite
     cost. A cost is the sum of the squared distances in the second image or, with epipolar, of Sampson's
-    distances, each limited to its bound. points has the rows x, y, 1, u, v, 1 and the bound.""",
+    distances, each limited to its bound. points has the rows x, y, 1, u, v, 1 and the bound, which
+    is not negative.""",
     ["1 <= count <= INT32_MAX"],
 )
 

@@ -114,6 +114,13 @@ declare(
     ["1 <= R", "2 <= L", "L % 2 == 0"],
 )
 declare(
+    """subsampled_planes(uint8[N, H, W] luma, uint8[N, R, L] u, uint8[N, R, L] v, int32[6] weights, bool
+    interleaved) -> uint8[N, H * W * 3]""",
+    "subsampled.cpp",
+    "Like subsampled_pixels, with U and V in planes of their own.",
+    ["1 <= R", "1 <= L"],
+)
+declare(
     """packed_pixels(uint8[N, H, L] x, int32[6] weights, bool luma_first, bool interleaved)
     -> uint8[N, H * (L // 2) * 3]""",
     "subsampled.cpp",

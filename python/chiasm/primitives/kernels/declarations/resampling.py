@@ -3,20 +3,22 @@
 from ..registry import ROWS, declare
 
 declare(
-    "remap(T[B, C, H, W] image, T[B, HO, WO] x, T[B, HO, WO] y, Interpolation mode, Padding padding, bool"
-    " align_corners) -> T[B, C, HO, WO]",
+    """remap(T[B, C, H, W] image, T[B, HO, WO] x, T[B, HO, WO] y, Interpolation mode, Padding padding, bool
+    align_corners, T[F] fill) -> T[B, C, HO, WO]""",
     "remap.cpp",
     """The images at pixel positions x and y. With align_corners a reflection is at the corner pixels'
-    centres, else at the outer edges. float32 represents all pixel positions exactly.""",
-    ["H <= 2**24", "W <= 2**24", "(H + 1) * (W + 1) <= INT32_MAX"],
+    centres, else at the outer edges. With padding by zeros, pixels outside have the values fill instead, one
+    for each channel or one for all. float32 represents all pixel positions exactly.""",
+    ["1 <= F", "H <= 2**24", "W <= 2**24", "(H + 1) * (W + 1) <= INT32_MAX"],
 )
 declare(
     """warp_perspective(T[B, C, H, W] image, T[B, 3, 3] matrix, int height, int width, Interpolation mode,
-    Padding padding, bool align_corners)
+    Padding padding, bool align_corners, T[F] fill)
     -> T[B, C, height, width]""",
     "remap.cpp",
     "remap at the positions to which each image's matrix maps the output's pixels.",
     [
+        "1 <= F",
         "0 <= height <= INT32_MAX",
         "0 <= width <= INT32_MAX",
         "H <= 2**24",
@@ -160,6 +162,8 @@ declare(
         "0 <= start <= L",
         "1 <= height <= L",
         "1 <= width <= L",
+        "height <= 2**24",
+        "width <= 2**24",
         "height * width <= L - start",
         "1 <= side <= 2**15",
     ],
@@ -195,6 +199,7 @@ declare(
 )
 _IMAGES_READ = [
     *ROWS,
+    "1 <= F",
     "1 <= B",
     "N % B == 0",
     "H <= 2**24",
@@ -203,23 +208,25 @@ _IMAGES_READ = [
 ]
 declare(
     """remap_bytes(uint8[N, H, L] image, T[B, HO, WO] x, T[B, HO, WO] y, int step, Interpolation mode, Padding
-    padding, bool align_corners) -> uint8[N, HO, WO * step]""",
+    padding, bool align_corners, uint8[F] fill) -> uint8[N, HO, WO * step]""",
     "warp_bytes.cpp",
     """The images at pixel positions x and y, which N / B images share. Positions are rounded to 1/32 pixel,
     or to the nearest pixel; sums are rounded half up and saturated. Pixels have step values. With
-    align_corners a reflection is at the corner pixels' centres, else at the outer edges.""",
+    align_corners a reflection is at the corner pixels' centres, else at the outer edges. With padding by
+    zeros, pixels outside have the values fill instead, one for each channel or one for all.""",
     [*_IMAGES_READ, "WO * step <= INT32_MAX"],
 )
 declare(
     """warp_bytes(uint8[N, H, L] image, float64[B, 3, 3] matrix, int height, int width, int step,
-    Interpolation mode, Padding padding, bool align_corners) -> uint8[N, height, width * step]""",
+    Interpolation mode, Padding padding, bool align_corners, uint8[F] fill)
+    -> uint8[N, height, width * step]""",
     "warp_bytes.cpp",
     "remap_bytes at the positions to which a matrix maps the output's pixels.",
     [*_IMAGES_READ, "0 <= height <= INT32_MAX", "0 <= width <= 2**24", "width * step <= INT32_MAX"],
 )
 declare(
     """remap_words(S[N, H, L] image, float64[B, HO, WO] x, float64[B, HO, WO] y, int step, Interpolation mode,
-    Padding padding, bool align_corners) -> S[N, HO, WO * step]""",
+    Padding padding, bool align_corners, S[F] fill) -> S[N, HO, WO * step]""",
     "warp_words.cpp",
     """remap_bytes for 16 bits, with positions that are rounded to 1/65536 pixel, or to the nearest pixel.
     Mode is not bicubic.""",
@@ -227,7 +234,7 @@ declare(
 )
 declare(
     """warp_words(S[N, H, L] image, float64[B, 3, 3] matrix, int height, int width, int step,
-    Interpolation mode, Padding padding, bool align_corners) -> S[N, height, width * step]""",
+    Interpolation mode, Padding padding, bool align_corners, S[F] fill) -> S[N, height, width * step]""",
     "warp_words.cpp",
     "remap_words at the positions to which a matrix maps the output's pixels.",
     [
