@@ -109,6 +109,18 @@ def test_many_steps() -> None:
     assert index[0].tolist() == linear_sum_assignment(cost)[1].tolist() == list(range(39, -1, -1))
 
 
+def test_huge_costs() -> None:
+    """Each column is given once, also where the sum of all costs would be infinite."""
+    index, assigned = linear_assignment(
+        torch.tensor([[[1e308, torch.inf], [2.0, torch.inf]]], dtype=torch.float64)
+    )
+    assert index[0, 1] == 0 and assigned.tolist() == [[False, True]]
+    index, assigned = linear_assignment(
+        torch.tensor([[[1e308, -1e308], [-1e308, 1e308]]], dtype=torch.float64)
+    )
+    assert index.tolist() == [[1, 0]] and assigned.all()
+
+
 def test_nothing_to_assign() -> None:
     for shape in [(2, 0, 3), (2, 3, 0), (0, 2, 2)]:
         index, assigned = linear_assignment(torch.zeros(shape))

@@ -64,6 +64,9 @@ def linear_assignment(
     if n == 0 or m == 0:
         nothing = torch.zeros([batch, n], dtype=torch.int64, device=cost.device)
         return nothing, nothing > 0
+    # Huge costs by a power of two, so that the cost of a row without a column is finite.
+    size = torch.where(can_be, values.abs(), torch.zeros_like(values)).flatten(1).amax(1)[:, None, None]
+    values = torch.where(size > 1e250, values * 2.0**-40, values)
     costs = torch.where(can_be, values, torch.full_like(values, float("inf")))
     return cheapest(costs, _cost_alone(values, can_be))
 

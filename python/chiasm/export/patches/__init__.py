@@ -96,6 +96,9 @@ PATCHES: Mapping[str, Patch] = {
         "a division by zero, or of the least integer by -1, ends the process", "c2e7b8cc83e9"
     ),
     "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": Patch("as the scalar form", "0eb65b3e4579"),
+    "torch._inductor.codegen.cpp:CppVecOverrides.remainder": Patch(
+        "divides by 0 in lanes beyond a row's end", "a6d4443eabfe"
+    ),
     "torch._inductor.codegen.cpp:KernelGroup.codegen_group": Patch(
         "notes a division by zero in a global pointer, which concurrent runs overwrite", "35eab46941b9"
     ),

@@ -70,6 +70,7 @@ def checked_native_code(header: Path | None = None) -> Generator[None]:
             "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
             "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(_Scalars.truncdiv),
             "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(_Vectors.truncdiv),
+            "torch._inductor.codegen.cpp:CppVecOverrides.remainder": staticmethod(_Vectors.remainder),
         }
         | {
             f"{_WRAPPER}.{name}": _reporting(name)
@@ -99,15 +100,27 @@ class _Scalars:
 
 
 class _Vectors:
+    # Inductor finds the scalar forms by these names.
     @staticmethod
-    def truncdiv(a: Any, b: Any) -> str:  # Inductor finds the scalar form by this name
-        from torch._inductor.codegen.cpp_utils import cexpr_index
-        from torch._inductor.virtualized import V
+    def truncdiv(a: Any, b: Any) -> str:
+        return f"chiasm::truncated_quotient({a}, {_divisor(b)})"
 
-        # At a row's end, lanes that are not used have a divisor of 0
-        kernel: Any = V.kernel
-        divisor = f"decltype({b})::set(decltype({b})(1), {b}, {cexpr_index(kernel.num_elems)})"
-        return f"chiasm::truncated_quotient({a}, {divisor})"
+    @staticmethod
+    def remainder(a: Any, b: Any) -> str:
+        from torch._inductor.codegen.cpp import CppVecOverrides
+
+        if a.dtype.is_floating_point:
+            return f"{a} - ({CppVecOverrides.floordiv(a, b)}) * {b}"
+        return f"remainder_integral({a}, {_divisor(b)})"
+
+
+def _divisor(b: Any) -> str:
+    """The vector b with 1 in the lanes that are not used at a row's end, which may be 0."""
+    from torch._inductor.codegen.cpp_utils import cexpr_index
+    from torch._inductor.virtualized import V
+
+    kernel: Any = V.kernel
+    return f"decltype({b})::set(decltype({b})(1), {b}, {cexpr_index(kernel.num_elems)})"
 
 
 def _reporting(name: str) -> Callable[..., None]:
