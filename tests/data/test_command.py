@@ -23,10 +23,10 @@ import pytest
 from PIL import Image
 
 import chiasm.runtime
-from chiasm.data import DataError, Map
-from chiasm.data.driver import JOB, fingerprint, output_folder
+from chiasm.data import DataError, Map, decoding
+from chiasm.data.driver import JOB, fingerprint, in_processes, output_folder
 from chiasm.data.shards import IMAGES as SUFFIXES
-from chiasm.data.shards import plan, write
+from chiasm.data.shards import Shard, plan, write
 
 from .conftest import BLUR, COUNT, EDGES, PREPROCESS, SOBEL, encoded, same_rows
 
@@ -73,6 +73,7 @@ def test_a_folder_of_images(undisturbed: Path, expected: dict[str, np.ndarray | 
     assert table.schema.metadata[b"chiasm.bundle"] == b"pipelines.preprocess.chiasm"
     manifest = hashlib.sha256((PREPROCESS / "manifest.json").read_bytes()).hexdigest()
     assert table.schema.metadata[b"chiasm.manifest_sha256"].decode() == manifest
+    assert table.schema.metadata[b"chiasm.artifact"].decode() == Map(PREPROCESS).open().method.artifact
 
 
 def children(pid: int, main: bytes = b"spawn_main") -> list[int]:
@@ -360,10 +361,16 @@ def test_a_cache_whose_name_is_not_text_is_one_error(tmp_path: Path, monkeypatch
 
 def test_a_large_constant_takes_no_more_memory() -> None:
     def job(values: np.ndarray) -> dict[str, object]:
-        mapping = SimpleNamespace(columns={}, constants={"like": values}, parcel=SimpleNamespace(sha256=""))
+        mapping = SimpleNamespace(
+            columns={},
+            constants={"like": values},
+            parcel=SimpleNamespace(sha256=""),
+            open=lambda: SimpleNamespace(method=SimpleNamespace(backend="native", artifact="")),
+        )
         return fingerprint(mapping, "", 1)  # pyright: ignore[reportArgumentType]
 
     values = np.zeros((2000, 2000), np.uint8)
+    job(values[:1])  # the modules that it imports
     tracemalloc.start()
     first = job(values)
     assert tracemalloc.get_traced_memory()[1] < 4 * values.nbytes
@@ -479,6 +486,7 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
         (1, "have no columns", PREPROCESS, photos, out, "-c", "frame=image"),
         (1, "--set sigma=", BLUR, photos, out),
         (1, "neither JSON", BLUR, photos, out, "-s", "sigma=wide"),
+        (1, "expected a constant of shape (B, 2), got one of shape ()", BLUR, photos, out, "-s", "sigma=1.5"),
         (2, "NAME=VALUE", BLUR, photos, out, "-s", "sigma"),
         (2, "does not exist", SOBEL, tmp_path / "nothing", out),
         (1, "no manifest.json", photos, photos, out),
@@ -490,6 +498,7 @@ def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
         errors = [line for line in text.splitlines() if line.startswith("Error: ")]
         assert got == code and len(errors) == 1 and message in errors[0], (arguments, text)
         assert not list(out.glob("part-*"))
+        assert BLUR not in arguments or not out.exists()
     assert os.listdir(tmp_path / "full") == ["mine.txt"]  # a folder that is not ours gets no lock either
     code, text = chiasm_map("--help")
     assert code == 0 and "Examples:" in text
@@ -514,6 +523,83 @@ def test_images_of_every_name_are_rows(tmp_path: Path) -> None:
         assert row["error"] is None, row["id"]
         if not row["id"].startswith(("a.avif", "a.j", "a.webp")):  # lossless
             np.testing.assert_array_equal(np.reshape(row["output"]["data"], expected.shape), expected)
+
+
+def test_what_determines_the_bytes_is_in_the_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(mapping: Map, files: str = "") -> str:
+        with pytest.raises(DataError) as error, output_folder(tmp_path, fingerprint(mapping, files, 1)):
+            pass
+        return str(error.value)
+
+    sobel = Map(SOBEL)
+    with output_folder(tmp_path, fingerprint(sobel, "", 1)):
+        pass
+    artifact, other = (Map(SOBEL, backend=name).open().method.artifact for name in ("native", "onnx"))
+    assert artifact != other
+    said = refused(Map(SOBEL, backend="onnx"))
+    assert f"{tmp_path}: it was begun with another artifact of the bundle (by CPU, backends and" in said
+    assert f"(['native', '{artifact}', ''], now ['onnx', '{other}', '" in said, said
+    assert "choose another folder, or remove this one" in said
+    assert "another INPUT (by names, sizes and times of change):" in refused(sobel, "changed")
+    monkeypatch.setattr(decoding, "_turbo", lambda: None)
+    assert "another version of chiasm, pyarrow, Pillow or simplejpeg" in refused(sobel)
+
+
+def test_a_file_of_the_same_size_that_has_changed_is_another_input(tmp_path: Path) -> None:
+    for name in ("a.jpg", "b.jpg"):
+        (tmp_path / name).write_bytes(b"one")
+    _, before = plan(tmp_path, 500)
+    assert plan(tmp_path, 500)[1] == before
+    (tmp_path / "b.jpg").write_bytes(b"two")
+    os.utime(tmp_path / "b.jpg", ns=(0, 1))
+    _, after = plan(tmp_path, 500)
+    assert after != before
+    (tmp_path / "c.tar").write_bytes(a_tar("a.jpg"))
+    _, before = plan(tmp_path / "c.tar", 500)
+    os.utime(tmp_path / "c.tar", ns=(0, 1))
+    assert plan(tmp_path / "c.tar", 500)[1] != before
+
+
+def test_the_job_and_shards_are_on_the_disk_before_they_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also the names: a folder is synced after its file was renamed."""
+    synced: list[tuple[str, bool]] = []
+    sync = os.fsync
+
+    def record(descriptor: int) -> None:
+        path = Path(os.readlink(f"/proc/self/fd/{descriptor}"))
+        synced.append((path.name, any(not p.name.startswith(".") for p in path.parent.glob("out/*"))))
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", record)
+    (tmp_path / "a.tar").write_bytes(a_tar("a.jpg"))
+    out = tmp_path / "out"
+    [shard], _ = plan(tmp_path / "a.tar", 500)
+    with output_folder(out, {"rows": 1}):
+        assert synced[0][0].startswith(".writing-") and synced[1:] == [("out", True)]
+        (out / JOB).rename(tmp_path / JOB)
+        del synced[:]
+        write(shard, Map(SOBEL, errors="column"), out, lambda rows, bad: None)
+        assert synced[0][0].startswith(f".{shard.file}.") and synced[1:] == [("out", True)]
+
+
+def test_rows_of_a_shard_that_fails_are_not_counted(tmp_path: Path) -> None:
+    null_inside = IMAGES.tolist()
+    null_inside[50][1] = None
+    kind = pa.list_(pa.list_(pa.list_(pa.float32(), 8), 8), 3)
+    table = pa.table({"input": pa.array([*null_inside, *IMAGES.tolist()], kind)})
+    file, out = tmp_path / "null.parquet", tmp_path / "out"
+    parquet.write_table(table, file, row_group_size=len(IMAGES))
+    out.mkdir()
+    reports: list[tuple[bool, int]] = []
+
+    def report(shard: Shard | None, failure: str | None, rows: int, bad: int) -> None:
+        reports.append((failure is not None, rows))
+
+    in_processes(plan(file, 500)[0], Map(SOBEL, errors="column"), out, 1, report)
+    assert reports[:2] == [(False, 32), (True, -32)]
+    assert sum(rows for _, rows in reports) == len(IMAGES) and list(shards(out)) == ["part-000001.parquet"]
 
 
 def test_links_to_nothing_and_to_themselves_are_left_out(tmp_path: Path) -> None:

@@ -299,6 +299,29 @@ def test_null_tensors_and_numbers_are_errors_of_their_rows() -> None:
     assert "(64,)" in result["error"][0].as_py() and "missing" in result["error"][1].as_py()
 
 
+@pytest.mark.parametrize("level", ["row", "plane", "line", "number"])
+def test_a_null_at_any_level_of_nested_lists_is_an_error_of_its_row(level: str) -> None:
+    images = IMAGES[:4].tolist()
+    if level == "row":
+        images[2] = None
+    elif level == "plane":
+        images[2][1] = None
+    elif level == "line":
+        images[2][1][5] = None
+    else:
+        images[2][1][5][7] = None
+    kind = pa.list_(pa.list_(pa.list_(pa.float32(), 40), 24), 3)
+    column = pa.array(images, kind)
+    for start, bad in ((0, 2), (1, 1), (2, 0)):
+        result = Map(SOBEL, errors="column")(pa.record_batch({"input": column.slice(start)}))
+        errors = result["error"].to_pylist()
+        assert [i for i, e in enumerate(errors) if e is not None] == [bad] and "is missing" in errors[bad]
+        want = direct(SOBEL, IMAGES[3:4])[0]
+        np.testing.assert_array_equal(stacked(result["output"])[3 - start], want)
+    whole = Map(SOBEL)(pa.record_batch({"input": column.slice(3)}))["output"]
+    np.testing.assert_array_equal(stacked(whole), direct(SOBEL, IMAGES[3:4]))
+
+
 def test_null_numbers_in_rows_of_several_shapes_are_errors_of_their_rows() -> None:
     rows = [{"data": image.reshape(-1).tolist(), "shape": list(image.shape)} for image in IMAGES[:3]]
     rows[1]["data"][5] = None
@@ -425,11 +448,51 @@ def test_wrong_descriptions(arguments: dict, message: str) -> None:
         Map(SOBEL, **arguments)
 
 
+@pytest.mark.parametrize("errors", ["raise", "null", "column"])
+@pytest.mark.parametrize(
+    ("sigma", "got"), [(1.5, ""), ([1.5], "1, 1"), ([1.5] * 3, "1, 3"), ([[[1.5, 1.5]]], "1, 1, 2")]
+)
+def test_a_constant_of_another_shape_is_one_error(errors: str, sigma: object, got: str) -> None:
+    blur = Map(BLUR, {"input": "image", "sigma": sigma}, errors=errors)
+    message = rf"input 'sigma': expected a constant of shape \(B, 2\), got one of shape \({got}\)"
+    with pytest.raises(DataError, match=message):
+        blur({"image": IMAGES})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"bundle": 3}, "bundle: expected a folder or a name, got 3"),
+        ({"bundle": None}, "bundle: expected a folder or a name, got None"),
+        ({"method": 3}, "method: expected a name, got 3"),
+        ({"id": 3}, "id: expected a column's name, got 3"),
+        ({"backend": 3}, "backend: expected a name, got 3"),
+        ({"backend": None}, "backend: expected a name, got None"),
+        ({"dtype": 3}, "dtype: expected one of .*float32.*, got 3"),
+        ({"dtype": np.dtype(">f4")}, "dtype: expected one of .*float32.*, got dtype.'>f4'"),
+        ({"num_threads": "2"}, "num_threads: expected a number from 0 to 1024, got '2'"),
+        ({"num_threads": -1}, "num_threads: expected a number from 0 to 1024, got -1"),
+        ({"num_threads": 1025}, "num_threads: expected a number from 0 to 1024, got 1025"),
+        ({"num_threads": int}, "num_threads: expected a number from 0 to 1024, got <class 'int'>"),
+        ({"columns": {"input": Files(["a"])}}, r"columns: expected a column's name in Files\(NAME\), got"),
+    ],
+)
+def test_arguments_of_another_type_or_range_are_refused_at_once(arguments: dict, message: str) -> None:
+    with pytest.raises(DataError, match=message):
+        Map(**{"bundle": SOBEL, **arguments})
+
+
+def test_a_dtype_may_be_numpys() -> None:
+    double = IMAGES.astype(np.float64)
+    for dtype in (np.float64, np.dtype("float64"), "float64"):
+        mapping = Map(SOBEL, dtype=dtype, num_threads=np.int64(2))
+        assert mapping.dtype == "float64" and mapping({"input": double})["output"].dtype == np.float64
+
+
 def test_what_is_known_in_the_worker_only() -> None:
     for arguments, message in (
         ({"dtype": "int8"}, "int8"),
         ({"backend": "cuda"}, "cuda"),
-        ({"num_threads": -1}, "num_threads"),
     ):
         with pytest.raises(DataError, match=message):
             Map(SOBEL, **arguments)({"input": IMAGES})

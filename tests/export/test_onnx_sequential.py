@@ -1,5 +1,6 @@
 """Models and bundles in a row: one model, whose results are those of ONNX Runtime one after the other."""
 
+import resource
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,84 @@ def test_bundles_stand_anywhere(light: Callable[[str], Path]) -> None:
     (once,) = edges.run(None, {"input": np.sqrt(x)})
     (twice,) = edges.run(None, {"input": np.sqrt(once)})
     np.testing.assert_allclose(found, twice, atol=1e-4)
+
+
+@pytest.mark.filterwarnings("ignore:.*runs as standard operators")
+def test_models_of_a_newer_opset_stand_anywhere_too(light: Callable[[str], Path]) -> None:
+    sobel = light("filters.sobel")
+    old, new = images("old", "output = Sqrt(input)"), images("new", "output = Neg(input)", opset=21, ir=10)
+    x = RANDOM.random((1, 3, 21, 34), np.float32)
+    for parts in ((sobel, new), (old, sobel, new), (new, sobel, old)):
+        whole = chiasm.onnx.ONNXSequential(*parts)
+        (expected,) = [x]
+        for part in parts:
+            (expected,) = chiasm.onnx.ONNXSequential(part)(expected)
+        np.testing.assert_allclose(whole(x)[0], expected, atol=1e-5)
+        assert sorted((o.domain, o.version) for o in whole.model.opset_import) == [("", 21), ("chiasm", 1)]
+    whole = chiasm.onnx.prepend(sobel, old)
+    with pytest.raises(ValueError, match=r"the model imports opset 18 and has functions, new needs opset 21"):
+        chiasm.onnx.ONNXSequential(whole, new)
+
+
+@pytest.mark.filterwarnings("ignore:.*runs as standard operators")
+def test_a_bundle_has_the_dtype_of_its_neighbour(light: Callable[[str], Path]) -> None:
+    sobel, x = light("filters.sobel"), RANDOM.random((1, 3, 21, 34))
+    double = model("double (double[N, 3, H, W] x) => (double[N, 3, H, W] y) { y = Neg(x) }")
+    (edges,) = chiasm.onnx.session(sobel, dtype="float64", fused=False).run(None, {"input": x})
+    for joints in (None, [[("output", "x")]]):
+        (found,) = chiasm.onnx.ONNXSequential(sobel, double, io_maps=joints)(x)
+        np.testing.assert_allclose(found, -edges, atol=1e-12)
+    text = "{ half = Cast<to=1>(x) y = Neg(half) }"
+    byte = model(f"byte (uint8[N, 3, H, W] x) => (float[N, 3, H, W] y) {text}")
+    for parts in ((sobel, byte), (double, byte)):
+        with pytest.raises(ValueError, match=r"is float.* input 'x' is uint8 .*: the dtypes differ"):
+            chiasm.onnx.ONNXSequential(*parts)
+
+
+@pytest.mark.filterwarnings("ignore:.*runs as standard operators")
+def test_functions_of_bundles_keep_their_names(light: Callable[[str], Path], tmp_path: Path) -> None:
+    """By them the plug-in knows what it serves; other functions are renamed if they have to be."""
+    sobel, x = light("filters.sobel"), RANDOM.random((1, 3, 21, 34), np.float32)
+    after = chiasm.onnx.append(images("one", "output = Sqrt(input)"), sobel)
+    own = onnx.parser.parse_model(
+        '<ir_version: 8, opset_import: ["": 18, "own": 1]> own (float[N, 3, H, W] input) =>'
+        " (float[N, 3, H, W] output) { output = own.twice(input) }"
+        '<domain: "own", opset_import: ["": 18]> twice (x) => (y) { y = Add(x, x) }'
+    )
+    thrice = onnx.ModelProto()
+    thrice.CopyFrom(own)
+    thrice.functions[0].node[0].op_type = "Mul"
+    parts = (after, after, own, thrice, sobel)
+    whole = chiasm.onnx.ONNXSequential(*parts)
+    found = [f"{f.domain}::{f.name}" for f in whole.model.functions]
+    assert found == ["chiasm::filters_sobel", "own::twice", "own::own_5_twice"], found
+    assert len({o.domain for o in whole.model.opset_import}) == len(whole.model.opset_import) == 3
+    assert {n.op_type for n in whole.model.graph.node if n.domain == "chiasm"} == {"filters_sobel"}
+    expected = x
+    for part in parts:
+        (expected,) = chiasm.onnx.ONNXSequential(part)(expected)
+    np.testing.assert_allclose(whole(x)[0], expected, rtol=1e-4, atol=1e-4)
+    other = onnx.ModelProto()
+    other.CopyFrom(after)
+    other.functions[0].doc_string = "another"
+    with pytest.raises(ValueError, match="one and one have different functions chiasm::filters_sobel"):
+        chiasm.onnx.ONNXSequential(after, other)
+
+
+def test_a_model_is_written_whole(tmp_path: Path) -> None:
+    chain, file = chiasm.onnx.ONNXSequential(images("one", "output = Neg(input)")), tmp_path / "model.onnx"
+    file.write_bytes(b"mine")
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limit[1]))  # as on a full disk
+    try:
+        with pytest.raises(OSError, match=r"model\.onnx"):
+            chain.export(file)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert [f.read_bytes() for f in tmp_path.iterdir()] == [b"mine"]
+    for name in ("model.onnx", "model.json", "model.textproto"):
+        chain.export(tmp_path / name)
+        assert onnx.load(tmp_path / name) == chain.model
 
 
 def test_tensors_are_inputs_too() -> None:

@@ -379,6 +379,45 @@ def ran():
     assert "does not fit" in child(session + "print(ran())", **trusted)
 
 
+def test_policies_of_chiasm_onnx(bundle: Path, keys: Path) -> None:
+    code = f"""
+import torch, chiasm.onnx
+def node():
+  made = chiasm.onnx.Node({str(bundle)!r})
+  y, dropped = made(torch.ones(2, 3), torch.tensor(3.0), torch.ones(2, 3, dtype=torch.bool))
+  return f"{{'onnx' if made.script is None else 'script'}} {{y.sum().item()}}"
+def session():
+  chiasm.onnx.session({str(bundle)!r}, fused=False)
+  return "session"
+def sequence():
+  chiasm.onnx.ONNXSequential({str(bundle)!r})
+  return "sequence"
+def embed():
+  chiasm.onnx.prepend({str(bundle)!r}, {str(bundle / "scale32.onnx")!r})
+for f in (node, session):
+  print(attempt(f))
+"""
+    more = "for f in (sequence, embed): print(attempt(f))\n"
+    trusted = {"CHIASM_TRUST_POLICY": "signed", "CHIASM_TRUSTED_KEYS": str(keys / "plain.pub")}
+    assert child(code) == "script 18.0\nsession\n"
+    assert child(code, CHIASM_TRUST_POLICY="data_only") == "onnx 18.0\nsession\n"
+    by_call = f"runtime.set_trust('signed', [{trusted['CHIASM_TRUSTED_KEYS']!r}])\n"
+    for said in (child(code + more, **trusted), child(by_call + code + more)):
+        assert said.count("UNTRUSTED: ") == said.count("is not signed, and the trust policy") == 4, said
+    assert child(code, CHIASM_TRUST_POLICY="Signed").count("INVALID_ARGUMENT: CHIASM_TRUST_POLICY is") == 2
+    sign(bundle, keys)
+    assert child(code, **trusted) == "script 18.0\nsession\n"
+    flip(bundle / "scale.pt", 100)
+    changed = f"""
+from chiasm.export.manifest import BundleError
+try: chiasm.onnx.Node({str(bundle)!r})
+except BundleError as error: print(error)
+"""
+    assert "scale.pt: sha256 differs" in child("import chiasm.onnx" + changed, **trusted)
+    flip(bundle / "manifest.json", (bundle / "manifest.json").read_text().index("summary") + 15)
+    assert child(code, **trusted).count("UNTRUSTED: ") == 2
+
+
 # ONNX
 
 

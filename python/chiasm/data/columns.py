@@ -87,25 +87,21 @@ def from_arrow(name: str, array: Any) -> Column:
     if pa.types.is_list(kind) or pa.types.is_large_list(kind):
         return _lists(name, array, shape)
     sizes: list[int] = []
-    values, first = array, 0
+    values, valid = array, _valid(array)
     while pa.types.is_fixed_size_list(values.type):
+        size = values.type.list_size
+        sizes.append(size)
         # .values is the whole buffer, even if this array is a part of it
-        sizes.append(values.type.list_size)
-        first = (first + values.offset) * values.type.list_size
-        values = values.values
+        values = values.values.slice(values.offset * size, len(values) * size)
+        if values.null_count:
+            valid = valid & _valid(values).reshape(len(array), -1).all(1)
     if not _is_number(values.type):
         raise DataError(
             f"column {name!r}: expected numbers, tensors or the bytes of images, got {array.type}"
         )
-    if sizes:
-        values = values.slice(first, len(array) * int(np.prod(sizes, dtype=np.int64)))
     shape = tuple(shape if shape is not None else sizes)
-    if not array.null_count and not values.null_count:
+    if valid.all():
         return _stacked(_numbers(name, values).reshape(len(array), *shape))
-    valid = array.is_valid().to_numpy(zero_copy_only=False)
-    if sizes and values.null_count:
-        inside = values.is_valid().to_numpy(zero_copy_only=False)
-        valid = valid & inside.reshape(len(array), -1).all(1)
     stack = _numbers(name, values.fill_null(False if pa.types.is_boolean(values.type) else 0)).reshape(
         len(array), *shape
     )
@@ -152,7 +148,7 @@ def _parts(name: str, array: Any, offsets: np.ndarray) -> Callable[[int], np.nda
     """The numbers of a row. One that is null is an error of its row."""
     import pyarrow as pa
 
-    inside = array.is_valid().to_numpy(zero_copy_only=False) if array.null_count else None
+    inside = _valid(array) if array.null_count else None
     flat = _numbers(name, array.fill_null(False if pa.types.is_boolean(array.type) else 0))
 
     def numbers(i: int) -> np.ndarray:
@@ -162,6 +158,11 @@ def _parts(name: str, array: Any, offsets: np.ndarray) -> Callable[[int], np.nda
         return flat[part]
 
     return numbers
+
+
+def _valid(array: Any) -> np.ndarray:
+    """Which elements are not null."""
+    return array.is_valid().to_numpy(zero_copy_only=False)
 
 
 def empty_batch(schema: Any) -> Any:

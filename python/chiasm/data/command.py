@@ -68,7 +68,8 @@ def map_command(
     image, whose outputs are then zeros, or null in structs.
 
     A shard's file appears when it is complete. After any interruption, run the same command again: it
-    continues, and its files have the same bytes as those of one uninterrupted run.
+    continues, and its files have the same bytes as those of one uninterrupted run. (If ONNX Runtime or
+    libtorch runs the op, or on Ray, that holds for CPUs of one kind.)
 
     \b
     Examples:
@@ -81,7 +82,7 @@ def map_command(
 
     from .driver import fingerprint, in_processes, on_ray, output_folder
     from .errors import DataError
-    from .shards import Shard, empty_table, plan
+    from .shards import Shard, map_no_rows, plan
 
     try:
         import pyarrow  # noqa: F401
@@ -94,9 +95,7 @@ def map_command(
     if folder.is_relative_to(source.resolve()) and source.is_dir():
         raise DataError(f"OUTPUT {output}: it is inside INPUT {source}: choose a folder beside it")
     mapping = _mapping(bundle, pairs("--column", columns), pairs("--set", settings), shards[0].kind)
-    mapping.open()  # fails now if the method cannot run here or does not fit the columns
-    if shards[0].kind == "parquet":
-        mapping(empty_table(shards[0]))
+    map_no_rows(shards[0], mapping)  # an error comes before the folder is made
     started = time.monotonic()
     with output_folder(folder, fingerprint(mapping, files, rows)):
         todo = [shard for shard in shards if not (folder / shard.file).exists()]
@@ -130,7 +129,7 @@ def map_command(
         raise DataError(f"{len(failures)} of {len(shards)} shards failed, the first: {failures[0]}")
     before = f", {len(shards) - len(todo)} of them by an earlier run" if len(todo) < len(shards) else ""
     click.echo(
-        f"{len(shards)} shards in {one_line(output)}/{before}: {done} rows in"
+        f"{len(shards)} shards in {one_line(output)}/{before}; {done} rows in this run, in"
         f" {time.monotonic() - started:.0f} s, {bad} of them bad (column `error` says why)"
     )
 

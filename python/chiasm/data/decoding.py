@@ -71,6 +71,11 @@ def _by_turbo(data: Any, color: str) -> np.ndarray | None:
         return None
 
 
+def decodes_by_turbo() -> bool:
+    """Whether simplejpeg decodes plain JPEGs here."""
+    return _turbo() is not None
+
+
 @cache
 def _turbo() -> Any:
     try:

@@ -35,7 +35,7 @@ JOB = "_chiasm_map.json"
 _MOST_OF_JOB = 1 << 20
 
 #: Called on progress: with the finished shard, if any, and its error, if it failed; and with the rows and the
-#: bad rows since the last call.
+#: bad rows since the last call, less those of a shard that failed after all.
 Report = Callable[[Shard | None, str | None, int, int], None]
 
 
@@ -60,12 +60,17 @@ def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
         except FileNotFoundError:
             _expect_ours(folder)
             with naming(folder):
-                write_whole(file, json.dumps(job, indent=1).encode())
+                write_whole(file, json.dumps(job, indent=1).encode(), durable=True)
             began = job
         except (ValueError, RecursionError) as error:
             raise DataError(f"{file}: damaged ({one_line(error)}): choose another folder") from error
         if began != job:
-            differs = [k for k in job if not isinstance(began, dict) or began.get(k) != job[k]]
+            had = began if isinstance(began, dict) else {}
+            differs = [
+                f"{key} ({one_line(had.get(key), 200)}, now {value})" if isinstance(value, list) else key
+                for key, value in job.items()
+                if had.get(key) != value
+            ]
             raise DataError(
                 f"{folder}: it was begun with another {' and another '.join(differs) or 'job'}: choose"
                 " another folder, or remove this one"
@@ -103,19 +108,35 @@ def fingerprint(mapping: Map, files: str, rows: int) -> dict[str, Any]:
 
     from chiasm import __version__
 
+    from .decoding import decodes_by_turbo
+
     # Not as text: the image of which only the size is used may have a thousand million pixels
     constants = {
         name: [str(array.dtype), array.shape, hashlib.sha256(np.ascontiguousarray(array).data).hexdigest()]
         for name, array in mapping.constants.items()
     }
     options = hashlib.sha256(json.dumps([mapping.columns, constants], sort_keys=True).encode()).hexdigest()
+    turbo = version("simplejpeg") if decodes_by_turbo() else None
+    versions = [__version__, version("pyarrow"), version("pillow"), turbo]
     return {
         "bundle": mapping.parcel.sha256,
-        "INPUT": files,
+        "INPUT (by names, sizes and times of change)": files,
         "--column or --set": options,
         "--rows": rows,
-        "version of chiasm, pyarrow or Pillow": [__version__, version("pyarrow"), version("pillow")],
+        "artifact of the bundle (by CPU, backends and trust policy)": _chosen(mapping),
+        "version of chiasm, pyarrow, Pillow or simplejpeg": versions,
     }
+
+
+def _chosen(mapping: Map) -> list[str]:
+    """The artifact that runs in this process, and the version of its engine."""
+    import chiasm.runtime
+
+    method = mapping.open().method
+    engine = ""
+    if method.backend != "native":  # to ask loads every engine
+        engine = next(b.engine_version for b in chiasm.runtime.backends() if b.name == method.backend)
+    return [method.backend, method.artifact, engine]
 
 
 def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, report: Report) -> None:
@@ -184,6 +205,8 @@ def _serve(connection: Connection, parent: int, folder: Path) -> None:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
 
     def count(rows: int, bad: int) -> None:
+        nonlocal counted
+        counted = (counted[0] + rows, counted[1] + bad)
         connection.send((False, None, rows, bad))
 
     mapping: Any = None
@@ -193,12 +216,13 @@ def _serve(connection: Connection, parent: int, folder: Path) -> None:
             shard = connection.recv()
         except (EOFError, OSError):  # the second in the middle of a message
             return
-        failure = None
+        failure, counted = None, (0, 0)
         try:
             write(shard, mapping, folder, count)
         except Exception as error:  # one shard's failure, of whatever kind, does not stop the others
             failure = one_line(error) or type(error).__name__
-        connection.send((True, failure, 0, 0))
+        rows, bad = counted if failure else (0, 0)
+        connection.send((True, failure, -rows, -bad))
 
 
 def on_ray(shards: list[Shard], mapping: Map, folder: Path, address: str, jobs: int, report: Report) -> None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -43,6 +44,8 @@ class Files:
 
 
 _ERRORS = ("raise", "null", "column")
+#: As the runtime's
+_MOST_THREADS = 1024
 #: The column that says what is wrong with a row.
 ERROR = "error"
 
@@ -122,6 +125,10 @@ class Map:
     ) -> None:
         import chiasm.runtime
 
+        _typed("bundle", bundle, (str, bytes, os.PathLike), "a folder or a name")
+        _typed("method", method, (str,), "a name")
+        _typed("id", id, (str, type(None)), "a column's name")
+        _typed("backend", backend, (str,), "a name")
         try:
             opened = chiasm.runtime.open(bundle)
             inputs, results = opened.signature(method)
@@ -132,6 +139,9 @@ class Map:
         given = _named("columns", "INPUT", columns)
         _known("columns", given, [t.name for t in inputs], opened.name)
         sources = {t.name: given.get(t.name, t.name) for t in inputs}
+        for source in sources.values():
+            if isinstance(source, Files):
+                _typed("columns", source.column, (str,), "a column's name in Files(NAME)")
         #: The columns that have paths.
         self.files = {source.column for source in sources.values() if isinstance(source, Files)}
         named = {n: s.column if isinstance(s, Files) else s for n, s in sources.items()}
@@ -148,7 +158,7 @@ class Map:
         if not self.outputs or len({column for column in made if isinstance(column, str)}) < len(made):
             raise DataError(f"outputs: expected a column of its own for each output, got {made}")
         self.method, self.errors, self.id = method, errors, id
-        self.backend, self.dtype, self.num_threads = backend, dtype, num_threads
+        self.backend, self.dtype, self.num_threads = backend, _dtype(dtype), _threads(num_threads)
         self.parcel = Parcel.of(Path(opened._handle.path))
 
     def __repr__(self) -> str:
@@ -374,6 +384,36 @@ def _open(wanted: Map) -> Opened:
     leading = {samples} if samples else set()
     leading |= {t.shape[0] for t in method.inputs if t.layout.startswith("N")}
     return Opened(method, samples, most, leading)
+
+
+def _typed(what: str, value: Any, kinds: tuple[type, ...], expected: str) -> None:
+    if not isinstance(value, kinds):
+        raise DataError(f"{what}: expected {expected}, got {one_line(repr(value), 200)}")
+
+
+def _dtype(given: Any) -> str | None:
+    """The name of a dtype that bundles know. (Whether this bundle has it, the worker finds out.)"""
+    from chiasm import _runtime
+    from chiasm.runtime import _dtype_name
+
+    name = None if given is None else _dtype_name(given)
+    if name is not None and name not in _runtime.dtypes():
+        raise DataError(
+            f"dtype: expected one of {', '.join(_runtime.dtypes())}, got {one_line(repr(given), 200)}"
+        )
+    return name
+
+
+def _threads(given: Any) -> int:
+    try:
+        number = operator.index(given)
+    except TypeError:
+        number = -1
+    if not 0 <= number <= _MOST_THREADS:
+        raise DataError(
+            f"num_threads: expected a number from 0 to {_MOST_THREADS}, got {one_line(repr(given), 200)}"
+        )
+    return number
 
 
 def _named(what: str, key: str, given: Any, default: Mapping[str, str] | None = None) -> dict[str, Any]:

@@ -194,4 +194,10 @@ def _constant(tensor: Any, value: Any, opened: Opened) -> np.ndarray:
         ) from error
     if tensor.shape and tensor.shape[0] in opened.leading and array.ndim == len(tensor.shape) - 1:
         array = array[None]
+    sizes = tuple(str(d) for d in array.shape)
+    if len(sizes) != len(tensor.shape) or any(e.isdigit() and e != d for e, d in zip(tensor.shape, sizes)):
+        raise DataError(
+            f"columns: input {tensor.name!r}: expected a constant of shape ({', '.join(tensor.shape)}), got"
+            f" one of shape ({', '.join(sizes)})"
+        )
     return array

@@ -22,6 +22,7 @@ from typing import Any
 
 from ..export.files import MOST_OF_IMAGE, read_regular
 from ..export.text import one_line
+from ..writing import sync_folder
 from .errors import DataError
 from .mapping import ERROR, Map
 
@@ -62,7 +63,8 @@ class Shard:
 
 
 def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
-    """The shards of an input, always the same for the same files, and a hash of the files' names and sizes.
+    """The shards of an input, always the same for the same files, and a hash of the files' names, sizes and
+    times of change.
 
     `source` is a folder of images, of tars or of parquet files, including subfolders, or one such file. A
     shard of images has `rows` of them.
@@ -70,7 +72,7 @@ def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
     if source.is_dir():
         root, found = source, sorted(_files(source))
     else:
-        root, found = source.parent, [(source.name, source.stat().st_size)]
+        root, found = source.parent, [(source.name, source.stat())]
     by_kind = {
         "images": [name for name, _ in found if name.lower().endswith(IMAGES)],
         "tar": [name for name, _ in found if name.lower().endswith(".tar")],
@@ -92,7 +94,7 @@ def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
         raise DataError(
             f"{root / wrong[0]}: not a regular file but a pipe or a device: write its content to a file first"
         )
-    sizes = dict(found)
+    sizes = {name: status.st_size for name, status in found}
     if kind == "images":
         parts = [(tuple(names[i : i + rows]), 0, 0) for i in range(0, len(names), rows)]
     elif kind == "tar":
@@ -100,15 +102,15 @@ def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
     else:
         parts = [((name,), group, sizes[name]) for name in names for group in range(_row_groups(root / name))]
     chosen = set(names)
-    text = "".join(f"{size} {name}\0" for name, size in found if name in chosen)
+    text = "".join(f"{s.st_size} {s.st_mtime_ns} {name}\0" for name, s in found if name in chosen)
     shards = [Shard(i, kind, top, *part) for i, part in enumerate(parts)]
     if not shards:
         raise DataError(f"{source}: it has no rows")
     return shards, hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
 
 
-def _files(folder: Path) -> Iterator[tuple[str, int]]:
-    """The files below a folder, by their paths in it, with their sizes. Links to folders are followed."""
+def _files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
+    """The files below a folder, by their paths in it, with their states. Links to folders are followed."""
 
     def fail(error: OSError) -> None:
         raise error
@@ -124,20 +126,24 @@ def _files(folder: Path) -> Iterator[tuple[str, int]]:
             if not name.startswith("."):
                 full = Path(path) / name
                 try:
-                    size = full.stat().st_size
+                    status = full.stat()
                 except OSError as error:
                     if error.errno in (errno.ENOENT, errno.ELOOP):  # a link to nothing, or to itself
                         continue
                     raise
-                yield str(full.relative_to(folder)), size
+                yield str(full.relative_to(folder)), status
 
 
-def empty_table(shard: Shard) -> Any:
-    """A table of no rows with the columns of a parquet file."""
-    import pyarrow as pa
-    import pyarrow.parquet as parquet
+def map_no_rows(shard: Shard, mapping: Map) -> None:
+    """Raise a DataError if the method cannot run here, or does not fit the shard's columns or the
+    constants."""
+    if shard.kind == "parquet":
+        import pyarrow as pa
+        import pyarrow.parquet as parquet
 
-    return pa.Table.from_batches([], _read(parquet.read_schema, Path(shard.root) / shard.names[0]))
+        mapping(pa.Table.from_batches([], _read(parquet.read_schema, Path(shard.root) / shard.names[0])))
+    else:
+        _map_files(mapping, [])
 
 
 def _row_groups(file: Path) -> int:
@@ -179,6 +185,7 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
                             **(batch.schema.metadata or {}),
                             "chiasm.bundle": mapping.parcel.name,
                             "chiasm.manifest_sha256": mapping.parcel.sha256,
+                            "chiasm.artifact": mapping.open().method.artifact,
                         }
                     )
                     # Pixels repeat few values: a dictionary would only take time
@@ -194,6 +201,7 @@ def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], 
         if _state(shard) != began:
             raise DataError("it was changed while it was read: run the same command again")
         scratch.rename(target)
+        sync_folder(folder)
     except OSError as error:
         # A full disk names no file
         raise DataError(f"{shard}, written to {target}: {one_line(error.strerror or error)}") from error

@@ -11,7 +11,8 @@ domain ``chiasm``. Any ONNX Runtime runs the function's body; a session with whi
 * `Node` is a bundle within a torch network, `export` writes such a network as ONNX, `embed` completes a model
   that was exported in another way.
 
-Only `Node` and `export` import torch.
+Only `Node` and `export` import torch. All obey the process's trust policy (docs/signing.md): a bundle that it
+rejects is a `chiasm.runtime.ChiasmError`.
 
 Example:
     >>> import chiasm.onnx, numpy as np

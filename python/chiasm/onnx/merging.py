@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -11,9 +12,11 @@ from google.protobuf import json_format, text_format
 from google.protobuf.message import DecodeError
 from onnx import TensorProto, helper
 
+from chiasm.export.files import naming
 from chiasm.export.manifest import read_manifest
 from chiasm.export.onnx_function import DOMAIN, function_name
 from chiasm.export.text import free_name
+from chiasm.writing import write_whole
 
 from .functions import add_function, at_least, fused_model, names, nodes, opset
 from .methods import Method
@@ -71,7 +74,7 @@ def prepend(
     opened = Method.open(bundle, method, dtype)
     pairs = _pairs(opened, wanted, connect)
     if dtype is None:
-        opened = _method_of_dtype(opened, [wanted[name] for name in pairs.values()])
+        opened = method_of_dtype(opened, [wanted[name] for name in pairs.values()])
 
     source = fused_model(opened).graph
     merged = at_least(given, opset(fused_model(opened).functions[0]) or 0, str(opened.folder))
@@ -146,7 +149,7 @@ def append(
     offered = {v.name: v for v in [*given.graph.input, *given.graph.value_info, *given.graph.output]}
     pairs = _pairs_after(opened, given.graph, connect)
     if dtype is None:
-        opened = _method_of_dtype(opened, [offered[name] for name in pairs if name in offered])
+        opened = method_of_dtype(opened, [offered[name] for name in pairs if name in offered])
 
     source = fused_model(opened).graph
     merged = at_least(given, opset(fused_model(opened).functions[0]) or 0, str(opened.folder))
@@ -283,6 +286,14 @@ def loaded_model(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
     return loaded
 
 
+def save_model(model: onnx.ModelProto, path: str | os.PathLike[str]) -> None:
+    """Write a model to a file, completely or not at all, in the form of its suffix, as `onnx.save` does."""
+    file, data = Path(path), io.BytesIO()
+    onnx.save(model, data, onnx.serialization.registry.get_format_from_file_extension(file.suffix))
+    with naming(file):
+        write_whole(file, data.getbuffer(), durable=True)
+
+
 def _call(function: str, inputs: list[str], outputs: list[str], merged: onnx.ModelProto) -> onnx.NodeProto:
     name = free_name(function, {n.name for n in nodes(merged.graph)})
     return helper.make_node(function, inputs, outputs, name=name, domain=DOMAIN)
@@ -347,16 +358,16 @@ def _check_pairs(connect: dict[str, str], target: str) -> None:
         raise ValueError(f"connect: {target} is named twice: {connect}")
 
 
-def _method_of_dtype(opened: Method, targets: list[onnx.ValueInfoProto]) -> Method:
+def method_of_dtype(opened: Method, targets: list[onnx.ValueInfoProto]) -> Method:
     """The method in the dtype of the model's inputs, if the bundle is generic and has that dtype."""
     for target in targets:
-        candidate = replace(opened, dtype=_dtype_name(target))
+        candidate = replace(opened, dtype=dtype_name(target))
         if candidate.dtype in opened.manifest["dtypes"] and candidate.flat() is not None:
             return candidate
     return opened
 
 
-def _dtype_name(value: onnx.ValueInfoProto) -> str:
+def dtype_name(value: onnx.ValueInfoProto) -> str:
     number = value.type.tensor_type.elem_type
     if number not in TensorProto.DataType.values():
         return f"element type {number}"
@@ -376,10 +387,10 @@ def _fit(
     limits = opened.manifest["symbols"]
     for ours, theirs in links:
         story = (
-            f"{opened.folder}: {kinds[0]} {ours.name!r} is {_text(ours)}, the model's {kinds[1]}"
-            f" {theirs.name!r} is {_text(theirs)}"
+            f"{opened.folder}: {kinds[0]} {ours.name!r} is {described(ours)}, the model's {kinds[1]}"
+            f" {theirs.name!r} is {described(theirs)}"
         )
-        if _dtype_name(ours) != _dtype_name(theirs):
+        if dtype_name(ours) != dtype_name(theirs):
             raise ValueError(f"{story}: the dtypes differ")
         if not theirs.type.tensor_type.HasField("shape"):
             continue
@@ -408,10 +419,10 @@ def _fit(
     return sizes
 
 
-def _text(value: onnx.ValueInfoProto) -> str:
+def described(value: onnx.ValueInfoProto) -> str:
     tensor = value.type.tensor_type
     shape = [str(d.dim_value) if d.HasField("dim_value") else d.dim_param or "?" for d in tensor.shape.dim]
-    return f"{_dtype_name(value)} ({', '.join(shape) if tensor.HasField('shape') else '...'})"
+    return f"{dtype_name(value)} ({', '.join(shape) if tensor.HasField('shape') else '...'})"
 
 
 def _symbols(graph: onnx.GraphProto) -> set[str]:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from chiasm.export.manifest import BundleError, read_file, read_manifest
+import chiasm.runtime
+from chiasm.export.manifest import BundleError, manifest_text, parse_manifest, read_file
 
 Artifact = dict[str, Any]
 
@@ -27,13 +28,14 @@ class Method:
 
         Raises:
             BundleError: there is no bundle, no such method, or no such dtype.
+            ChiasmError: the trust policy rejects the bundle.
         """
         for argument, value, kinds in (("bundle", bundle, (str, os.PathLike)), ("method", name, (str,))):
             if not isinstance(value, kinds):
                 expected = "the path of a folder" if argument == "bundle" else "a name"
                 raise TypeError(f"{argument}: expected {expected}, got {type(value).__name__}")
         folder = Path(bundle)
-        manifest = read_manifest(folder)
+        manifest = parse_manifest(folder, _trusted_text(folder))
         if name not in manifest["methods"]:
             raise BundleError(f"{folder}: has no method {name!r}: it has {', '.join(manifest['methods'])}")
         dtypes = manifest["dtypes"]
@@ -86,3 +88,12 @@ class Method:
     def dtype_of(self, tensor: dict[str, Any]) -> str:
         """A tensor's dtype, T resolved."""
         return self.dtype if tensor["dtype"] == "T" and self.dtype else tensor["dtype"]
+
+
+def _trusted_text(folder: Path) -> bytes:
+    """The manifest's bytes, by the trust policy of the process: those whose signature was checked. They name
+    the hash of every other file."""
+    text = manifest_text(folder)
+    if chiasm.runtime.get_trust() == "signed":
+        return chiasm.runtime.Bundle(folder)._handle.manifest.encode()
+    return text

@@ -12,12 +12,13 @@ import onnx
 import torch
 from torch import Tensor, nn
 
+import chiasm.runtime
 from chiasm.export.manifest import BundleError
 from chiasm.export.onnx_function import DOMAIN, domain_version, function_name
 from chiasm.export.sizes import evaluate
 
 from .functions import nodes, read_model
-from .merging import embed_methods
+from .merging import embed_methods, save_model
 from .methods import Method
 
 Size = int | torch.SymInt
@@ -27,8 +28,9 @@ class Node(nn.Module):
     """A bundle's method as a module, which becomes a single node when the network is exported to ONNX.
 
     In eager mode the bundle's TorchScript runs, on any device and with gradients. For a bundle without
-    TorchScript, and for any method but `forward`, ONNX Runtime runs instead, on the CPU and without
-    gradients; an input that requires grad raises an error. In the exported model the node has no gradient.
+    TorchScript, for any method but `forward`, and under the trust policy ``data_only``, ONNX Runtime runs
+    instead, on the CPU and without gradients; an input that requires grad raises an error. In the exported
+    model the node has no gradient.
     `torch.export` other than for ONNX is rejected: call the op itself there.
 
     Args:
@@ -55,9 +57,9 @@ class Node(nn.Module):
         read_model(self.opened, self.opened.flat())
         self.function = function_name(self.opened.manifest["name"], method)
         script = next((a for a in self.opened.artifacts() if a["format"] == "torchscript"), None)
-        self.script = (
-            torch.jit.load(io.BytesIO(self.opened.read(script))) if script and method == "forward" else None
-        )
+        if method != "forward" or chiasm.runtime.get_trust() == "data_only":  # a script is a program
+            script = None
+        self.script = torch.jit.load(io.BytesIO(self.opened.read(script))) if script else None
         self._session: Any = None
 
     def forward(self, *inputs: Tensor) -> Tensor | tuple[Tensor, ...]:
@@ -98,6 +100,7 @@ class Node(nn.Module):
             raise RuntimeError(
                 f"{self.opened.folder}: {self.opened.name} is run by ONNX Runtime, which gives no gradient:"
                 " use torch.no_grad(), detach the input, or export the bundle with the format torchscript"
+                " (which the trust policy 'data_only' does not run)"
             )
         if self._session is None:
             import onnxruntime
@@ -193,5 +196,5 @@ def export(
     found = [m for m in network.modules() if isinstance(m, Node) and m.function in called]
     whole = embed_methods(model, [m.opened for m in found])
     if path is not None:
-        onnx.save(whole, os.fspath(path))
+        save_model(whole, path)
     return whole
