@@ -190,7 +190,7 @@ json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t
   const std::vector<char> source(size_t(calls) * (bytes_of(inputs.views) + bytes_of(outputs.views)) / 2, 1);
   std::vector<char> target(source.size(), 2);
   contenders.push_back([&] { std::memcpy(target.data(), source.data(), source.size()); });
-  const auto times = bench::interleaved(contenders, seconds);
+  const auto times = bench::interleaved(contenders, threads, seconds);
   json result{{"opencv", times[methods.size()]}, {"copy", times.back()}, {"opencv_version", CV_VERSION}};
   if (const auto difference = mean_difference(outputs.views[0], peer)) result["difference"] = *difference;
   for (size_t i = 0; i < methods.size(); ++i) result[methods[i].first] = times[i];
@@ -276,7 +276,8 @@ json overhead(const std::string& bundle, const std::string& artifact) {
                           [&] {
                             if (api->run(model, in.data(), out.data(), &host, error, sizeof error))
                               throw std::runtime_error(error);
-                          }});
+                          }},
+                         1);
   return {{"chiasm_us", times[0]}, {"engine_us", times[1]}};
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import platform
@@ -15,6 +16,7 @@ from chiasm.export.workers import export_names
 ROOT = Path(__file__).resolve().parents[1]
 BUNDLES = ROOT / "build" / "bench" / "bundles"
 PROGRAM = ROOT / "build" / "release" / "bin" / "bench"
+LIBC = ctypes.CDLL(None)
 
 
 def cores() -> int:
@@ -26,6 +28,14 @@ def cpu() -> str:
         if line.startswith("model name"):
             return line.split(":", 1)[1].strip()
     return platform.processor()
+
+
+def keep_memory() -> None:
+    """Make malloc reuse freed memory. Otherwise each large result of a peer, which gets no buffer, is in new
+    memory from the system, and the first use of its pages takes longer than many ops."""
+    mmap_threshold, trim_threshold = -3, -1
+    for parameter in (mmap_threshold, trim_threshold):
+        LIBC.mallopt(parameter, 1 << 30)
 
 
 def program(*arguments) -> dict:

@@ -107,9 +107,8 @@ def measure(name: str, threads: int) -> dict:
     for result in scores.values():
         np.testing.assert_allclose(result, peer, atol=1e-4 * float(np.abs(peer).max()))
     contenders["onnxruntime"] = onnx_call(session, [image])
-    return {"network": name, "threads": threads} | dict(
-        zip(contenders, interleaved(list(contenders.values())), strict=True)
-    )
+    times = interleaved(list(contenders.values()), threads=threads)
+    return {"network": name, "threads": threads} | dict(zip(contenders, times, strict=True))
 
 
 def page(rows: list[dict]) -> str:
@@ -119,9 +118,10 @@ def page(rows: list[dict]) -> str:
         f"Made by `make bench WHAT=networks` on {date.today()}: {cpu()}, {cores()} cores, shared with",
         f"other work; one image of 3 x {SIDE} x {SIDE}, float32, random weights, in Python. chiasm's",
         f"native code, which needs no libtorch, and ONNX Runtime {onnxruntime.__version__} on the files of",
-        "`torch.onnx.export` take turns in one process; medians in milliseconds. *Times as fast* is ONNX",
-        "Runtime's time over chiasm's. ONNX Runtime uses the widest vectors that the CPU has; chiasm's code",
-        "uses those of the level for which it was exported (`--isa`), AVX2 by default.",
+        "`torch.onnx.export` take turns in one process, on several threads each after a pause and calls that",
+        "do not count; medians in milliseconds. *Times as fast* is ONNX Runtime's time over chiasm's. ONNX",
+        "Runtime uses the widest vectors that the CPU has; chiasm's code uses those of the level for which",
+        "it was exported (`--isa`), AVX2 by default.",
         "",
         "| network | threads | AVX2 | AVX-512 | ONNX Runtime | times as fast, AVX2 | AVX-512 |",
         "|---|---|---|---|---|---|---|",

@@ -97,8 +97,8 @@ def page(rows: list[dict], loads: list, waits: list, overhead: dict) -> str:
         "",
         f"Made by `make bench` on {date.today()}: {cpu()}, {cores()} cores, shared with other work;",
         (
-            "chiasm in C++ (native backend, into the caller's buffers) and OpenCV take turns in one process;"
-            " medians."
+            "chiasm in C++ (native backend, into the caller's buffers) and OpenCV take turns in one process,"
+            " on several threads each after a pause and calls that do not count; medians."
         ),
         (
             f"OpenCV is the faster of Debian's {rows[0]['debian']['opencv_version']} (C++) and the wheel"

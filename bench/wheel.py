@@ -24,7 +24,8 @@ from .machine import bundle_path
 from .opencv import opencv
 
 SIZES = {"C": 3, "N": 64}
-#: seconds until the threads of another contender's pool sleep; OpenMP's threads spin for about this long
+#: seconds until the threads of another contender's pool sleep; OpenMP's threads spin for about this long (in
+#: bench/harness.hpp too)
 PAUSE = 0.02
 
 
@@ -53,7 +54,8 @@ def main(bundle: str, threads: int, batch: int, height: int, width: int) -> dict
         "stock": onnx_call(chiasm.onnx.session(folder, fused=False, options=onnx_options(threads)), inputs),
         "opencv": opencv(bundle, inputs).call,
     }
-    times = interleaved([lambda call=call: [call() for _ in range(calls)] for call in contenders.values()])
+    timed = [lambda call=call: [call() for _ in range(calls)] for call in contenders.values()]
+    times = interleaved(timed, threads=threads)
     return dict(zip(contenders, times, strict=True)) | {"opencv_version": cv2.__version__}
 
 
@@ -115,13 +117,15 @@ def make(tensor: dict, sizes: dict[str, int]) -> np.ndarray:
     return random.random(shape, np.float32)
 
 
-def interleaved(contenders: list[Callable], seconds: float = 1.5, pause: float = 0.0) -> list[float]:
-    """Median microseconds of each contender; they take turns. Short calls are repeated within a turn, and
-    long ones have fewer turns.
+def interleaved(contenders: list[Callable], seconds: float = 1.5, *, threads: int) -> list[float]:
+    """Median microseconds of each contender on so many threads; they take turns. Short calls are repeated
+    within a turn, and long ones have fewer turns.
 
-    `pause` seconds before each turn let the threads of the last contender's pool fall asleep. Then calls that
-    do not count warm up the machine and its caches for half that time; the calls that count run equally long.
+    If threads are several, a pause before each turn lets those of the last contender's pool fall asleep. Then
+    calls that do not count warm up the machine and its caches for half that time; the calls that count run
+    equally long.
     """
+    pause = PAUSE if threads > 1 else 0.0
     repeats, warming = [], []
     for call in contenders:
         begin = time.perf_counter()

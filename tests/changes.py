@@ -2,7 +2,8 @@
 
     ... | python tests/changes.py 3    of the files named there: what has changed, and every third other one
 
-The base is $CHIASM_BASE, else the commit at which the branch left origin's, else the previous commit.
+The base is $CHIASM_BASE, else the commit at which the branch left origin's, else the previous commit. Where
+git does not know it (a shallow clone, a wrong name, no repository), every file counts as changed.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,29 +24,82 @@ if TYPE_CHECKING:
     import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+#: Folders that have no sources.
+APART = frozenset((".git", ".deps", ".venv", "build", "dist", "__pycache__"))
+
+
+class GitError(Exception):
+    """git is not there, or its command failed."""
 
 
 def git(*arguments: str) -> str:
-    """The output of git; empty if this is not a repository or the revision does not exist."""
-    done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True, text=True)
-    return done.stdout.strip() if done.returncode == 0 else ""
+    """The output of git."""
+    try:
+        done = subprocess.run(
+            ["git", "-C", str(ROOT), *arguments], capture_output=True, text=True, errors="surrogateescape"
+        )
+    except OSError as error:
+        raise GitError(str(error)) from error
+    if done.returncode:
+        raise GitError(done.stderr.strip())
+    return done.stdout
+
+
+def base() -> str:
+    """The revision to compare with; git may not know it."""
+    head = git("rev-parse", "HEAD").strip()
+    named = os.environ.get("CHIASM_BASE")
+    if not named:
+        with suppress(GitError):
+            named = git("merge-base", "HEAD", "origin/HEAD").strip()
+    return named if named and named != head else "HEAD~1"
+
+
+@cache
+def known_changes() -> frozenset[str] | None:
+    """Paths that differ from the base, including uncommitted changes; None if git cannot tell."""
+    try:
+        if Path(git("rev-parse", "--show-toplevel").rstrip("\n")).resolve() != ROOT:
+            return None  # copied into another repository
+        changed = git("diff", "--name-only", "--no-renames", "-z", base(), "--")
+        added = git("ls-files", "--others", "--exclude-standard", "-z")
+    except GitError:
+        return None
+    return frozenset(f"{changed}{added}".split("\0")) - {""}
+
+
+@cache
+def all_files() -> frozenset[str]:
+    found = []
+    for folder, folders, files in os.walk(ROOT):
+        folders[:] = [name for name in folders if name not in APART]
+        found += [str((Path(folder) / name).relative_to(ROOT)) for name in files]
+    return frozenset(found)
 
 
 @cache
 def changed_files() -> frozenset[str]:
-    """Paths that differ from the base, including uncommitted changes."""
-    base = os.environ.get("CHIASM_BASE") or git("merge-base", "HEAD", "origin/HEAD")
-    if not base or base == git("rev-parse", "HEAD"):
-        base = "HEAD~1"
-    return frozenset(
-        git("diff", "--name-only", base).split() + git("ls-files", "--others", "--exclude-standard").split()
-    )
+    """Paths that differ from the base, including uncommitted changes; all if git cannot tell."""
+    known = known_changes()
+    return all_files() if known is None else known
+
+
+def imported(tree: ast.AST) -> set[str]:
+    """The modules that a file names in its imports."""
+    modules = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            modules |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            modules.add(node.module)
+    return modules
 
 
 @cache
 def has_changed(test: Path) -> bool:
-    """Whether a file of tests, a file of chiasm that it imports, or a file that its docstring names (or whose
-    folder it names) has changed."""
+    """Whether a file of tests, a file of chiasm or of the tests' folder that it imports, that folder's
+    conftest.py, or a file that its docstring names (or whose folder it names) has changed. An import of a
+    package is one of all files in it."""
     changed = changed_files()
     if str(test.relative_to(ROOT)) in changed:
         return True
@@ -53,11 +108,11 @@ def has_changed(test: Path) -> bool:
     for file in map(Path, changed):
         if str(file) in named or (len(file.parts) > 2 and str(file.parent) in named):
             return True
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("chiasm"):
-            module = "python/" + str(node.module).replace(".", "/")
-            if any(file.startswith((f"{module}.py", f"{module}/")) for file in changed):
-                return True
+    for module in {*imported(tree), "conftest"}:
+        folder = ROOT / "python" if module.partition(".")[0] == "chiasm" else test.parent
+        path = str((folder / module.replace(".", "/")).relative_to(ROOT))
+        if any(file.startswith((f"{path}.py", f"{path}/")) for file in changed):
+            return True
     return False
 
 
@@ -71,11 +126,20 @@ def _text_of(file: Path) -> bytes:
     return file.read_bytes()
 
 
+@cache
+def turn() -> int:
+    """The number of commits so far: each commit draws other tests, and ``of`` of them in a row draw all."""
+    try:
+        return int(git("rev-list", "--count", "HEAD"))
+    except GitError:
+        return 0
+
+
 def is_drawn(name: str, file: Path, of: int) -> bool:
-    """Whether `name` is chosen, as one of ``of`` names. The choice is the same as long as the content of
-    `file` is."""
+    """Whether `name` is chosen, as one of ``of`` names. The content of `file` and the number of commits
+    decide."""
     digest = hashlib.sha256(name.encode() + _text_of(file)).digest()
-    return digest[0] % of == 0
+    return (int.from_bytes(digest[:8], "big") + turn()) % of == 0
 
 
 def leave_out(
@@ -93,7 +157,7 @@ def leave_out(
 
 if __name__ == "__main__":
     # Prints the files named on standard input that have changed, and one of so many of the others.
-    for line in sys.stdin.read().split():
+    for line in sys.stdin.read().splitlines():
         if (
             os.environ.get("CHIASM_ALL_TESTS")
             or line in changed_files()

@@ -3,7 +3,7 @@
     python tests/stages.py     the targets, in the order in which they are run
 
 Skipped targets are listed, with their sources, on standard error. `make test-all` skips none, and each can be
-run by its name. tests/changes.py finds changed sources.
+run by its name. tests/changes.py finds changed sources; where it cannot, none is skipped.
 """
 
 from __future__ import annotations
@@ -17,11 +17,20 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tests import changes  # noqa: E402
-from tests.changes import changed_files, is_drawn  # noqa: E402
+from tests.changes import changed_files, is_drawn, known_changes  # noqa: E402
 
 if TYPE_CHECKING:
     import pytest
 
+#: Every target depends on these.
+ALWAYS = (
+    "Makefile",
+    "requirements.txt",
+    "tests/changes.py",
+    "tests/stages.py",
+    "tools/environment.sh",
+    "tools/setup.sh",
+)
 RUNTIME = (
     "CMakeLists.txt",
     "CMakePresets.json",
@@ -36,6 +45,14 @@ FAMILIES = (
 )
 #: The sources of native code; readers, servers and wheels do not depend on its content.
 ARTIFACTS = ("runtime/artifact/", "python/chiasm/primitives/kernels/", "python/chiasm/export/formats/")
+#: What commands that read bundles import.
+READERS = (
+    *(f"python/chiasm/export/{name}.py" for name in ("command", "ending", "errors", "files", "manifest")),
+    "python/chiasm/export/text.py",
+    "python/chiasm/extras.py",
+    "python/chiasm/packs.py",
+    "python/chiasm/writing.py",
+)
 #: What is exported, and the exporter.
 OPS = (
     *(f"python/chiasm/{family}/" for family in FAMILIES),
@@ -71,10 +88,22 @@ SOURCES: dict[str, tuple[str, ...]] = {
         "tools/browser",
         "tools/site/live",
     ),
-    "test-serving": (*RUNTIME, "python/chiasm/triton/", "tests/serving/", "tools/triton"),
+    "test-serving": (
+        *RUNTIME,
+        *READERS,
+        "python/chiasm/export/signing.py",
+        "python/chiasm/triton/",
+        "tests/serving/",
+        "tools/triton",
+    ),
     "test-data": (
         *RUNTIME,
         "python/chiasm/data/",
+        *READERS,
+        "python/chiasm/export/console.py",
+        "python/chiasm/export/constants.py",
+        "python/chiasm/export/images.py",
+        "python/chiasm/export/sizes.py",
         "python/chiasm/runtime/",
         "tests/data/",
         "tools/data",
@@ -93,8 +122,8 @@ SOURCES: dict[str, tuple[str, ...]] = {
         *RUNTIME,
         "packaging/",
         "pyproject.toml",
-        "python/chiasm/__init__.py",
-        "python/chiasm/extras.py",
+        *(f"python/chiasm/{name}.py" for name in ("__init__", "__main__", "doctor", "extras", "packs")),
+        "python/chiasm/export/pack.py",
         "tests/consumer/",
         "tools/wheels",
     ),
@@ -122,13 +151,17 @@ def runs(test: pytest.Item) -> bool:
     changed, or the file is drawn."""
     file = test.path
     return (
-        has_changed((*RUNTIME, *ARTIFACTS)) or changes.has_changed(file) or is_drawn(file.name, file, DRAWN)
+        has_changed(("requirements.txt", *RUNTIME, *ARTIFACTS))
+        or changes.has_changed(file)
+        or is_drawn(file.name, file, DRAWN)
     )
 
 
 def main() -> None:
+    if known_changes() is None:
+        print("git does not know the base: every file counts as changed", file=sys.stderr)
     for target, sources in SOURCES.items():
-        if not sources or os.environ.get("CHIASM_ALL_TESTS") or has_changed(sources):
+        if not sources or os.environ.get("CHIASM_ALL_TESTS") or has_changed((*ALWAYS, *sources)):
             print(target)
         else:
             print(f"left out: {target}, since none of {', '.join(sources)} has changed", file=sys.stderr)

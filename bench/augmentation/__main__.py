@@ -65,14 +65,15 @@ def main() -> int:
         "versions": versions(),
         "batches": BATCHES,
         "side": LOOK,
+        "errors": {},
         "times": {},
         "steps": {},
     }
     for threads in sorted({1, cores()}):
         with started(CONTENDERS, IMAGES, threads, STEPS) as processes:
-            found["errors"] = {p.contender.name: p.error for p in processes if p.error}
-            if threads == cores():
-                check(processes)
+            on = f"on {threads} thread{'s' * (threads != 1)}"
+            found["errors"] |= {f"{p.contender.name} {on}": p.error for p in processes if p.error}
+            check(processes)
             found["times"][str(threads)] = medians(processes, options.seconds)
             RECORD.write_text(json.dumps(found, indent=1))
     for step in track(STEPS, description="single steps"):

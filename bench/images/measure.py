@@ -24,7 +24,7 @@ import chiasm.runtime
 
 from ..machine import bundle_path
 from ..opencv import opencv
-from ..wheel import PAUSE, copy_of, interleaved, onnx_call, onnx_options
+from ..wheel import copy_of, interleaved, onnx_call, onnx_options
 from . import kornia_peers
 from .chiasm_ops import Native, measured, native
 from .data import SIZES
@@ -39,7 +39,7 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
 
     def race(made: Native, contenders: dict[str, Callable]) -> dict[str, float]:
         contenders = contenders | {"copy": copy_of([*made.inputs.values(), *made.outputs])}
-        times = interleaved(list(contenders.values()), seconds, PAUSE if threads > 1 else 0.0)
+        times = interleaved(list(contenders.values()), seconds, threads=threads)
         return dict(zip(contenders, times, strict=True))
 
     for op in measured(names):

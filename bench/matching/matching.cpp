@@ -138,8 +138,9 @@ int main(int argc, char** argv) try {
     std::cerr << "usage: bench_matching PIPELINE DETECTOR THREADS TURNS IMAGE1 IMAGE2 [IMAGE1 IMAGE2 ...]\n";
     return 2;
   }
-  chiasm::set_num_threads(std::stoi(argv[3]));
-  cv::setNumThreads(std::stoi(argv[3]));
+  const int threads = std::stoi(argv[3]);
+  chiasm::set_num_threads(threads);
+  cv::setNumThreads(threads);
   Chiasm ours(argv[1], argv[2]);
   OpenCv theirs;
   for (int i = 5; i < argc; i += 2) {
@@ -149,9 +150,11 @@ int main(int argc, char** argv) try {
       throw std::runtime_error(std::string("cannot read ") + argv[i] + " or " + argv[i + 1]);
     std::vector<double> our_times, their_times;
     for (int turn = 0; turn < std::stoi(argv[4]); ++turn) {
+      bench::rest(threads);
       auto start = bench::Clock::now();
       ours.match(first, second);
       our_times.push_back(bench::microseconds_since(start));
+      bench::rest(threads);
       start = bench::Clock::now();
       theirs.match(first, second);
       their_times.push_back(bench::microseconds_since(start));

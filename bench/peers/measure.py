@@ -9,7 +9,6 @@ chiasm's native backend, the peer and a copy of as many bytes take turns.
 
 from __future__ import annotations
 
-import ctypes
 import json
 import sys
 import warnings
@@ -26,8 +25,8 @@ from chiasm.export.peer import Work, compared, work
 from chiasm.export.spec import Spec, TensorSpec
 
 from ..images.data import photograph
-from ..machine import bundle_path
-from ..wheel import PAUSE, copy_of, interleaved, room
+from ..machine import LIBC, bundle_path, keep_memory
+from ..wheel import copy_of, interleaved, room
 
 #: (batch, height, width), of three channels
 IMAGES = ((8, 256, 256), (1, 1080, 1920))
@@ -39,9 +38,6 @@ OBJECTS = 100
 #: dimensions of a descriptor
 BATCH, SAMPLES, POINTS, DIMENSIONS = 1000, 8, 1000, 128
 WORDS = "uint16"
-
-
-LIBC = ctypes.CDLL(None)
 
 
 class Mismatch(Exception):
@@ -101,14 +97,6 @@ def sizes(spec: Spec) -> list[dict[str, int]]:
     return [example_inputs.fit(spec, sizes | own) for sizes in made]
 
 
-def keep_memory() -> None:
-    """Make malloc reuse freed memory. Otherwise each large result of a peer, which gets no buffer, is in new
-    memory from the system, and the first use of its pages takes longer than many ops."""
-    mmap_threshold, trim_threshold = -3, -1
-    for parameter in (mmap_threshold, trim_threshold):
-        LIBC.mallopt(parameter, 1 << 30)
-
-
 def measured(entry: Entry, size: dict[str, int], variant: str | None, threads: int, seconds: float) -> dict:
     spec = entry.spec
     method = native_method(spec.name, variant)
@@ -123,7 +111,7 @@ def measured(entry: Entry, size: dict[str, int], variant: str | None, threads: i
         "peer": theirs.run,
         "copy": copy_of([*given, *outputs]),
     }
-    times = interleaved(list(contenders.values()), seconds, PAUSE if threads > 1 else 0.0)
+    times = interleaved(list(contenders.values()), seconds, threads=threads)
     shape = "x".join(str(size[s]) for s in ("B", "H", "W", "N") if s in size)
     return {
         "size": shape,

@@ -13,7 +13,8 @@ case $(echo "$work"/dist/*.whl) in *-manylinux_*_aarch64.whl) ;; *) echo "expect
 .venv/bin/python -m zipfile -e "$work"/dist/*.whl "$work/site"
 # Check that loaded files are for that CPU: a file for this machine would be skipped silently, with its
 # backend.
-find "$work/site" -name '*.so*' -exec sh -c 'readelf -h "$1" | grep -q "Machine: *AArch64" || { echo "$1 is not for aarch64" && exit 1; }' _ {} \;
+others=$(find "$work/site" -name '*.so*' ! -exec sh -c 'readelf -h "$1" | grep -q "Machine: *AArch64"' _ {} \; -print)
+[ -z "$others" ] || { echo "not for aarch64: $others" && exit 1; }
 
 export() { PYTHONPATH=python .venv/bin/python -m chiasm export "$@" --isa x86-64-v3 --isa armv8.2-a --method forward -o "$work/bundles"; }
 export filters.sobel color.rgb_to_hsv.frames -f native -f onnx

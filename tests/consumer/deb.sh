@@ -21,7 +21,7 @@ if command -v lintian >/dev/null; then
     pkg-config-unavailable-for-cross-compilation,sharedobject-in-library-directory-missing-soname,maintscript-calls-ldconfig \
     "${packages[@]}"
 else
-  echo "lintian is not installed: left out"
+  echo "test-install: lintian left out, which is not installed" | tee -a "${CHIASM_LEFT_OUT:-/dev/null}"
 fi
 "$here/run_paths.sh" "$tree" "$work/root"
 

@@ -6,9 +6,9 @@
 The whole catalog takes hours (`make test-all`). A run compiles the ops that its tests name, those whose
 source has changed, and one more of each family. Of the rest it exports those that have changed, and every
 thirtieth other one. A gradient takes most of an export's time: only ops that have changed, those whose
-gradient a test takes, and every sixteenth of the others have it. The contents of the sources decide which
-ones these are, so that the same sources have the same tests. tests/changes.py says what the sources are
-compared with.
+gradient a test takes, and every sixteenth of the others have it. The contents of the sources and the number
+of commits decide which ones these are, so that each commit takes other ones. tests/changes.py says what the
+sources are compared with.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from chiasm.export.workers import Wanted, export_all
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from tests.changes import changed_files, source_of  # noqa: E402
+from tests.changes import changed_files, source_of, turn  # noqa: E402
 
 PER_FAMILY = 1
 CHANGED = "has changed"
@@ -110,8 +110,9 @@ def chosen() -> tuple[dict[str, str], list[str]]:
     for _, family in groupby(entries, key=lambda n: n.partition(".")[0]):
         others = [n for n in family if n not in named]  # named ops are the same in every run
         due = PER_FAMILY - sum(n in result for n in others)
-        for name in sorted((n for n in others if n not in result and n not in slow), key=lot)[: max(0, due)]:
-            result[name] = "one of its family"
+        rest = sorted((n for n in others if n not in result and n not in slow), key=lot)
+        for place in range(min(due, len(rest))):
+            result[rest[(turn() + place) % len(rest)]] = "one of its family"
     others = sorted((n for n in differing if n not in result), key=lot)
     if len(touched) > MOST_COMPILED or len(others) > MOST_EXPORTED:
         Console(stderr=True).print(
@@ -120,7 +121,7 @@ def chosen() -> tuple[dict[str, str], list[str]]:
             style="yellow",
         )
     same = sorted((n for n in entries if n not in result and n not in differing), key=lot)
-    return result, others[:MOST_EXPORTED] + same[::EXPORTED]
+    return result, others[:MOST_EXPORTED] + same[turn() % EXPORTED :: EXPORTED]
 
 
 def main(arguments: list[str]) -> None:

@@ -81,6 +81,11 @@ worker.addEventListener("message", ({ data: answer }) => {
   if (stale) compute();
 });
 
+// The worker's script, or what it imports, did not load or failed. It answers no more.
+worker.addEventListener("error", ({ message }) => {
+  element("status").textContent = `The ops do not run here: ${message || "ONNX Runtime could not be loaded"}`;
+});
+
 async function open(file) {
   stopCamera();
   try {
