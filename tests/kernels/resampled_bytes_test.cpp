@@ -366,8 +366,9 @@ TEST_F(Bytes, WhatIsNoNumberReadsNothing) {
 // Matrices in multiples of 1/1024, so that every CPU has the same positions.
 TEST_F(Bytes, WarpedPixelsMatchTheDefinition) {
   const std::vector<double> affine = {717. / 1024, -300. / 1024, 3, 90. / 1024, 1.25, -5, 0, 0, 1},
-                            perspective = {1.5, 0.25, -3, -0.125, 1.5, 2, 0.0625, 0.03125, 1};
-  for (const auto& m : {affine, perspective})
+                            perspective = {1.5, 0.25, -3, -0.125, 1.5, 2, 0.0625, 0.03125, 1},
+                            moved = {1, 0, -3, 0, 1, 5, 0, 0, 1}, away = {1, 0, 9e4, 0, 1, -9e4, 0, 0, 1};
+  for (const auto& m : {affine, perspective, moved, away})
     for (const Size& size : kSizes)
       for (const int channels : {1, 2, 3, 4})
         for (const Interpolation mode : kModes)

@@ -172,8 +172,9 @@ TYPED_TEST(Words, RemappedPixelsMatchTheDefinition) {
 TYPED_TEST(Words, WarpedPixelsMatchTheDefinitionAndAreNearOpenCvs) {
   using S = TypeParam;
   const std::vector<double> affine = {717. / 1024, -300. / 1024, 3, 90. / 1024, 1.25, -5, 0, 0, 1},
-                            perspective = {1.5, 0.25, -3, -0.125, 1.5, 2, 0.0625, 0.03125, 1};
-  for (const auto& m : {affine, perspective})
+                            perspective = {1.5, 0.25, -3, -0.125, 1.5, 2, 0.0625, 0.03125, 1},
+                            moved = {1, 0, -3, 0, 1, 5, 0, 0, 1};
+  for (const auto& m : {affine, perspective, moved})
     for (const Size& size : kSizes)
       for (const int channels : {1, 2, 3, 4, 5})
         for (const Interpolation mode : kModes) {
@@ -187,11 +188,12 @@ TYPED_TEST(Words, WarpedPixelsMatchTheDefinitionAndAreNearOpenCvs) {
               y.at<double>(v, u) = (m[3] * u + (m[4] * v + m[5])) / depth;
             }
           const auto* const pixels = reinterpret_cast<const S*>(image.data);
-          const S none = 0;
+          const Padding padding = m == moved ? Padding::kZeros : Padding::kBorder;
+          const S none = 7;
           warp_words(pixels, 1, size.height, size.width * channels, m.data(), 1, out.rows, out.cols, channels,
-                     mode, Padding::kBorder, true, &none, 1, reinterpret_cast<S*>(out.data));
+                     mode, padding, true, &none, 1, reinterpret_cast<S*>(out.data));
           remap_words(pixels, 1, size.height, size.width * channels, x.ptr<double>(), 1, out.rows, out.cols,
-                      y.ptr<double>(), channels, mode, Padding::kBorder, true, &none, 1,
+                      y.ptr<double>(), channels, mode, padding, true, &none, 1,
                       reinterpret_cast<S*>(again.data));
           EXPECT_EQ(cv::norm(out, again, cv::NORM_INF), 0) << image.size() << " x " << channels;
           if (mode == Interpolation::kNearest) continue;
@@ -199,7 +201,9 @@ TYPED_TEST(Words, WarpedPixelsMatchTheDefinitionAndAreNearOpenCvs) {
           cv::Mat expected, x32, y32;
           x.convertTo(x32, CV_32F);
           y.convertTo(y32, CV_32F);
-          cv::remap(image, expected, x32, y32, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+          cv::remap(image, expected, x32, y32, cv::INTER_LINEAR,
+                    padding == Padding::kZeros ? cv::BORDER_CONSTANT : cv::BORDER_REPLICATE,
+                    cv::Scalar::all(none));
           EXPECT_LE(cv::norm(out, expected, cv::NORM_INF), 2 * 65536 / 64) << image.size();
         }
 }

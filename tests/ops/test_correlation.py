@@ -23,6 +23,7 @@ from chiasm.filters import (
 )
 from chiasm.primitives.core.target import exporting
 from chiasm.primitives.filters.correlation import box_sums, sum_shifts
+from chiasm.primitives.filters.derivatives import gradient
 
 X = torch.zeros(2, 3, 8, 9)
 V = torch.zeros(2, 3, 4, 5, 6)
@@ -153,6 +154,33 @@ def test_target_forms_in_every_border(border: str, target: str) -> None:
     with exporting(target):
         for actual, e in zip(results(), expected, strict=True):
             torch.testing.assert_close(actual, e, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("border", ["replicate", "constant"])
+@pytest.mark.parametrize("width", range(1, 15))
+def test_native_forms_of_narrow_images(width: int, border: str) -> None:
+    x = photo(1, 2, 4, width, torch.float64)
+    kernel = random(7, 7)
+    mode = {"replicate": "edge", "constant": "constant"}[border]
+    edged = np.pad(x.numpy(), ((0, 0), (0, 0), (3, 3), (3, 3)), mode)
+    windows = np.lib.stride_tricks.sliding_window_view(edged, (7, 7), (2, 3))
+    with exporting("native"):
+        sums = box_sums(x, 7, 7, border)
+        np.testing.assert_allclose(sums, windows.sum((4, 5)), rtol=1e-12, atol=1e-12)
+        actual = filter2d(x, kernel, border)
+        expected = np.einsum("bchwij,ij->bchw", windows, kernel.numpy())
+        np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("width", range(1, 5))
+def test_native_derivatives_of_narrow_images(width: int) -> None:
+    x = photo(1, 1, 4, width, torch.float64)
+    edged = np.pad(x.numpy(), ((0, 0), (0, 0), (1, 1), (1, 1)), "edge")
+    across = (edged[..., 1:-1, 2:] - edged[..., 1:-1, :-2]) / 2
+    down = (edged[..., 2:, 1:-1] - edged[..., :-2, 1:-1]) / 2
+    with exporting("native"):
+        actual = gradient(x, (1, 1), (1, 1), "replicate", "diff", True)
+    np.testing.assert_allclose(actual, np.stack([across, down], 2), atol=1e-15)
 
 
 @pytest.mark.parametrize("count", range(1, 18))

@@ -282,6 +282,18 @@ def test_normalized_points() -> None:
         )
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.float32])
+def test_gradient_of_normalized_points_with_one_at_the_centroid(dtype: torch.dtype) -> None:
+    cross = torch.tensor([[[0.0, 0.0], [2.0, 0.0], [-2.0, 0.0], [0.0, 1.0], [0.0, -1.0]]])
+    gradients = []
+    for of in (dtype, torch.float64):
+        points = cross.to(of, copy=True).requires_grad_()
+        epipolar.normalize_points(points)[0][0, :3].square().sum().backward()
+        gradients.append(points.grad.double())
+    tolerance = 1e-2 if dtype == torch.float16 else 1e-6
+    torch.testing.assert_close(*gradients, rtol=tolerance, atol=tolerance)
+
+
 def test_normalize_transformation() -> None:
     m = torch.tensor([[[2.0, 4.0], [6.0, 2.0]], [[2.0, 4.0], [6.0, 0.0]]])
     assert epipolar.normalize_transformation(m).tolist() == [

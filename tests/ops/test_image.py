@@ -1,6 +1,7 @@
 """Conversions and grids against NumPy and OpenCV, drawing against OpenCV."""
 
 from typing import Callable
+from unittest.mock import patch
 
 import cv2
 import numpy as np
@@ -10,6 +11,7 @@ from photos import frame, photo
 from torch.utils._python_dispatch import TorchDispatchMode
 
 from chiasm import image
+from chiasm.primitives.core.lowering import PRIMITIVES
 
 # --- conversions and grids ----------------------------------------------------------------------------------
 
@@ -43,6 +45,14 @@ def test_camera_frame() -> None:
     x = image.frames_to_tensor(frame(48, 64))
     assert x.shape == (1, 3, 48, 64) and x.dtype == torch.float32
     np.testing.assert_array_equal(image.tensor_to_frames(x)[0], frame(48, 64))
+
+
+def test_kernels_of_frames_take_bytes_in_rows_of_two_pixels() -> None:
+    with patch.object(torch.compiler, "is_exporting", lambda: True):
+        for name in ("frame_to_grey", "resize_frame"):
+            takes = PRIMITIVES[f"chiasm.primitives.images.frames.{name}"].lowerings[0].when
+            assert takes(torch.zeros(4, 2, 3, dtype=torch.uint8))
+            assert not takes(torch.zeros(4, 2, 3)) and not takes(torch.zeros(4, 1, 3, dtype=torch.uint8))
 
 
 @pytest.mark.parametrize(
@@ -162,6 +172,19 @@ def test_rectangles_equal_opencv(channels: int, fill: bool, width: int) -> None:
             mask = canvas[50 : 50 + SIZE[0], 50 : 50 + SIZE[1]] > 0
             expected = np.where(mask, colors[b, n][:, None, None], expected)
         np.testing.assert_array_equal(actual[b], expected)
+
+
+def test_rectangles_on_16_bits() -> None:
+    x = np.random.default_rng(5).integers(0, 65536, (1, 2, *SIZE)).astype(np.uint16)
+    colors = np.array([[[60000, 1], [3, 65535]]], dtype=np.uint16)
+    corners = np.array([[[3, 4, 20, 30], [10, 2, 50, 12]]])
+    actual = image.draw_rectangle(
+        torch.from_numpy(x), torch.from_numpy(corners), torch.from_numpy(colors), fill=True
+    )
+    expected = x.copy()
+    expected[0, :, 4:31, 3:21] = colors[0, 0][:, None, None]
+    expected[0, :, 2:13, 10:51] = colors[0, 1][:, None, None]
+    np.testing.assert_array_equal(actual, expected[..., : SIZE[0], : SIZE[1]])
 
 
 def test_rectangles_of_even_width() -> None:

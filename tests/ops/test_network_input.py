@@ -95,6 +95,24 @@ def test_area_is_opencvs(height: int, width: int) -> None:
     assert_near(levels(letterbox(batch, size, fit="stretch", **options)), stretched)
 
 
+@pytest.mark.parametrize("interpolation", ["bilinear", "bicubic", "lanczos", "area"])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_white_of_16_bits_stays_white(height: int, width: int, interpolation: str) -> None:
+    frame = torch.full((1, height, width, 3), 65535, dtype=torch.uint16)
+    for antialias in {"area": [False], "bilinear": [False, True]}.get(interpolation, [True]):
+        image = letterbox(frame, (64, 96), fit="stretch", interpolation=interpolation, antialias=antialias)[0]
+        torch.testing.assert_close(image, torch.ones(1, 3, 64, 96), rtol=0.0, atol=1e-7)
+
+
+def test_area_of_16_bits_is_the_rounded_mean() -> None:
+    frame = noise(96, 320, np.uint16)
+    means = frame.reshape(32, 3, 64, 5, 3).astype(np.int64).sum((1, 3))
+    expected = (2 * means + 15) // 30 / np.float32(65535)
+    batch = torch.from_numpy(frame)[None]
+    actual = letterbox(batch, (32, 64), fit="stretch", color="rgb", interpolation="area")[0]
+    np.testing.assert_allclose(actual[0].permute(1, 2, 0), expected, rtol=1e-6)
+
+
 @pytest.mark.parametrize(("height", "width"), SIZES)
 def test_stretch_is_a_resize(height: int, width: int) -> None:
     frame = noise(height, width)

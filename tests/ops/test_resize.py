@@ -30,6 +30,25 @@ def test_antialias_equals_torch(size: tuple[int, int], interpolation: str) -> No
     torch.testing.assert_close(resize(x, size, interpolation, antialias=True), expected, rtol=0, atol=1e-11)
 
 
+@pytest.mark.parametrize("source", [100, 7, 2])
+@pytest.mark.parametrize("interpolation", ["bilinear", "bicubic"])
+def test_antialias_with_corners_equals_torch(source: int, interpolation: str) -> None:
+    generator = torch.Generator().manual_seed(source)
+    x = torch.rand(1, 2, source, source, generator=generator, dtype=torch.float64)
+    for size in ((3, 3), (2, 5), (7, 4), (9, 20)):
+        expected = F.interpolate(x, size, mode=interpolation, align_corners=True, antialias=True)
+        actual = resize(x, size, interpolation=interpolation, align_corners=True, antialias=True)
+        torch.testing.assert_close(actual, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_antialias_with_corners_makes_one_pixel_a_mean() -> None:
+    x = torch.rand(1, 1, 1, 9, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
+    weights = 1 - np.abs(np.arange(9) + 0.5 - 4.0) / 8.0  # a triangle of the width of the image
+    expected = (x.numpy() * weights).sum() / weights.sum()
+    actual = resize(x, (1, 1), interpolation="bilinear", align_corners=True, antialias=True)
+    np.testing.assert_allclose(actual.flatten(), [expected], rtol=1e-12)
+
+
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize(
     ("interpolation", "flag"), [("bilinear", cv2.INTER_LINEAR), ("bicubic", cv2.INTER_CUBIC)]

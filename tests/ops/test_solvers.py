@@ -1,6 +1,7 @@
 """geometry.solvers against NumPy's roots, polynomials, determinants and least squares."""
 
 from typing import Callable
+from unittest.mock import patch
 
 import mpmath
 import numpy as np
@@ -18,6 +19,8 @@ from chiasm.geometry.solvers import (
     solve_quadratic,
     solve_quartic,
 )
+from chiasm.primitives.core.lowering import PRIMITIVES
+from chiasm.primitives.linalg.polynomials import real_roots
 
 SOLVERS = {2: solve_quadratic, 3: solve_cubic, 4: solve_quartic}
 
@@ -39,6 +42,21 @@ def with_roots(degree: int, real: int, count: int, scale: float) -> tuple[Tensor
     return torch.from_numpy(np.array(coeffs)), np.concatenate(
         [-np.sort(-roots, 1), np.zeros((count, degree - real))], 1
     )
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_real_roots_of_either_precision(dtype: torch.dtype) -> None:
+    roots = np.array([[-40.0, -3.0, 0.5, 2.0], [-1.0, 0.0, 1.0, 1000.0]])
+    coeffs = np.stack([np.poly(r)[::-1] for r in roots])  # whole numbers and halves, exact in float32
+    u, exists = real_roots(torch.tensor(coeffs, dtype=dtype))
+    assert u.dtype == torch.float64 and exists.all()
+    np.testing.assert_allclose(u / (1 - u.abs()), roots, rtol=1e-8, atol=1e-8)
+
+
+def test_a_kernel_finds_roots_in_float64_only() -> None:
+    lowering = PRIMITIVES["chiasm.primitives.linalg.polynomials._found"].lowerings[0]
+    with patch.object(torch.compiler, "is_exporting", lambda: True):
+        assert lowering.when(torch.ones(3, 2).double(), 48) and not lowering.when(torch.ones(3, 2), 48)
 
 
 @pytest.mark.parametrize("scale", [1e-2, 1.0, 1e3])

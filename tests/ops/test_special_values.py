@@ -2,6 +2,7 @@
 
 import math
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from chiasm.primitives.numbers.ranking import stable_topk
 from chiasm.primitives.numbers.reductions import greatest, least
 from chiasm.primitives.numbers.rounding import to_index
 from chiasm.primitives.resampling.taps import bilinear_taps, cubic_taps, nearest_taps
+from chiasm.primitives.resampling.volumes import resample_volume
 
 SPECIAL = [math.nan, math.inf, -math.inf, 3e9, -3e9, 1e38, -1e38, torch.finfo(torch.float32).max, 0.0, 1e-40]
 MODES = ["bilinear", "nearest", "bicubic"]
@@ -187,7 +189,7 @@ def test_points_that_are_nan_are_drawn_nowhere():
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 def test_angles_in_onnx_are_those_of_atan2(dtype):
-    values = [0.0, 1.0, -1.0, 0.3, -2.5, 1e-30, 1e30, -1e30, math.inf, -math.inf, math.nan]
+    values = [0.0, -0.0, 1.0, -1.0, 0.3, -2.5, 1e-30, 1e30, -1e30, math.inf, -math.inf, math.nan]
     y, x = (
         t.flatten()
         for t in torch.meshgrid(
@@ -196,7 +198,33 @@ def test_angles_in_onnx_are_those_of_atan2(dtype):
     )
     with exporting("onnx"):
         angle = angle_of(y, x)
-    torch.testing.assert_close(angle, torch.atan2(y, x), equal_nan=True)
+    torch.testing.assert_close(angle, torch.atan2(y + 0.0, x + 0.0), equal_nan=True)  # -0 + 0 is 0
+
+
+FAR = 50000.0
+
+
+@pytest.mark.parametrize(
+    "taps", [bilinear_taps, nearest_taps, partial(cubic_taps, padding_mode="border", align_corners=True)]
+)
+def test_pixels_of_large_images_have_their_numbers(taps):
+    x, y = torch.full((1, 1, 1), FAR - 3.0).double(), torch.full((1, 1, 1), FAR - 4.0).double()
+    index, weight = taps(x, y, 50000, 50000)
+    read = [int(i) for i, w in zip(index, weight, strict=True) if float(w) != 0]
+    assert read == [49996 * 50000 + 49997]
+
+
+def test_pixels_of_small_images_have_numbers_of_32_bits():
+    x = torch.zeros(1, 1, 1)
+    assert {i.dtype for i in bilinear_taps(x, x, 40000, 50000)[0]} == {torch.int32}
+
+
+@pytest.mark.parametrize("mode", ["bilinear", "nearest"])
+def test_voxels_of_large_volumes_are_read(mode):
+    volume = torch.full((1,), 7.0).expand(1, 1, 1300, 1300, 1300)  # without memory
+    place = torch.full((1, 1, 1, 1), 1298.25)
+    read = resample_volume(volume, place, place, place, mode, "zeros", True)
+    assert read.tolist() == [[[[[7.0]]]]]
 
 
 def test_extremes_and_ranks_in_onnx_keep_nan():

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from chiasm.enhance import MeanStdDev, mean_std_dev, min_max_loc
+from chiasm.primitives.numbers.reductions import extreme_indices
 
 
 def noise(dtype: str, channels: int = 3, size: tuple[int, int] = (37, 53)) -> np.ndarray:
@@ -86,3 +87,11 @@ def test_images_without_pixels() -> None:
             op(torch.zeros(1, 3, 0, 4))
         with pytest.raises(TypeError, match="image"):
             op(torch.zeros(1, 3, 2, 2, dtype=torch.int64))
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.uint16])
+def test_where_extremes_of_integers_are(dtype: type) -> None:
+    x = np.random.default_rng(6).integers(0, 40, (2, 3, 8, 9)).astype(dtype)
+    x[0, 0, 3, 4] = np.iinfo(dtype).max
+    expected = np.stack([x.reshape(2, 3, -1).argmin(2), x.reshape(2, 3, -1).argmax(2)], 2)
+    np.testing.assert_array_equal(extreme_indices(torch.from_numpy(x)), expected)

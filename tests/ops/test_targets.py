@@ -274,11 +274,12 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 3, 1, 8, 8), numbers(t, 8, 8), numbers(t, 4, 8), 6)
     ],
     "direct_linear.normal_matrix": lambda t: [
-        (numbers(torch.float64, 2, 30, 9), numbers(torch.float64, b, 30)) for b in (1, 2)
+        (numbers(torch.float64, a, 30, 9), numbers(torch.float64, b, 30)) for a, b in ((2, 1), (2, 2), (1, 3))
     ],
     "direct_linear.projective_equations": lambda t: [
-        (numbers(torch.float64, 2, 30, k), numbers(torch.float64, 2, 30, 2), numbers(torch.float64, 2, 30))
+        (numbers(torch.float64, a, 30, k), numbers(torch.float64, b, 30, 2), numbers(torch.float64, c, 30))
         for k in (3, 4)
+        for a, b, c in ((2, 2, 2), (1, 1, 3), (1, 3, 3), (3, 1, 1))
     ],
     "distances.euclidean_distances": lambda t: [(numbers(t, 2, 3, 12, 17) - 0.2,)],
     "distances.grown_distances": lambda t: [
@@ -440,6 +441,22 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
             (torch.channels_last, torch.contiguous_format),
         )
         for swapped in (False, True)
+    ],
+    "subsampled.planar_to_rgb": lambda t: [
+        (luma[:, :1], chroma[:, :1, :5, :4], chroma[:, 1:2, :5, :4], WEIGHTS)
+        for luma, chroma in zip(bytes_and_words()[:2], bytes_and_words()[:2])
+    ],
+    "subsampled.chroma_means": lambda t: [
+        (x[..., :height, :width].contiguous(memory_format=layout), both)
+        for x in bytes_and_words()[:1]
+        for height, width in ((12, 16), (11, 17))
+        for layout in (torch.channels_last, torch.contiguous_format)
+        for both in (True, False)
+    ],
+    "grids.in_grid": lambda t: [
+        (numbers(t, batch, 2, 4, 5), columns, padding)
+        for batch, columns in ((1, 1), (5, 2), (2, 3))
+        for padding in (0, 2)
     ],
     "subsampled.packed_to_rgb": lambda t: [
         (torch.cat([x, x[:, :1]], 1).contiguous(memory_format=layout), WEIGHTS, first)
@@ -660,6 +677,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
             )
             for x in words()
         ]
+        + [(x, integers(40000, x.size(-1)).to(torch.int32), None, None) for x in words()]
     ),
     "pixels.difference": lambda t: [(x, turned(x)) for x in bytes_and_words()],
     "pixels.weighted_sum": lambda t: [
@@ -669,6 +687,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
             (torch.tensor([0.3]), torch.tensor(0.9), torch.tensor([-4.5])),
             tuple(numbers(torch.float32, 3, 2, 1, 1, 1) * 3.0 - 1.0),
             (torch.tensor([1.0]), numbers(torch.float32, *x.shape), torch.tensor([0.0])),
+            (torch.tensor([1.0]), numbers(torch.float32, x.size(-1)), torch.tensor([0.0])),
         )
     ],
     "resizing.resampled_bytes": lambda t: [

@@ -42,7 +42,7 @@ def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: flo
         of_levels = bincount(level_rows(image), 256)
         index = _bins(torch.arange(256, device=image.device).to(torch.float64), scale, min, n_bins)
         zeros = torch.zeros([of_levels.size(0), n_bins + 1], dtype=torch.int32, device=image.device)
-        counts = zeros.scatter_add(1, index.expand(of_levels.size(0), 256), of_levels)[:, :n_bins]
+        counts = zeros.scatter_add(1, index.to(torch.int64).expand(of_levels.size(0), 256), of_levels)[:, :n_bins]
     else:
         values = image.flatten(2).flatten(0, 1).to(torch.float64)
         counts = bincount(_bins(values, scale, min, n_bins), n_bins + 1)[:, :n_bins]
@@ -53,4 +53,5 @@ def _bins(values: Tensor, scale: float, min: float, n_bins: int) -> Tensor:
     """The bin of each value; n_bins for values outside all bins."""
     position = torch.floor(values * scale - min * scale)
     inside = (position >= 0.0) & (position < n_bins)
-    return torch.where(inside, position, torch.full_like(position, n_bins)).to(torch.int64)
+    # Native code converts float32 to integers in vectors, but not float64.
+    return torch.where(inside, position, torch.full_like(position, n_bins)).to(torch.float32).to(torch.int32)

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_leading, check_pixels, check_positive, odd_pair
 from ..primitives.filters.bilateral import bilateral_bytes, bilateral_mean
+from ..primitives.numbers.loss_reduction import narrowed, widened
 from .gaussian import gaussian_kernels
 
 
@@ -126,7 +127,8 @@ def _weighted_mean(
     of_bytes = input.dtype == torch.uint8
     if of_bytes and ky * kx > 4096:
         raise ValueError(f"kernel_size: expected at most 4096 pixels for bytes, got ({ky}, {kx})")
-    like = torch.empty([0], dtype=torch.float64 if of_bytes else input.dtype, device=input.device)
+    wide = widened(input)  # a square of a difference, and its quotient, may exceed half precision
+    like = torch.empty([0], dtype=torch.float64 if of_bytes else wide.dtype, device=input.device)
     kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma_space, input.size(0), like, "sigma_space")
     if isinstance(sigma_color, Tensor):
         color = sigma_color.to(like.dtype).reshape(-1, 1, 1, 1)
@@ -137,7 +139,7 @@ def _weighted_mean(
     squares = color_distance_type == "l2"
     if of_bytes:
         return bilateral_bytes(input, guidance, kernel_y, kernel_x, range_coefficient, squares, border_type)
-    guide = (
-        input if guidance is input else guidance.to(input.dtype)
-    )  # so that both have the same neighbourhoods
-    return bilateral_mean(input, guide, kernel_y, kernel_x, range_coefficient, squares, border_type)
+    # in input's dtype, so that both have the same neighbourhoods
+    guide = wide if guidance is input else guidance.to(wide.dtype)
+    mean = bilateral_mean(wide, guide, kernel_y, kernel_x, range_coefficient, squares, border_type)
+    return narrowed(mean, input)

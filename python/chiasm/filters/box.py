@@ -9,6 +9,7 @@ from ..primitives.core.checks import check_pixels, odd_pair
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.filters.correlation import box_sums
 from ..primitives.filters.fixed_point import box_bytes, laplacian_bytes
+from ..primitives.numbers.loss_reduction import narrowed, widened
 
 
 def box_blur(
@@ -45,7 +46,7 @@ def box_blur(
         if ky * kx > 65536:
             raise ValueError(f"kernel_size: expected at most 65536 pixels on bytes, got ({ky}, {kx})")
         return box_bytes(input, ky, kx, border_type)
-    return box_sums(input, ky, kx, border_type, scale=1.0 / (ky * kx))
+    return narrowed(box_sums(widened(input), ky, kx, border_type, scale=1.0 / (ky * kx)), input)
 
 
 def laplacian(
@@ -92,4 +93,4 @@ def laplacian(
             raise ValueError(f"kernel_size: expected at most 129 pixels on bytes, got ({ky}, {kx})")
         return laplacian_bytes(input, ky, kx, border_type)
     scale = 0.5 / (count - 1) if normalized else 1.0
-    return box_sums(input, ky, kx, border_type, scale, -scale * count)
+    return narrowed(box_sums(widened(input), ky, kx, border_type, scale, -scale * count), input)

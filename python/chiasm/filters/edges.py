@@ -7,6 +7,7 @@ from ..primitives.core.checks import check_pixels
 from ..primitives.core.layout import in_planes
 from ..primitives.filters.derivatives import length_of_differences, lengths_of_bytes
 from ..primitives.filters.padding import stencil
+from ..primitives.numbers.loss_reduction import narrowed, widened
 
 
 def scharr(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
@@ -98,9 +99,10 @@ def _length(input: Tensor, side: int, middle: int, divisor: int, eps: float) -> 
     check_pixels(input, "input")
     if input.dtype == torch.uint8:
         return lengths_of_bytes(input, side, middle, divisor)
-    return length_of_differences(
-        input, (1, 1), (1, 1), "replicate", float(side), float(middle), 1.0 / divisor, eps
+    lengths = length_of_differences(
+        widened(input), (1, 1), (1, 1), "replicate", float(side), float(middle), 1.0 / divisor, eps
     )
+    return narrowed(lengths, input)
 
 
 @stencil

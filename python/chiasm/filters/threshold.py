@@ -22,6 +22,7 @@ from ..primitives.filters.stencil import separable_shared
 from ..primitives.images.histograms import aminmax, bincount, partial_sums, row_histograms
 from ..primitives.images.masks import mask_in_range, masked_pixels
 from ..primitives.images.tables import table_entries
+from ..primitives.numbers.loss_reduction import widened
 from ..primitives.numbers.rounding import to_index
 from .gaussian import gaussian_taps
 
@@ -136,18 +137,19 @@ def adaptive_threshold(
         return _adaptive_threshold_of_bytes(
             input, max_value, adaptive_method, threshold_type, size, c, rounded
         )
+    wide = widened(input)  # float16 holds neither sums nor means of levels
     if adaptive_method == "mean":
         # Sums of levels are exact, and the mean of an odd number of levels is never half-way between two
         # levels.
-        mean = box_sums(input, size, size, "replicate") * (1.0 / (size * size))
+        mean = box_sums(wide, size, size, "replicate") * (1.0 / (size * size))
     else:
         taps = _opencv_taps(size)
-        mean = separable_shared(input, taps, taps, "replicate")
+        mean = separable_shared(wide, taps, taps, "replicate")
     offset = c
     if rounded:
         mean = torch.round(mean)
         offset = float(math.ceil(c)) if threshold_type == "binary" else float(math.floor(c))
-    above = input - mean > -offset
+    above = wide - mean > -offset
     inside = above if threshold_type == "binary" else torch.logical_not(above)
     return inside.to(input.dtype) * max_value
 

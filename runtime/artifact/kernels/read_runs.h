@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <optional>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "places_bytes.h"
@@ -36,6 +39,23 @@ class Outside {
   std::vector<Pixel> values_;
 };
 
+// A run of n pixels from column `left` on, of row `row`, of an image that is moved by whole pixels.
+template <class Pixel>
+void copy_run(const Pixel* image, const Source& s, int64_t row, int64_t left, int64_t n, const Pixel* fill,
+              Pixel* out) {
+  const bool inside = row >= 0 && row < s.height;
+  const int64_t first = inside ? std::clamp<int64_t>(-left, 0, n) : n,
+                last = inside ? std::clamp<int64_t>(s.width - left, first, n) : n;
+  const auto fill_up = [=](int64_t from, int64_t to) {
+    for (int64_t i = from; i < to; ++i) std::copy_n(fill, s.step, out + i * s.step);
+  };
+  fill_up(0, first);
+  if (last > first)
+    std::memcpy(out + first * s.step, image + (row * s.width + left + first) * s.step,
+                sizeof(Pixel) * static_cast<size_t>((last - first) * s.step));
+  fill_up(last, n);
+}
+
 // Reads `each` images at positions(item, row, column, n, x, y), for each item.
 template <class Taps, int kStep, class Pixel, class Positions>
 void read_by(const Pixel* images, int64_t items, int64_t each, const Source& source, int64_t out_height,
@@ -48,6 +68,16 @@ void read_by(const Pixel* images, int64_t items, int64_t each, const Source& sou
                   item = block / blocks_x / blocks_y;
     const int64_t n = std::min(kRun, out_width - left), bottom = std::min(top + kRows, out_height);
     const Pixel* const first = images + item * each * size;
+    const auto run_of = [&](int64_t image, int64_t row) {
+      return out + ((image * out_height + row) * out_width + left) * source.step;
+    };
+    if (const auto moved = positions.whole_shift(item); moved && source.padding == Padding::kZeros) {
+      for (int64_t k = item * each; k < (item + 1) * each; ++k)
+        for (int64_t row = top; row < bottom; ++row)
+          copy_run(images + k * size, source, row + moved->second, left + moved->first, n, outside.of(k),
+                   run_of(k, row));
+      continue;
+    }
     const int64_t ahead = Taps::ahead(source);
     Taps rows[2];
     const auto find = [&](int64_t row) {
@@ -63,8 +93,7 @@ void read_by(const Pixel* images, int64_t items, int64_t each, const Source& sou
         for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(first + rows[(row + 1) % 2].index[i] + ahead);
       }
       for (int64_t k = item * each; k < (item + 1) * each; ++k)
-        rows[row % 2].template read<kStep>(images + k * size, source, n, outside.of(k),
-                                           out + ((k * out_height + row) * out_width + left) * source.step);
+        rows[row % 2].template read<kStep>(images + k * size, source, n, outside.of(k), run_of(k, row));
     }
   }
 }
@@ -93,6 +122,8 @@ struct Given {
   const T *x, *y;
   int64_t height, width;
 
+  std::optional<std::pair<int64_t, int64_t>> whole_shift(int64_t) const { return std::nullopt; }
+
   void operator()(int64_t item, int64_t row, int64_t column, int64_t n, double* to_x, double* to_y) const {
     const int64_t start = (item * height + row) * width + column;
     std::copy_n(x + start, n, to_x);
@@ -103,6 +134,16 @@ struct Given {
 // The positions to which matrices (items, 3, 3) map the pixels of the output.
 struct Mapped {
   const double* matrix;
+
+  // By how many columns and rows a matrix moves pixels, if it only moves them, by whole numbers.
+  std::optional<std::pair<int64_t, int64_t>> whole_shift(int64_t item) const {
+    const double* const m = matrix + 9 * item;
+    const auto is_whole = [](double x) { return std::abs(x) < kFurthest && std::floor(x) == x; };
+    const bool moves = m[0] == 1 && m[1] == 0 && m[3] == 0 && m[4] == 1 && m[6] == 0 && m[7] == 0 &&
+                       m[8] == 1 && is_whole(m[2]) && is_whole(m[5]);
+    if (!moves) return std::nullopt;
+    return std::pair(static_cast<int64_t>(m[2]), static_cast<int64_t>(m[5]));
+  }
 
   // In the same order as the definition, so that positions are equal.
   void operator()(int64_t item, int64_t row, int64_t column, int64_t count, double* x, double* y) const {

@@ -14,7 +14,6 @@ from ...primitives.core.checks import (
     check_pixels,
     check_tensor,
 )
-from ...primitives.core.layout import in_planes
 from ...primitives.core.modules import Module
 from ...primitives.core.window_sizes import positive_pair
 from ...primitives.numbers.rounding import to_index
@@ -23,9 +22,8 @@ from ...primitives.resampling.warping import (
     check_matrices,
     check_sampling,
     check_source,
-    pixel_axes,
     position_dtype,
-    resample_image,
+    resample_affine,
     resample_projective,
     rounded_pixels,
     weigh_image,
@@ -66,13 +64,12 @@ def center_crop(
     check_sampling(mode, padding_mode)
     check_pair(size, "size")
     height, width = size
-    column, row = pixel_axes(height, width, position_dtype(input_tensor.dtype), input_tensor.device)
-    # Twice the offset is a whole number: halving it is exact.
-    x = (column * 2.0 + (input_tensor.size(3) - width)) * 0.5
-    y = (row * 2.0 + (input_tensor.size(2) - height)) * 0.5
-    shape = [input_tensor.size(0), height, width]
-    x, y = x.expand(shape), y.expand(shape)
-    return resample_image(input_tensor, x, y, mode, padding_mode, align_corners, None)
+    one = torch.ones([1], dtype=position_dtype(input_tensor.dtype), device=input_tensor.device)
+    zero = torch.zeros_like(one)
+    left = one * (input_tensor.size(3) - width) * 0.5
+    top = one * (input_tensor.size(2) - height) * 0.5
+    matrix = torch.stack([one, zero, left, zero, one, top], 1).reshape(1, 2, 3)
+    return resample_affine(input_tensor, matrix, height, width, mode, padding_mode, align_corners, None)
 
 
 def crop_and_resize(

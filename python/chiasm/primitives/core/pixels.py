@@ -18,7 +18,7 @@ def narrow(x: Tensor, *_: object) -> bool:
 
 
 def ordered(x: Tensor) -> Tensor:
-    """x in a type for which PyTorch has minima and maxima."""
+    """x in a type for which PyTorch has minima, maxima and ``gather``."""
     return x.to(torch.int32) if x.dtype == torch.uint16 else x
 
 
@@ -98,13 +98,15 @@ def weighted_sum(x: Tensor, y: Tensor, alpha: Tensor, beta: Tensor, gamma: Tenso
     return known_or(torch.round(total + gamma), 0.0).clamp(0.0, 255.0).to(torch.uint8)
 
 
-def _weights_of_samples(x: Tensor, y: Tensor, *weights: Tensor) -> bool:
-    """`_alike`, and each weight is one number, or one for each sample."""
-    ones = [size for weight in weights for size in weight.shape[1:]]
-    return _alike(x, y) and all(isinstance(size, int) and size == 1 for size in ones)
+def one_or_per_sample(x: Tensor, *values: Tensor) -> bool:
+    """Whether each tensor, which broadcasts against x, has one number, or one for each sample. For lowerings
+    only."""
+    # A tensor with fewer dimensions has its first size along another axis than that of the samples.
+    others = [size for value in values for size in value.shape[1 if value.dim() == x.dim() else 0 :]]
+    return all(isinstance(size, int) and size == 1 for size in others)
 
 
-@weighted_sum.lowering("native", when=_weights_of_samples)
+@weighted_sum.lowering("native", when=lambda x, y, *weights: _alike(x, y) and one_or_per_sample(x, *weights))
 def _weighted_sum_kernel(x: Tensor, y: Tensor, alpha: Tensor, beta: Tensor, gamma: Tensor) -> Tensor:
     rows, _ = as_rows(x)
     weights = torch.stack([w.reshape(-1).expand(x.size(0)) for w in (alpha, beta, gamma)], 1)

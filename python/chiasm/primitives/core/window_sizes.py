@@ -59,14 +59,14 @@ def four_sides(
 
 
 def as_ratio(value: float) -> Tuple[int, int]:
-    """The simplest ratio of integers that is practically equal to a positive number; its denominator is at
-    most 65536.
+    """The simplest ratio of integers that is practically equal to a positive number, or the last convergent
+    with a denominator of at most 65536, which is (0, 1) for a number below 1 / 65537.
 
     By continued fractions. A symbolic size times a float would become a constant; times a ratio it stays
     symbolic.
 
-    >>> as_ratio(0.3), as_ratio(2.0)
-    ((3, 10), (2, 1))
+    >>> as_ratio(0.3), as_ratio(2.0), as_ratio(1e-5)
+    ((3, 10), (2, 1), (0, 1))
     """
     p, q, p_before, q_before = 1, 0, 0, 1
     rest = value

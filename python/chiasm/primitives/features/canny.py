@@ -7,6 +7,7 @@ from ..core.lowering import primitive
 from ..filters.derivatives import sobel_sums
 from ..filters.padding import stencil
 from ..kernels import operators as kernels
+from ..numbers.loss_reduction import narrowed, widened
 from .connected_components import reached
 
 
@@ -17,7 +18,9 @@ def canny_nms(x: Tensor, eps: float) -> Tensor:
 
     The border is replicated; beyond it the magnitude is 0. ``eps`` is added to the squared magnitude.
     """
-    return _thinned(_gradient(x, (1, 1), (1, 1), "replicate", eps), (1, 1), (1, 1), "constant")
+    # float16 cannot hold the squares
+    gradient = _gradient(widened(x), (1, 1), (1, 1), "replicate", eps)
+    return narrowed(_thinned(gradient, (1, 1), (1, 1), "constant"), x)
 
 
 canny_nms.lowering("native", when=kernels.has_kernel)(kernels.canny_nms)

@@ -22,7 +22,8 @@ def bilateral_mean(
     squares: bool,
     border_type: str,
 ) -> Tensor:
-    """Means of (B, C, H, W) weighted by exp(range_coefficient * distance^2) * kernel_y * kernel_x.
+    """Means of (B, C, H, W) weighted by exp(range_coefficient * distance^2) * kernel_y * kernel_x. Half
+    precision holds neither the squares nor the sums.
 
     The distance between the colours of ``guide`` (B or 1, D, H, W) is the sum of absolute differences, or
     Euclidean (``squares``). The kernels are (B or 1, size) and symmetric, range_coefficient is (B or 1, 1, 1,

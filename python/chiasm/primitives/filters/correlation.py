@@ -158,7 +158,8 @@ def box_sums(
     """``scale`` times the sums over windows of ky x kx pixels, plus ``centre`` times the pixel: (B, C, H, W)
     to the same.
 
-    A constant border is 0. Sums of integers are exact while they fit the dtype.
+    A constant border is 0. Sums of integers are exact while they fit the dtype, which float16 may not for
+    numbers whose mean it holds.
     """
     # Native code does this for small windows too: a new sum for every pixel is cheaper than storing the
     # columns' sums.
@@ -273,6 +274,20 @@ def _strided_convolution(p: Tensor, taps_y: List[float], taps_x: List[float], st
     # Drop the axis of size 1: with it, a reshape to divided sizes fails.
     flat = F.conv2d(flat, column * row, stride=[stride, stride])[:, 0]
     return flat.reshape(p.size(0), p.size(1), flat.size(1), flat.size(2))
+
+
+@weigh_and_thin.lowering("native", when=lambda p, *_: kernels.has_kernel(p))
+def _thinned_kernel(p: Tensor, taps_y: List[float], taps_x: List[float], stride: int) -> Tensor:
+    rows, down = _windows(p, 2, taps_y, stride)
+    columns, across = _windows(p, 3, taps_x, stride)
+    return kernels.resampled(p, rows, down, columns, across)
+
+
+def _windows(p: Tensor, dim: int, taps: List[float], stride: int) -> Tuple[Tensor, Tensor]:
+    """For each result along an axis, the indices that are summed, and their taps."""
+    first = torch.arange((p.size(dim) - len(taps)) // stride + 1) * stride
+    index = first[:, None] + torch.arange(len(taps))
+    return index, torch.tensor(taps, dtype=p.dtype).expand(index.shape).contiguous()
 
 
 def _weigh(p: Tensor, dim: int, taps: List[float]) -> Tensor:

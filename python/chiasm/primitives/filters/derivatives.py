@@ -9,6 +9,7 @@ from torch import Tensor
 from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
+from ..numbers.loss_reduction import narrowed, widened
 from .padding import stencil
 
 
@@ -86,7 +87,8 @@ def smoothed_differences(p: Tensor, side: float, middle: float) -> Tuple[Tensor,
 @primitive
 def sobel_magnitude(x: Tensor, normalized: bool, eps: float) -> Tensor:
     """sqrt(dx^2 + dy^2 + eps) of Sobel's ``first_derivatives`` of (B, C, H, W); the border is replicated."""
-    return _magnitude(x, (1, 1), (1, 1), "replicate", normalized, eps)
+    # float16 cannot hold the squares
+    return narrowed(_magnitude(widened(x), (1, 1), (1, 1), "replicate", normalized, eps), x)
 
 
 @sobel_magnitude.lowering("native", when=kernels.has_kernel)

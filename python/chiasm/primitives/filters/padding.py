@@ -170,6 +170,9 @@ def _native_parts(
     if left == 0:
         return [_pad_rows(x, top, bottom, border_type, value)]
     width = x.size(3)
+    if isinstance(width, int) and width < 2 * left:
+        wide = _pad_by_cat(x, 3, left, right, border_type, value)
+        return [_pad_rows(wide, top, bottom, border_type, value)]
     # Both padded strips, each 3 * left wide, form one part; only the outer ones of its 4 * left valid outputs
     # are used.
     first = _before(x, 3, left, border_type, value) + [x[..., : 2 * left]]

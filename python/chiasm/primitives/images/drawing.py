@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from ..core.lowering import primitive
+from ..core.pixels import ordered
 from ..kernels import operators as kernels
 
 
@@ -38,8 +39,9 @@ def rectangles_over(
     number = torch.arange(1, corners.size(1) + 1, device=image.device)[:, None, None]
     top = torch.where(covered, number, torch.zeros_like(number)).amax(1)
     index = (top - 1).clamp(min=0).reshape(batch, 1, height * width).expand(batch, channels, height * width)
-    paint = colors.gather(2, index).reshape(batch, channels, height, width)
-    return torch.where((top > 0)[:, None], paint, image)
+    paint = ordered(colors).gather(2, index).reshape(batch, channels, height, width)
+    drawn = torch.where((top > 0)[:, None], paint, ordered(image))
+    return drawn if drawn.dtype == image.dtype else drawn.to(image.dtype)
 
 
 @rectangles_over.lowering("native", when=kernels.has_pixel_kernel)

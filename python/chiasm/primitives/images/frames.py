@@ -12,13 +12,21 @@ from ..resampling.resizing import resized
 from .color_planes import mix_channels
 
 
+def _has_kernel(frame: Tensor, *_: object) -> bool:
+    """Whether the kernels take a frame: bytes, in rows of at least two pixels."""
+    width = frame.size(1)
+    return (
+        kernels.available(frame) and frame.dtype == torch.uint8 and not (isinstance(width, int) and width < 2)
+    )
+
+
 @primitive
 def frame_to_grey(frame: Tensor) -> Tensor:
     """(1, 1, H, W), float32, in [0, 255]: the luma of a frame."""
     return mix_channels(_rgb(frame), [0.299, 0.587, 0.114], 0.0, "frame")
 
 
-frame_to_grey.lowering("native", when=kernels.available)(kernels.frame_to_grey)
+frame_to_grey.lowering("native", when=_has_kernel)(kernels.frame_to_grey)
 
 
 @primitive
@@ -27,7 +35,7 @@ def resize_frame(frame: Tensor, height: int, width: int) -> Tensor:
     return resized(_rgb(frame), height, width, "bilinear", False, False)
 
 
-resize_frame.lowering("native", when=kernels.available)(kernels.resize_frame)
+resize_frame.lowering("native", when=_has_kernel)(kernels.resize_frame)
 
 
 def _rgb(frame: Tensor) -> Tensor:

@@ -168,8 +168,7 @@ row_histograms.lowering("native", when=kernels.has_kernel)(kernels.row_histogram
 
 
 def whole_quotient(a: Tensor, b: Tensor) -> Tensor:
-    """floor(a / b) of integers below 2^53, as int64. ONNX's form of PyTorch's own division uses float32,
-    which is exact only up to 2^24.
+    """floor(a / b) of integers below 2^53, as int64: in float64, because vector units do not divide integers.
 
     >>> whole_quotient(torch.tensor([100000001]), torch.tensor([10]))
     tensor([10000000])
@@ -194,7 +193,7 @@ def _lut_kernel(table: Tensor, index: Tensor) -> Tensor:
 
 @primitive
 def partial_sums(x: Tensor) -> Tensor:
-    """Sums of the first 1, 2, ..., n - 1 entries along the last axis (..., n), in x's dtype.
+    """Sums of the first 1, 2, ..., n - 1 entries along the last axis (..., n), floating point.
 
     >>> partial_sums(torch.tensor([1.0, 2.0, 3.0]))
     tensor([1., 3.])

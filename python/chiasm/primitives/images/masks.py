@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
-from ..core.pixels import has_words, pixel_range, saturated
+from ..core.pixels import has_words, one_or_per_sample, pixel_range, saturated
 from ..kernels import operators as kernels
 from ..numbers.rounding import known_or
 from .color_planes import as_pixels, from_pixels
@@ -79,8 +79,8 @@ def split_at(x: Tensor, limit: Tensor, above: Optional[Tensor], below: Optional[
 
 def _splits_samples(x: Tensor, limit: Tensor, above: Optional[Tensor], below: Optional[Tensor]) -> bool:
     """Whether a kernel takes x, and each limit is one number, or one for each sample."""
-    sizes = [size for each in (limit, above, below) if each is not None for size in each.shape[1:]]
-    return has_words(x) and x.dim() > 1 and all(isinstance(size, int) and size == 1 for size in sizes)
+    limits = [each for each in (limit, above, below) if each is not None]
+    return has_words(x) and x.dim() > 1 and one_or_per_sample(x, *limits)
 
 
 @split_at.lowering("native", when=_splits_samples)

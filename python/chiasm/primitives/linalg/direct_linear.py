@@ -26,8 +26,7 @@ def hartley(points: Tensor, weights: Optional[Tensor], eps: float) -> Tuple[Tens
     share = (share / share.sum(1, keepdim=True))[..., None]
     centre = (points * share).sum(1, keepdim=True)
     offset = points - centre
-    # 1e-300 keeps the square root's derivative finite for a point at the centroid, and changes no value.
-    distance = torch.sqrt((offset * offset).sum(-1, keepdim=True) + 1e-300)
+    distance = _length(offset)
     size = points.size(-1)
     scale = size**0.5 / ((distance * share).sum(1) + eps)
     eye = torch.eye(size + 1, dtype=points.dtype, device=points.device)
@@ -35,6 +34,17 @@ def hartley(points: Tensor, weights: Optional[Tensor], eps: float) -> Tuple[Tens
     similarity = scale[..., None] * (eye - last[:, None] * last) + last[:, None] * last
     shift = torch.cat([-scale * centre[:, 0], torch.zeros_like(scale)], -1)
     return offset * scale[:, None], similarity + shift[..., :, None] * last
+
+
+def _length(v: Tensor) -> Tensor:
+    """Lengths (..., 1) of vectors (..., d), with a finite derivative at 0."""
+    squared = (v * v).sum(-1, keepdim=True)
+    if v.dtype == torch.float64:
+        return torch.sqrt(squared + 1e-300)  # changes no value; other types have no such number
+    apart = squared > 0
+    return torch.where(
+        apart, torch.sqrt(torch.where(apart, squared, torch.ones_like(squared))), torch.zeros_like(squared)
+    )
 
 
 def _has_grams(x: Tensor, *_: object) -> bool:
@@ -54,7 +64,8 @@ def normal_matrix(rows: Tensor, weights: Tensor) -> Tensor:
 
 @normal_matrix.lowering("native", when=_has_grams)
 def _normal_matrix_kernel(rows: Tensor, weights: Tensor) -> Tensor:
-    weights = weights.expand(rows.size(0), rows.size(1))
+    weights = torch.broadcast_tensors(weights, rows[..., 0])[0]
+    rows = rows.expand(weights.size(0), -1, -1)
     return kernels.weighted_grams(rows.contiguous(), weights[..., None].contiguous())[:, 0]
 
 
@@ -73,7 +84,8 @@ def projective_equations(p: Tensor, q: Tensor, weights: Tensor) -> Tensor:
 
 @projective_equations.lowering("native", when=_has_grams)
 def _projective_equations_kernel(p: Tensor, q: Tensor, weights: Tensor) -> Tensor:
-    u, v = q[..., 0], q[..., 1]
+    u, v, weights, _ = torch.broadcast_tensors(q[..., 0], q[..., 1], weights, p[..., 0])
+    p = p.expand(weights.size(0), -1, -1)
     sets = torch.stack([weights, weights * u, weights * v, weights * (u * u + v * v)], -1)
     s, su, sv, sq = kernels.weighted_grams(p.contiguous(), sets).unbind(1)
     return _assembled(s, su, sv, sq)

@@ -13,27 +13,29 @@ from .matrices import small_matmul
 
 def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor]:
     """Real roots of polynomials (..., n + 1), with the constant coefficient first: ascending positions u
-    (..., n), and whether each exists.
+    (..., n), float64, and whether each exists.
 
     The root is u / (1 - |u|): u goes from -1 to 1 while x goes from minus to plus infinity; roots beyond 1e8
     are not found. Between two neighbouring roots of its derivative, a polynomial is monotone and has at most
     one root, which bisection finds; so the roots of all derivatives are found one after the other. If an
     interval has no root, its lower end is used instead: it only splits an interval in which the next
     polynomial is monotone. A double root is found twice or not at all. Roots are accurate to 2 ** (1 -
-    halvings) of u's range, 1e-14 with 48; roots closer together may be missed. They carry no gradient.
+    halvings) of u's range, 1e-14 with 48; roots closer together may be missed. Native code may halve further
+    than that. Roots carry no gradient.
 
     >>> u, exists = real_roots(torch.tensor([-6.0, 11.0, -6.0, 1.0], dtype=torch.float64))
     >>> (u / (1.0 - u.abs())).round(decimals=6), exists
     (tensor([1., 2., 3.], dtype=torch.float64), tensor([True, True, True]))
     """
     # The axis of polynomials is last, because arithmetic on long rows is fast.
-    c = coefficients.detach().movedim(-1, 0).contiguous()
+    exact = coefficients if coefficients.dtype == torch.float64 else coefficients.to(torch.float64)
+    c = exact.detach().movedim(-1, 0).contiguous()
     return _found(c / (c.abs().amax(0) + 1e-300), halvings)
 
 
 @primitive
 def _found(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
-    """``real_roots`` of polynomials (n + 1, ...) whose largest coefficient is 1."""
+    """``real_roots`` of polynomials (n + 1, ...), float64, whose largest coefficient is 1."""
     degree = c.size(0) - 1
     derivatives = _derivatives(c)
     # The intervals' lower ends, their upper ends, and whether the polynomial is negative at the lower ends:
@@ -47,7 +49,11 @@ def _found(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     return 0.5 * (low + high), high > low
 
 
-@_found.lowering("native", when=lambda c, _: kernels.has_kernel(c) and c.size(0) <= kernels.MOST_TERMS)
+def _has_roots(c: Tensor, _: int) -> bool:
+    return kernels.available(c) and c.dtype == torch.float64 and c.size(0) <= kernels.MOST_TERMS
+
+
+@_found.lowering("native", when=_has_roots)
 def _found_kernel(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     both = kernels.real_roots(c.flatten(1).contiguous())
     u, exists = both[0], both[1] > 0

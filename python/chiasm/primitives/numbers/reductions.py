@@ -8,6 +8,7 @@ from torch import Tensor
 
 from ..core.layout import as_rows
 from ..core.lowering import primitive
+from ..core.pixels import ordered
 from ..kernels import operators as kernels
 
 
@@ -51,7 +52,7 @@ def extreme_indices(x: Tensor) -> Tensor:
     >>> extreme_indices(torch.tensor([[5, 7], [2, 2]]).reshape(1, 1, 2, 2))
     tensor([[[2, 1]]])
     """
-    values = x.flatten(2)
+    values = ordered(x).flatten(2)
     low, high = values, values
     if x.is_floating_point():
         unknown = torch.isnan(values)

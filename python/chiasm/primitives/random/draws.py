@@ -67,7 +67,7 @@ def uniform_like(input: Tensor, seed: Tensor, stream: int = 0) -> Tensor:
 
 
 def between(u: Tensor, low: float, high: float) -> Tensor:
-    """Uniform numbers in [0, 1), scaled to [low, high)."""
+    """Uniform numbers in [0, 1), scaled to [low, high); rounding may give ``high`` itself."""
     return u * (high - low) + low
 
 

@@ -111,11 +111,28 @@ def placed_filtered(
         steps = 4194304.0
         made = resampled_bytes(x, rows, torch.round(down * steps), columns, torch.round(across * steps))
     else:
-        # Sums of 16 bits by weights in 1/2^18 are exact.
-        steps = torch.full([1], 262144.0, dtype=torch.float64, device=x.device)
-        down, across = torch.round(down * steps), torch.round(across * steps)
-        made = in_planes(weighted_means(x, rows, down, columns, across, steps * steps)).to(torch.float32)
+        one = torch.ones([1], dtype=torch.float64, device=x.device)
+        if interpolation == "area":
+            # The parts are whole numbers, which add up to the axis's size.
+            down, across = torch.round(down * x.size(2)), torch.round(across * x.size(3))
+            total = one * x.size(2) * x.size(3)
+        else:
+            # Sums of 16 bits by weights in 1/2^18 are exact.
+            down, across = _whole_weights(down, 262144.0), _whole_weights(across, 262144.0)
+            total = one * 68719476736.0
+        made = in_planes(weighted_means(x, rows, down, columns, across, total)).to(torch.float32)
     return filled_beside(made, box, pad)
+
+
+def _whole_weights(weight: Tensor, steps: float) -> Tensor:
+    """Weights (n, taps), whose rows add up to 1 or 0, in units of 1 / ``steps``. The partial sums are
+    rounded, so that rows add up to ``steps``, and a weight of 0 stays 0.
+
+    >>> _whole_weights(torch.tensor([[0.3, 0.3, 0.0, 0.4]]), 2.0)
+    tensor([[1., 0., 0., 1.]])
+    """
+    sums = torch.round(steps * weight.cumsum(1))
+    return torch.cat([sums[:, :1], sums[:, 1:] - sums[:, : sums.size(1) - 1]], 1)
 
 
 @primitive

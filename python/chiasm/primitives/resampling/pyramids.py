@@ -9,6 +9,7 @@ from ..core.lowering import primitive
 from ..filters.correlation import weigh_and_thin
 from ..filters.padding import padded
 from ..kernels import operators as kernels
+from ..numbers.loss_reduction import narrowed, widened
 
 
 def _is_bytes(x: Tensor, *_: object) -> bool:
@@ -23,7 +24,9 @@ def blurred_and_thinned(x: Tensor, border_type: str) -> Tensor:
     if x.dtype == torch.uint8:
         sums = weigh_and_thin(padded(x.to(torch.float32), (2, 2), (2, 2), border_type), taps, taps, 2)
         return torch.floor(sums * (1.0 / 256.0) + 0.5).to(torch.uint8)
-    return weigh_and_thin(padded(x, (2, 2), (2, 2), border_type), taps, taps, 2) * (1.0 / 256.0)
+    # float16 cannot hold the sums
+    sums = weigh_and_thin(padded(widened(x), (2, 2), (2, 2), border_type), taps, taps, 2)
+    return narrowed(sums * (1.0 / 256.0), x)
 
 
 @blurred_and_thinned.lowering("native", when=_is_bytes)
@@ -39,7 +42,7 @@ def spread_and_blurred(x: Tensor) -> Tensor:
     if x.dtype == torch.uint8:
         sums = _spread(_spread(x.to(torch.float32), 2), 3)
         return torch.floor(sums * (1.0 / 64.0) + 0.5).to(torch.uint8)
-    return _spread(_spread(x, 2), 3) * (1.0 / 64.0)
+    return narrowed(_spread(_spread(widened(x), 2), 3) * (1.0 / 64.0), x)
 
 
 def _spread(x: Tensor, dim: int) -> Tensor:

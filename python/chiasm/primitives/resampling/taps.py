@@ -32,6 +32,17 @@ def weight_dtype(x: Tensor) -> torch.dtype:
     return torch.float32
 
 
+def index_dtype(sizes: List[int]) -> torch.dtype:
+    """A type for the numbers of the pixels of an image or volume of these sizes: int32, unless their count is
+    known to exceed it. The specs of exports limit symbolic sizes."""
+    count = 1
+    for size in sizes:
+        if not isinstance(size, int):
+            return torch.int32
+        count = count * size
+    return torch.int64 if count > 2147483647 else torch.int32
+
+
 def source_positions(
     in_size: int, out_size: int, align_corners: bool, dtype: torch.dtype, device: torch.device
 ) -> Tuple[Tensor, Tensor]:
@@ -66,7 +77,7 @@ def exact_positions(
 
 def nearest_index(in_size: int, out_size: int, device: torch.device) -> Tensor:
     """Index of the source pixel of each output pixel, floor(i * in / out), exactly: in float64, because
-    ONNX's integer division goes through float32."""
+    vector units do not divide integers."""
     return torch.floor((torch.arange(out_size, device=device) * in_size).to(torch.float64) / out_size).to(
         torch.int64
     )
@@ -136,16 +147,17 @@ def antialias_table(
     """Indices and weights (out_size, taps) of a filter stretched by the reduction factor.
 
     "bilinear" is the triangle, "bicubic" Keys' cubic with a = -0.5, "lanczos" has three lobes; weights are
-    cut off at the image's border and normalised, as in Pillow's ``Image.resize``.
+    cut off at the image's border and normalised, as in Pillow's ``Image.resize``. A single output pixel has
+    the whole image under its filter, with ``align_corners`` too, where PyTorch reads the first pixel.
     """
     one = torch.ones([1], dtype=dtype, device=device)
+    from_size, to_size = in_size, out_size
     if align_corners:
-        factor = one * (in_size - 1) / larger(out_size - 1, 1)
-    else:
-        factor = one * in_size / out_size
+        from_size, to_size = in_size - 1, larger(out_size - 1, 1)
+    factor = one * from_size / to_size
     # Twice the support, rounded up, plus the partial pixel at either end. It is computed in integers, so that
     # it may be a symbolic size.
-    taps = 2 * filter_radius(shape) * ((in_size + out_size - 1) // out_size) + 2
+    taps = 2 * filter_radius(shape) * ((from_size + to_size - 1) // to_size) + 2
     place = torch.arange(out_size, device=device).to(dtype)
     return filter_weights(place, factor, factor.clamp(min=1.0), in_size, taps, shape)
 
@@ -193,8 +205,8 @@ def reflect_positions(x: Tensor, size: int, align_corners: bool) -> Tensor:
 
 
 def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
-    """Flat int32 indices and weights of the four pixels around each position; weights are zero outside the
-    image."""
+    """Flat indices (``index_dtype``) and weights of the four pixels around each position; weights are zero
+    outside the image."""
     # Clamp first, to keep the conversion to integers defined; anything beyond one pixel outside reads
     # nothing.
     x = x.clamp(-2, width + 1)
@@ -209,8 +221,9 @@ def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[T
     x1 = torch.where((left >= -1) & (left <= width - 2), fx, zero)
     y0 = torch.where((upper >= 0) & (upper <= height - 1), 1.0 - fy, zero)
     y1 = torch.where((upper >= -1) & (upper <= height - 2), fy, zero)
-    column = left.to(torch.int32)
-    row = upper.to(torch.int32)
+    kind = index_dtype([height, width])
+    column = left.to(kind)
+    row = upper.to(kind)
     c0 = column.clamp(0, width - 1)
     c1 = (column + 1).clamp(0, width - 1)
     r0 = row.clamp(0, height - 1) * width
@@ -219,9 +232,11 @@ def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[T
 
 
 def nearest_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
-    """Flat int32 index and weight (1, or 0 outside the image) of the nearest pixel, half to even."""
-    column = known_or(torch.round(x.detach().clamp(-2, width + 1)), -2.0).to(torch.int32)
-    row = known_or(torch.round(y.detach().clamp(-2, height + 1)), -2.0).to(torch.int32)
+    """Flat index (``index_dtype``) and weight (1, or 0 outside the image) of the nearest pixel, half to
+    even."""
+    kind = index_dtype([height, width])
+    column = known_or(torch.round(x.detach().clamp(-2, width + 1)), -2.0).to(kind)
+    row = known_or(torch.round(y.detach().clamp(-2, height + 1)), -2.0).to(kind)
     inside = (column >= 0) & (column <= width - 1) & (row >= 0) & (row <= height - 1)
     return [row.clamp(0, height - 1) * width + column.clamp(0, width - 1)], [inside.to(x.dtype)]
 
@@ -229,14 +244,15 @@ def nearest_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Te
 def cubic_taps(
     x: Tensor, y: Tensor, height: int, width: int, padding_mode: str, align_corners: bool
 ) -> Tuple[List[Tensor], List[Tensor]]:
-    """Flat int32 indices and weights of the 4 x 4 pixels around each position, by Keys' kernel with a =
-    -0.75.
+    """Flat indices (``index_dtype``) and weights of the 4 x 4 pixels around each position, by Keys' kernel
+    with a = -0.75.
 
     As in ``grid_sample`` and OpenCV, "border" and "reflection" move the pixels that are read, not the
     position. A position that is NaN, or infinite with "reflection", reads nothing: all weights are 0.
     """
-    column, across = _cubic_axis(x, width, padding_mode, align_corners)
-    row, down = _cubic_axis(y, height, padding_mode, align_corners)
+    kind = index_dtype([height, width])
+    column, across = _cubic_axis(x, width, padding_mode, align_corners, kind)
+    row, down = _cubic_axis(y, height, padding_mode, align_corners, kind)
     index: List[Tensor] = []
     weight: List[Tensor] = []
     for i in range(4):
@@ -247,7 +263,7 @@ def cubic_taps(
 
 
 def _cubic_axis(
-    x: Tensor, size: int, padding_mode: str, align_corners: bool
+    x: Tensor, size: int, padding_mode: str, align_corners: bool, kind: torch.dtype
 ) -> Tuple[List[Tensor], List[Tensor]]:
     if padding_mode != "reflection":
         # Further outside than three pixels, nothing changes. The clamp keeps the conversion to integers
@@ -272,7 +288,7 @@ def _cubic_axis(
         if padding_mode != "border" and padding_mode != "reflection":
             read = (pixel >= 0) & (pixel <= size - 1)
         weight.append(torch.where(read, weights[k], torch.zeros_like(x)))
-        index.append(pixel.clamp(0, size - 1).to(torch.int32))
+        index.append(pixel.clamp(0, size - 1).to(kind))
     return index, weight
 
 

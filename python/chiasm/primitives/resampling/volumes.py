@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..core.checks import check_choice, check_floating, check_not_empty, check_rank, check_values
 from ..numbers.rounding import known_or
-from .taps import gather_taps, reflect_positions
+from .taps import gather_taps, index_dtype, reflect_positions
 
 
 def check_volume(value: Tensor, name: str) -> None:
@@ -54,9 +54,10 @@ def resample_volume(
         align_corners: whether "reflection" mirrors at the corner voxels' centres, else at the outer faces.
     """
     slices, height, width = src.size(2), src.size(3), src.size(4)
-    plane, plane_weight = _axis(z, slices, mode, padding_mode, align_corners)
-    row, row_weight = _axis(y, height, mode, padding_mode, align_corners)
-    column, column_weight = _axis(x, width, mode, padding_mode, align_corners)
+    kind = index_dtype([slices, height, width])
+    plane, plane_weight = _axis(z, slices, mode, padding_mode, align_corners, kind)
+    row, row_weight = _axis(y, height, mode, padding_mode, align_corners, kind)
+    column, column_weight = _axis(x, width, mode, padding_mode, align_corners, kind)
     index: List[Tensor] = []
     weight: List[Tensor] = []
     for i in range(len(plane)):
@@ -72,9 +73,9 @@ def resample_volume(
 
 
 def _axis(
-    x: Tensor, size: int, mode: str, padding_mode: str, align_corners: bool
+    x: Tensor, size: int, mode: str, padding_mode: str, align_corners: bool, kind: torch.dtype
 ) -> Tuple[List[Tensor], List[Tensor]]:
-    """int32 indices and weights along one axis; weights are zero outside."""
+    """Indices, of a type, and weights along one axis; weights are zero outside."""
     if padding_mode == "border":
         x = x.clamp(0, size - 1)
     elif padding_mode == "reflection":
@@ -84,11 +85,11 @@ def _axis(
     if mode == "nearest":
         nearest = known_or(torch.round(x.detach()), -2.0)  # NaN counts as outside
         inside = (nearest >= 0) & (nearest <= size - 1)
-        return [nearest.to(torch.int32).clamp(0, size - 1)], [inside.to(x.dtype)]
+        return [nearest.to(kind).clamp(0, size - 1)], [inside.to(x.dtype)]
     first = known_or(torch.floor(x.detach()), -2.0)
     fraction = x - first
     zero = torch.zeros_like(fraction)
     low = torch.where((first >= 0) & (first <= size - 1), 1.0 - fraction, zero)
     high = torch.where((first >= -1) & (first <= size - 2), fraction, zero)
-    voxel = first.to(torch.int32)
+    voxel = first.to(kind)
     return [voxel.clamp(0, size - 1), (voxel + 1).clamp(0, size - 1)], [low, high]
