@@ -48,7 +48,7 @@ struct Bilinear : Places {
     const int64_t step = kStep > 0 ? kStep : s.step;
     const int64_t column = x[i] >> 5, line = y[i] >> 5;
     const int32_t right = x[i] & 31, below = y[i] & 31;
-    if (column < -1 || column >= s.width || line < -1 || line >= s.height) {
+    if (x[i] <= -kScale || column >= s.width || y[i] <= -kScale || line >= s.height) {
       std::memcpy(out, fill, static_cast<size_t>(step));
       return;
     }

@@ -82,6 +82,13 @@ struct Bilinear : Places {
   template <int kStep>
   void read_one(const Word* image, const Source& s, int64_t i, const Word* fill, Word* out) const {
     const int64_t step = kStep > 0 ? kStep : s.step;
+    const auto beyond = [](int32_t first, double weight, int64_t size) {
+      return first < -1 || first >= size || (first < 0 && weight == 0);
+    };
+    if (beyond(x[i], right[i], s.width) || beyond(y[i], below[i], s.height)) {
+      std::copy_n(fill, step, out);
+      return;
+    }
     for (int64_t c = 0; c < step; ++c) {
       const auto pixel = [&](int64_t v, int64_t u) {
         const bool is_inside = v >= 0 && v < s.height && u >= 0 && u < s.width;
