@@ -1,6 +1,6 @@
 """Y'UV, with chroma at full, half (4:2:2) and quarter (4:2:0) resolution."""
 
-from typing import List, Tuple
+from typing import Tuple
 
 import torch
 from torch import Tensor

@@ -42,7 +42,8 @@ def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: flo
         of_levels = bincount(level_rows(image), 256)
         index = _bins(torch.arange(256, device=image.device).to(torch.float64), scale, min, n_bins)
         zeros = torch.zeros([of_levels.size(0), n_bins + 1], dtype=torch.int32, device=image.device)
-        counts = zeros.scatter_add(1, index.to(torch.int64).expand(of_levels.size(0), 256), of_levels)[:, :n_bins]
+        places = index.to(torch.int64).expand(of_levels.size(0), 256)
+        counts = zeros.scatter_add(1, places, of_levels)[:, :n_bins]
     else:
         values = image.flatten(2).flatten(0, 1).to(torch.float64)
         counts = bincount(_bins(values, scale, min, n_bins), n_bins + 1)[:, :n_bins]

@@ -64,6 +64,8 @@ def pyrdown(
     if not factor > 0.0:
         raise ValueError(f"factor: expected a positive number, got {factor}")
     over, under = as_ratio(factor)
+    if over < 1:
+        raise ValueError(f"factor: expected at least 1 / 65536, got {factor}")
     size = (input.size(2) * under // over, input.size(3) * under // over)
     if size[0] < 1 or size[1] < 1:
         least = (over + under - 1) // under

@@ -10,8 +10,8 @@ from ..kernels import operators as kernels
 
 @primitive
 def in_grid(images: Tensor, columns: int, padding: int) -> Tensor:
-    """(C, height, width): the images (B, C, H, W), ``columns`` of them in a row, with ``padding`` zeros between
-    neighbours and zeros in cells without an image.
+    """(C, height, width): the images (B, C, H, W), ``columns`` of them in a row, with ``padding`` zeros
+    between neighbours and zeros in cells without an image.
 
     >>> in_grid(torch.ones(3, 1, 1, 1), 2, 1)
     tensor([[[1., 0., 1.],

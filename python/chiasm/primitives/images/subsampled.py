@@ -113,9 +113,9 @@ def _packed_kernel(image: Tensor, weights: List[int], luma_first: bool) -> Tenso
 
 @primitive
 def chroma_means(yuv: Tensor, both: bool) -> Tuple[Tensor, Tensor]:
-    """Luma (*, 1, H, W) of YUV (*, 3, H, W), and U and V at half the width, (*, 2, H, (W + 1) // 2), or at half
-    the height too if ``both``: means of neighbours, in bytes rounded half up. The last row or column of an odd
-    size counts twice.
+    """Luma (*, 1, H, W) of YUV (*, 3, H, W), and U and V at half the width, (*, 2, H, (W + 1) // 2), or at
+    half the height too if ``both``: means of neighbours, in bytes rounded half up. The last row or column of
+    an odd size counts twice.
 
     >>> luma, chroma = chroma_means(torch.tensor([1.0, 2.0]).expand(3, 1, 2), False)
     >>> luma.flatten(), chroma.flatten()
