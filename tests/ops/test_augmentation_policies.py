@@ -10,7 +10,7 @@ from torchvision.transforms import InterpolationMode, autoaugment
 from torchvision.transforms.v2 import functional as tv
 
 from chiasm import augmentation as A
-from chiasm.augmentation.distributions import beta, gamma
+from chiasm.augmentation.distributions import beta, dirichlet, gamma
 from chiasm.augmentation.operations import amounts, names, operated
 from chiasm.augmentation.policy_tables import policy_table
 from chiasm.primitives.random.draws import integers, uniform
@@ -163,6 +163,16 @@ def test_aug_mix_is_the_blend() -> None:
             chain = operated(x[b : b + 1], operation[b, one], amount, "nearest")[0]
             expected = expected + (1 - float(own[b])) * float(weight[b, i]) * chain
         torch.testing.assert_close(y[b], expected, rtol=0, atol=1e-6)
+
+
+def test_a_small_alpha_chooses_one_chain() -> None:
+    """exp(log(u) / alpha) is 0 for nearly every draw of each chain."""
+    weight = dirichlet(torch.arange(3000), 0.001, 3, 4)
+    torch.testing.assert_close(weight.sum(1), torch.ones(3000))
+    assert (weight.amax(1) > 0.999).double().mean() > 0.98
+    assert stats.chisquare(weight.argmax(1).bincount(minlength=3).numpy()).pvalue > 0.01
+    for call in (A.aug_mix, torch.jit.script(A.aug_mix)):
+        assert call(images(), SEED, alpha=0.001).isfinite().all()
 
 
 def test_every_operation_is_equally_likely() -> None:

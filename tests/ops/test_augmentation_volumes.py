@@ -328,6 +328,16 @@ def test_ranges_of_settings() -> None:
         assert A.RandomRotation3D(given).degrees == expected
 
 
+def test_a_perspective_needs_two_voxels_along_each_side() -> None:
+    x = torch.rand(1, 1, 2, 2, 2)
+    torch.testing.assert_close(A.random_perspective3d(x, SEEDS[:1], 0.0, p=1.0), x)
+    for side in (2, 3, 4):
+        with pytest.raises(ValueError, match="input: expected at least 2 voxels along each side"):
+            A.random_perspective3d(x.narrow(side, 0, 1), SEEDS[:1])
+        with pytest.raises(ValueError, match="input: expected at least 2 voxels along each side"):
+            A.RandomPerspective3D()(x.narrow(side, 0, 1))
+
+
 def test_what_is_refused() -> None:
     x = volumes()
     with pytest.raises(TypeError, match="input: expected a floating-point tensor"):

@@ -52,6 +52,13 @@ def test_a_centre_without_points_stays() -> None:
     assert labels.tolist() == [0, 0, 2]
 
 
+def test_no_points_move_no_centre() -> None:
+    start = rand(5, 3)
+    for call in (kmeans, torch.jit.script(kmeans)):
+        centers, labels = call(rand(0, 3), start, 3)
+        assert torch.equal(centers, start) and labels.shape == (0,)
+
+
 def test_gradient_is_of_the_means() -> None:
     x = torch.cat([rand(9, 2), rand(6, 2, seed=1) + 5.0]).requires_grad_(True)
     start = x.detach()[[0, 10]]

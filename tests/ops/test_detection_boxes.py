@@ -86,6 +86,25 @@ def test_gradients_of_losses(name: str) -> None:
     assert gradcheck(loss, (boxes(5).requires_grad_(), boxes(5, seed=1).requires_grad_()))
 
 
+def test_boxes_without_height_have_gradients() -> None:
+    """The value is torchvision's, also of corners in the wrong order; only its gradient is NaN there."""
+    flat, target = torch.tensor([[1.0, 2.0, 6.0, 2.0]], dtype=torch.float64), boxes(1)
+    for other in (flat, flat[:, [2, 1, 0, 3]], target[:, [0, 3, 2, 1]], target[:, [2, 1, 0, 3]]):
+        for pair in ((other, target), (target, other)):
+            mine = [x.clone().requires_grad_() for x in pair]
+            loss = ops.complete_box_iou_loss(*mine)
+            torch.testing.assert_close(loss.detach(), torchvision.ops.complete_box_iou_loss(*pair))
+            loss.sum().backward()
+            assert all(x.grad is not None and x.grad.isfinite().all() for x in mine)
+    flat.requires_grad_()
+    (grad,) = torch.autograd.grad(ops.complete_box_iou(flat, target).sum(), flat)
+    assert grad.isfinite().all()
+    empty = torch.ones(1, 4, dtype=torch.float64, requires_grad=True)
+    loss = ops.complete_box_iou_loss(empty, target)
+    (grad,) = torch.autograd.grad(loss.sum(), empty)
+    assert loss.isfinite().all() and grad.isfinite().all()
+
+
 @pytest.mark.parametrize("source", ["xyxy", "xywh", "cxcywh"])
 @pytest.mark.parametrize("target", ["xyxy", "xywh", "cxcywh"])
 def test_formats_are_torchvisions(source: str, target: str) -> None:

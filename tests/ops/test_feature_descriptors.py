@@ -227,6 +227,11 @@ WRONG = [
         ValueError,
         r"patches: expected shape \(N, 1, PS, PS\), got \[1, 1, 8, 7\]",
     ),
+    (
+        lambda: feature.sift_describe(PATCH, 8, 9),
+        ValueError,
+        r"patches: expected at least 9 x 9 pixels, got \[1, 1, 8, 8\]",
+    ),
     (lambda: feature.sift_describe(PATCH, 1), ValueError, "num_ang_bins: expected at least 2, got 1"),
     (lambda: feature.sift_describe(PATCH, 8, 0), ValueError, "num_spatial_bins: expected a positive number"),
     (lambda: feature.sift_describe(PATCH, clipval=0.0), ValueError, "clipval: expected a positive number"),

@@ -211,6 +211,27 @@ def test_gradient() -> None:
     assert torch.autograd.gradcheck(best, image, eps=1e-6, atol=1e-5, fast_mode=True)
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_positions_of_half_precision_are_float32(dtype: torch.dtype) -> None:
+    image = torch.zeros(1, 1, 64, 700)
+    image[..., 24:40, 531:547] = 1.0
+    points, scores, valid = feature.harris_keypoints(image.to(dtype), 4)
+    assert points.dtype == torch.float32 and scores.dtype == dtype and valid.all()
+    assert torch.equal(points, feature.harris_keypoints(image, 4)[0])
+    spot = blob(64, 700, 541.0, 31.3, 4.2)
+    found, exact = (feature.detect_keypoints(x, 1, mr_size=1.0)[0] for x in (spot.to(dtype), spot))
+    assert found.dtype == torch.float32
+    torch.testing.assert_close(found.double(), exact, rtol=0, atol=0.1)
+
+
+def test_a_maximum_that_two_pixels_share_is_none() -> None:
+    """As the docstring says; those beside it are a seventh as strong."""
+    for x, count in ((40.0, 1), (40.3, 1), (40.5, 0)):
+        image = blob(80, 82, x, 40.0, 2.5)
+        scores = feature.detect_keypoints(image, 5, "dog", mr_size=1.0, num_octaves=1)[1]
+        assert int((scores > 0.05).sum()) == count
+
+
 IMAGE = torch.zeros(1, 1, 16, 16)
 WRONG = [
     (

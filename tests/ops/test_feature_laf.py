@@ -76,6 +76,15 @@ def test_upright_is_the_triangular_factor() -> None:
     close(feature.make_upright(laf)[..., :2], np.swapaxes(r, -1, -2) * rotation[..., None, :], 1e-10)
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16, torch.float32])
+def test_upright_of_large_frames_and_empty_slots(dtype: torch.dtype) -> None:
+    laf = torch.zeros(1, 2, 2, 3, dtype=dtype)
+    laf[0, 0] = torch.tensor([[0.0, 300.0, 7.0], [-300.0, 0.0, 5.0]])
+    expected = torch.zeros_like(laf)
+    expected[0, 0] = torch.tensor([[300.0, 0.0, 7.0], [0.0, 300.0, 5.0]])
+    assert torch.equal(feature.make_upright(laf), expected)
+
+
 def test_scaling() -> None:
     laf = some()
     factor = torch.linspace(0.5, 2.0, 21, dtype=torch.float64).reshape(3, 7, 1, 1)

@@ -1,14 +1,18 @@
 """Losses and similarities of float16 and bfloat16, of images as large as those of training, are what float64
-gives for the same numbers, rounded once."""
+gives for the same numbers, rounded once. Features, tiles, boxes and metrics are what float32 gives for them;
+positions, and what the dtype cannot have, are float32."""
 
 import inspect
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 import torch
 from torch import Tensor
 
-from chiasm import losses, metrics
+from chiasm import augmentation as A
+from chiasm import feature, losses, metrics, ops
+from chiasm.primitives.random.draws import uniform
 
 SIZE = 300
 #: Twice what rounding the result changes.
@@ -74,6 +78,11 @@ CASES: dict[str, tuple[Callable[..., Tensor], tuple[Tensor, ...]]] = {
     "ssim3d_loss": (lambda p, q: losses.ssim3d_loss(p, q, 5, 255.0), VOLUMES),
     "ssim_loss": (lambda p, q: losses.ssim_loss(p, q, 11, 255.0), BRIGHT),
     "total_variation": (losses.total_variation, (PLANES[0] / 2.0,)),
+    # Two neighbours that are farther apart than float16 reaches.
+    "total_variation mean": (
+        lambda p: losses.total_variation(p, "mean"),
+        (60000.0 * ((torch.arange(SIZE) == 7).double() - (torch.arange(SIZE) == 8).double()).expand(9, -1),),
+    ),
     "tversky_loss": (lambda p: losses.tversky_loss(p, LABELS, 0.3, 0.7), (LOGITS,)),
     "tversky_loss micro": (lambda p: losses.tversky_loss(p, LABELS, 0.3, 0.7, average="micro"), (LOGITS,)),
     "welsch_loss": (losses.welsch_loss, PLANES),
@@ -102,3 +111,121 @@ def test_half_precision_is_float64_rounded(
     actual.float().mean().backward()
     for value in narrow:
         assert torch.isfinite(value.grad).all()
+
+
+#: Their differences are exact.
+LEVELS = tuple(plane.round() for plane in BRIGHT)
+SMALL = rand(2, 1, 40, 44, seed=6)
+PATCHES = rand(9, 1, 16, 16, seed=7) / 128.0
+FRAMES = 300.0 * (rand(2, 7, 2, 3, seed=8) - 0.5) * (torch.arange(7) % 3 > 0)[:, None, None]
+BOXES = torch.stack([400.0 * rand(9, seed=s) + 50.0 * (s < 11) + 100.0 * (s > 10) for s in range(9, 14)], -1)
+TURNS = torch.linalg.matrix_exp(torch.tensor([0.3, 0.306, 2.0])[:, None, None].double() * torch.tensor(
+    [[0.0, -0.6, 0.8], [0.6, 0.0, 0.0], [-0.8, 0.0, 0.0]], dtype=torch.float64
+))  # fmt: skip
+WIDE = torch.nn.functional.pad(rand(1, 1, 20, 20, seed=15), [700, 60, 5, 6])
+
+#: An op, its arguments, and for each floating-point output whether it has their dtype; else it is float32.
+OTHERS: dict[str, tuple[Callable[..., object], tuple[Tensor, ...], list[bool]]] = {
+    "affine_shape": (feature.affine_shape, (PATCHES,), [True]),
+    "dense_sift": (feature.dense_sift, (SMALL / 128.0,), [True]),
+    "dominant_orientation": (feature.dominant_orientation, (PATCHES,), [True]),
+    "gftt_response": (feature.gftt_response, (8.0 * SMALL,), [True]),
+    "harris_response": (feature.harris_response, (8.0 * SMALL,), [True]),
+    "hessian_response": (feature.hessian_response, (8.0 * SMALL,), [True]),
+    "make_upright": (feature.make_upright, (FRAMES,), [True]),
+    "sift_describe": (feature.sift_describe, (PATCHES,), [True]),
+    "detect_keypoints": (lambda x: feature.detect_keypoints(x, 20), (WIDE,), [False, True]),
+    "detect_keypoints double": (
+        lambda x: feature.detect_keypoints(x, 20, "dog", mr_size=1.0, double_image=True),
+        (WIDE,),
+        [False, True],
+    ),
+    "harris_keypoints": (lambda x: feature.harris_keypoints(x, 20), (WIDE,), [False, True]),
+    "index_proposal": (lambda x: feature.index_proposal(x, 8), (WIDE,), [False, True]),
+    "multi_scale_index_proposal": (
+        lambda x: feature.multi_scale_index_proposal(x, [8, 16]),
+        (WIDE,),
+        [False, True],
+    ),
+    "decode_db": (lambda x: ops.decode_db(x, box_threshold=0.1), (WIDE,), [False, True]),
+    "merge": (lambda x: ops.merge(x, (44, 44), 30), (rand(2, 25, 1, 33, 33, seed=16),), [True]),
+    "rotated_iou": (ops.rotated_iou, (BOXES, BOXES + 20.0), [False]),
+    "aepe": (metrics.aepe, (600.0 * (rand(50, 2) - 0.5), 600.0 * (rand(50, 2, seed=1) - 0.5)), [True]),
+    "aepe sum": (
+        lambda a, b: metrics.aepe(a, b, "sum"),
+        tuple(torch.nn.functional.pad(x[..., None], [0, 1]) for x in LEVELS),
+        [False],
+    ),
+    "angle_error_mat": (lambda r: metrics.angle_error_mat(r[1:], r[:-1]), (TURNS,), [True]),
+    "angle_error_vec": (
+        lambda a: metrics.angle_error_vec(a, a.flip(-1)),
+        (torch.tensor([[6e4, 1e3, 0.0], [1e-4, 3e-5, 0.0], [0.0, 0.0, 0.0]]),),
+        [True],
+    ),
+    "mean_absolute_disparity_error sum": (
+        lambda a, b: metrics.mean_absolute_disparity_error(a, b, reduction="sum"),
+        LEVELS,
+        [False],
+    ),
+    "root_mean_squared_disparity_error sum": (
+        lambda a, b: metrics.root_mean_squared_disparity_error(a, b, reduction="sum"),
+        LEVELS,
+        [False],
+    ),
+    "mean_bad_pixel_error sum": (
+        lambda a, b: metrics.mean_bad_pixel_error(a, b, reduction="sum"),
+        LEVELS,
+        [False],
+    ),
+    "kitti_d1_error sum": (lambda a, b: metrics.kitti_d1_error(a, b, reduction="sum"), LEVELS, [False]),
+    "translation_ate": (metrics.translation_ate, (600.0 * rand(50, 3), 1e-4 * rand(50, 3, seed=1)), [True]),
+}
+
+
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+@pytest.mark.parametrize(("op", "given", "narrow"), OTHERS.values(), ids=OTHERS)
+def test_half_precision_is_float32_rounded(
+    op: Callable[..., object], given: tuple[Tensor, ...], narrow: list[bool], dtype: torch.dtype
+) -> None:
+    halves = [value.to(dtype) for value in given]
+    actual, exact = op(*halves), op(*[value.float() for value in halves])
+    parts = [p for p in (actual if isinstance(actual, tuple) else [actual]) if p.is_floating_point()]
+    expected = [p for p in (exact if isinstance(exact, tuple) else [exact]) if p.is_floating_point()]
+    for part, wanted, is_narrow in zip(parts, expected, narrow, strict=True):
+        assert part.dtype == (dtype if is_narrow else torch.float32)
+        assert wanted.isfinite().all() and wanted.any()
+        torch.testing.assert_close(part, wanted.to(part.dtype), rtol=torch.finfo(part.dtype).eps, atol=0)
+
+
+@pytest.mark.parametrize("track", [ops.sort_track, ops.byte_track])
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+def test_tracks_of_half_precision_are_float32(track: Callable[..., Any], dtype: torch.dtype) -> None:
+    """The area of this box is 360000, and float16 ends at 65504."""
+    tracks = [torch.zeros(1, 2, 7, dtype=dtype), torch.zeros(1, 2, 7, 7, dtype=dtype)]
+    counters, last = torch.zeros(1, 2, 4, dtype=torch.int64), torch.zeros(1, dtype=torch.int64)
+    found, score = torch.tensor([[True]]), torch.tensor([[0.875]], dtype=dtype)
+    for x in (100.0, 104.0, 108.0):
+        box = torch.tensor([[[x, 100.0, x + 600.0, 700.0]]], dtype=dtype)
+        scores = [score] if track is ops.byte_track else []
+        *tracks, counters, last, boxes, _, shown = track(*tracks, counters, last, box, *scores, found)
+        assert all(part.dtype == torch.float32 and part.isfinite().all() for part in (*tracks, boxes))
+        torch.testing.assert_close(boxes[:, :1], box.float(), rtol=0, atol=0.1)
+    assert shown.tolist() == [[True, False]] and counters[0, 0].tolist() == [1, 2, 3, 0]
+
+
+def test_the_mean_of_many_halves() -> None:
+    """A sum in float16 stays at 2048 if 1 is added."""
+    for value in (1.0, torch.tensor(1.0, dtype=torch.float16), torch.tensor(1.0, dtype=torch.bfloat16)):
+        meter = metrics.AverageMeter()
+        for _ in range(5000):
+            meter.update(value)
+        assert meter.avg == 1.0 and meter.count == 5000
+
+
+def test_whether_a_volume_is_changed_does_not_hang_on_its_dtype() -> None:
+    seed, still = torch.arange(8), [(0.0, 0.0)] * 3
+    volume = rand(1, 1, 3, 4, 5).to(torch.bfloat16)
+    for i, u in enumerate(uniform(seed, 1)[:, 0].tolist()):
+        for p, changed in ((u + 1e-5, True), (u - 1e-5, False)):
+            out = A.random_motion_blur3d(volume, seed[i : i + 1], (3, 3), still, (0.0, 0.0), p=p)
+            assert out.equal(volume) != changed and out.dtype == torch.bfloat16

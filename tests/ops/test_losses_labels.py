@@ -1,6 +1,7 @@
 """Losses of segmentations against the papers' definitions in NumPy float64, PyTorch's cross entropies,
 torchmetrics and SciPy."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -237,6 +238,26 @@ def test_focal_without_focus_is_cross_entropy(shape: tuple[int, ...]) -> None:
     )
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.float32, torch.float64])
+@pytest.mark.parametrize("gamma", [0.0, 0.5, 2.0])
+def test_focal_of_masked_classes(gamma: float, dtype: torch.dtype) -> None:
+    """-inf leaves a class out: of two, the other one is sure; of three, two remain."""
+    free = torch.tensor([0.5, -1.0, 3.0], dtype=dtype)
+    never = torch.full_like(free, -math.inf)
+    target = torch.zeros(1, 3, dtype=torch.int64)
+    pred = torch.stack([free, never])[None].requires_grad_()
+    loss = losses.focal_loss(pred, target, None, gamma)
+    (grad,) = torch.autograd.grad(loss.sum(), pred)
+    assert not loss.any() and not grad.any()
+    pred = torch.stack([free, never, 0.0 * free])[None].requires_grad_()
+    loss = losses.focal_loss(pred, target, None, gamma)
+    (grad,) = torch.autograd.grad(loss.sum(), pred)
+    two = losses.focal_loss(pred[:, [0, 2]], target, None, gamma)
+    torch.testing.assert_close(loss[:, 0], two[:, 0])
+    assert grad.isfinite().all() and not grad[:, 1].any()
+    assert losses.focal_loss(pred, target + 1, None, gamma)[:, 1].isposinf().all()
+
+
 def test_focal_of_two_classes_is_binary() -> None:
     pred, target, _ = segmentation((3, 2, 11, 7))
     binary = losses.binary_focal_loss_with_logits(pred[:, 1] - pred[:, 0], target, 0.3, 1.7)
@@ -307,7 +328,8 @@ def test_lovasz_softmax_equals_the_definition(shape: tuple[int, ...], weighted: 
     images = []
     for p, g in class_rows(pred, target):
         images.append(
-            np.average([lovasz_extension(np.abs(g[c] - p[c]), g[c]) for c in range(shape[1])], weights=w)
+            # As Kornia: the mean divides by the number of classes, not by the sum of the weights.
+            np.mean([w[c] * lovasz_extension(np.abs(g[c] - p[c]), g[c]) for c in range(shape[1])])
         )
     given = weight if weighted else None
     assert losses.lovasz_softmax_loss(pred, target, given).item() == pytest.approx(np.mean(images), rel=1e-10)

@@ -132,6 +132,14 @@ def test_counts_are_exact_beyond_float32() -> None:
 def test_squares_of_half_precision_do_not_overflow() -> None:
     found = torch.full((10,), 300.0, dtype=torch.float16)
     assert root_mean_squared_disparity_error(found, torch.zeros_like(found)).item() == 300.0
+    flow = torch.tensor([[300.0, 400.0], [3e-4, 4e-4]], dtype=torch.float16)
+    lengths = torch.tensor([500.0, 5e-4], dtype=torch.float16)
+    assert torch.equal(aepe(flow, torch.zeros_like(flow), "none"), lengths)
+    assert aepe(flow.expand(200, 2, 2), torch.zeros(200, 2, 2).half(), "sum").item() == pytest.approx(
+        100000.1
+    )
+    place = torch.nn.functional.pad(flow, [0, 1])
+    assert torch.equal(translation_ate(place, torch.zeros_like(place)), lengths)
 
 
 # --- angles -------------------------------------------------------------------------------------------------
@@ -163,6 +171,20 @@ def test_angle_of_vectors_is_theirs(angle: float, axes: int) -> None:
     )[:, None]
     np.testing.assert_allclose(angle_error_vec(3.0 * u, v), np.full(5, angle), atol=1e-9)
     np.testing.assert_allclose(angle_error_vec(u.float(), v.float()), np.full(5, angle), atol=3e-5)
+
+
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16, torch.float32, torch.float64])
+def test_angle_of_vectors_of_any_length(dtype: torch.dtype) -> None:
+    last, first = torch.finfo(dtype).max, torch.finfo(dtype).smallest_normal
+    for scale in (last, 1.0, first):
+        x, y = torch.tensor([scale, 0.0, 0.0], dtype=dtype), torch.tensor([0.0, scale, 0.0], dtype=dtype)
+        diagonal = (x + y).requires_grad_()
+        found = [angle_error_vec(v, w) for v in (x, y) for w in (x, y, -x, diagonal)]
+        assert [round(a.item(), 1) for a in found] == [0.0, 90.0, 180.0, 45.0, 90.0, 0.0, 90.0, 45.0]
+        assert all(a.dtype == dtype for a in found)
+    mixed = angle_error_vec(x, torch.ones(3, dtype=torch.float64))
+    assert mixed.dtype == torch.float64
+    assert mixed.item() == pytest.approx(math.degrees(math.acos(3.0**-0.5)), rel=1e-12)
 
 
 def test_vectors_without_direction_are_at_right_angles() -> None:
@@ -270,6 +292,7 @@ WRONG = [
         ValueError,
         r"v2: expected shape \(\*, D\) for v1 \[3, 3\], got \[3, 2\]",
     ),
+    (lambda: angle_error_vec(EYE[:, :0], EYE[:, :0]), ValueError, r"v2: expected shape \(\*, D\)"),
     (lambda: angle_error_vec(EYE.int(), EYE), TypeError, "v1: expected a floating-point"),
     (
         lambda: pose_errors(EYE, EYE),

@@ -116,6 +116,18 @@ def test_far_from_the_origin() -> None:
     torch.testing.assert_close(moved, ops.rotated_iou(first, second), rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_areas_beyond_half_precision(dtype: torch.dtype) -> None:
+    """A third of these boxes of 90000 pixels overlaps; float16 ends at 65504."""
+    first = torch.tensor([[500.0, 400.0, 300.0, 300.0, 0.0]], dtype=dtype)
+    second = torch.tensor([[650.0, 400.0, 300.0, 300.0, 90.0]], dtype=torch.float64)
+    for call in (ops.rotated_iou, torch.jit.script(ops.rotated_iou)):
+        found = call(first, second.to(dtype))
+        shift = second.to(dtype)[0, 0].item() - first[0, 0].item()
+        expected = (300.0 - shift) / (300.0 + shift)
+        assert found.dtype == torch.float32 and found.item() == pytest.approx(expected, rel=1e-5)
+
+
 def test_no_boxes() -> None:
     assert ops.rotated_iou(torch.zeros(0, 5), torch.zeros(3, 5)).shape == (0, 3)
     assert ops.rotated_iou(torch.zeros(1, 5), torch.zeros(1, 5)).isnan().all()

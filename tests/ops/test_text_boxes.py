@@ -115,6 +115,15 @@ def test_an_upright_rectangle_in_closed_form(ratio: float) -> None:
     assert found.tolist() == [[True, False, False]]
 
 
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_corners_of_half_precision_are_float32(dtype: torch.dtype) -> None:
+    probability = torch.zeros(1, 1, 30, 2200, dtype=dtype)
+    probability[0, 0, 10:21, 2051:2102] = 0.875
+    corners, scores, _ = ops.decode_db(probability, unclip_ratio=0.0, max_candidates=1)
+    assert corners.dtype == torch.float32 and scores.dtype == dtype and scores.item() == 0.875
+    assert corners[0, 0].tolist() == [[2051.0, 10.0], [2101.0, 10.0], [2101.0, 20.0], [2051.0, 20.0]]
+
+
 def test_a_diamond() -> None:
     """A rectangle rotated by 45 degrees contains exactly its pixels."""
     y, x = torch.meshgrid(torch.arange(30.0), torch.arange(30.0), indexing="ij")

@@ -5,7 +5,7 @@ import math
 import torch
 from torch import Tensor
 
-from ..primitives.random.draws import normal, uniform
+from ..primitives.random.draws import integers, normal, uniform
 
 # A try is accepted with a probability of at least 0.95, so that all eight tries fail with a probability of
 # about 10^-10.
@@ -49,3 +49,18 @@ def beta(seed: Tensor, alpha: float, count: int, stream: int) -> Tensor:
     total = pair.sum(-1)
     share = pair[:, :, 0] / torch.where(total > 0.0, total, torch.ones_like(total))
     return torch.where(total > 0.0, share, torch.round(uniform(seed, count, stream + 1)))
+
+
+def dirichlet(seed: Tensor, alpha: float, count: int, stream: int) -> Tensor:
+    """Dirichlet(alpha, ..., alpha)-distributed numbers, float32: (B, count) of seeds (B,), whose sum is 1.
+
+    Takes the streams ``stream`` to ``stream + 2``.
+    """
+    drawn = gamma(seed, alpha, count, stream)
+    total = drawn.sum(1, keepdim=True)
+    if alpha >= 1.0:
+        return drawn / total
+    # For a small alpha all can be 0: then one is 1, each equally likely.
+    only = integers(seed, count, 1, stream + 1) == torch.arange(count, device=seed.device)
+    share = drawn / torch.where(total > 0.0, total, torch.ones_like(total))
+    return torch.where(total > 0.0, share, only.to(share.dtype))

@@ -9,7 +9,7 @@ from ..primitives.core.broadcasting import each
 from ..primitives.core.checks import check_choice, check_pixels, check_rgb
 from ..primitives.random.draws import integers
 from .decisions import as_given, drawn, numbers_of
-from .distributions import beta, gamma
+from .distributions import beta, dirichlet
 from .operations import amounts, operated
 from .policy_tables import policy_table
 
@@ -187,9 +187,8 @@ def aug_mix(
     operation = operations.index_select(0, integers(seed, len(known), count, 1).flatten()).reshape(-1, count)
     level = integers(seed, severity, count, 2).to(torch.float32) / 9.0
     length = integers(seed, 3, mixture_width, 3) + 1
-    weight = gamma(seed, alpha, mixture_width, 4)
     image = numbers_of(input)
-    weight = (weight / weight.sum(1, keepdim=True)).to(image.dtype)
+    weight = dirichlet(seed, alpha, mixture_width, 4).to(image.dtype)
     own = beta(seed, alpha, 1, 7)[:, 0].to(image.dtype)
     mixed = image * each(own, image)
     for i in range(mixture_width):

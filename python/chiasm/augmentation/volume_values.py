@@ -11,6 +11,7 @@ from ..filters.motion import get_motion_kernel3d
 from ..primitives.core.broadcasting import each
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.volumes import check_volume
+from ..primitives.resampling.warping import position_dtype
 from .base import AugmentationBase3D, as_mode, select
 from .decisions import applied, below, check_bounds, check_chance, drawn, whole_between
 from .settings import about, ranges, whole, word
@@ -88,7 +89,7 @@ def random_motion_blur3d(
         raise ValueError(f"angle: expected three ranges (least, greatest), got {len(angle)}")
     check_bounds(direction, -1.0, 1.0, "direction")
     check_chance(p)
-    u = drawn(seed, 6, input).to(input.dtype)
+    u = drawn(seed, 6, input).to(position_dtype(input.dtype))
     turn = torch.stack([between(u[:, 1 + i], angle[i][0], angle[i][1]) for i in range(3)], 1)
     slope = between(u[:, 4], direction[0], direction[1])
     length = least + 2 * whole_between(u[:, 5], (0, (greatest - least) // 2))
@@ -97,7 +98,7 @@ def random_motion_blur3d(
         around: List[int] = [(greatest - size) // 2] * 6
         shorter = torch.nn.functional.pad(get_motion_kernel3d(size, turn, slope, resample), around)
         kernel = torch.where(each(length == size, kernel), shorter, kernel)
-    return applied(filter3d(input, kernel, border_type), input, u[:, 0], p)
+    return applied(filter3d(input, kernel.to(input.dtype), border_type), input, u[:, 0], p)
 
 
 class RandomEqualize3D(AugmentationBase3D):

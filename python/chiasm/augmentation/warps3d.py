@@ -118,7 +118,7 @@ def random_perspective3d(
     ``get_perspective_transform3d`` computes the homography from the corners that it reads.
 
     Args:
-        input: (B, C, D, H, W), floating point.
+        input: (B, C, D, H, W), floating point, D, H and W at least 2.
         seed: (B,), int64.
         distortion_scale: the largest move of a corner along each side, as a fraction of half the side, 0 to
             1.
@@ -240,6 +240,9 @@ def _rotation_matrix(params: Dict[str, Tensor], shape: List[int]) -> Tensor:
 
 
 def _draw_perspective(seed: Tensor, shape: List[int], scale: float, p: float) -> Dict[str, Tensor]:
+    if shape[2] < 2 or shape[3] < 2 or shape[4] < 2:
+        # The corners would lie in a plane, and so determine no homography.
+        raise ValueError(f"input: expected at least 2 voxels along each side, got {shape}")
     u = uniform(seed, 25)
     front = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
     back = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]]

@@ -10,7 +10,7 @@ from ..primitives.numbers.search import interpolate
 
 def interp(x: Tensor, xp: Tensor, fp: Tensor) -> Tensor:
     """Piecewise linear interpolation through the points (xp, fp) at x, like ``numpy.interp``; constant beyond
-    the ends.
+    the ends, NaN at NaN.
 
     Args:
         x: (*), floating point.
@@ -35,7 +35,8 @@ def interp(x: Tensor, xp: Tensor, fp: Tensor) -> Tensor:
     check_tensor(fp, "fp")
     if fp.shape != xp.shape:
         raise ValueError(f"fp: expected xp's shape {list(xp.shape)}, got {list(fp.shape)}")
-    return interpolate(x.reshape(1, -1), xp.to(x.dtype)[None], fp.to(x.dtype)[None]).reshape(x.shape)
+    y = interpolate(x.reshape(1, -1), xp.to(x.dtype)[None], fp.to(x.dtype)[None]).reshape(x.shape)
+    return torch.where(torch.isnan(x), x, y)
 
 
 def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False) -> Tensor:

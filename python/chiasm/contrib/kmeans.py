@@ -44,6 +44,8 @@ def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Ten
     # Coordinates relative to the mean, so that their products are not large compared to the distances.
     points = x.to(torch.float64)
     origin = points.mean(0)
+    if isinstance(x.size(0), int) and x.size(0) == 0:
+        origin = torch.zeros_like(origin)  # the mean of no points is NaN
     points, found = points - origin, centers.to(torch.float64) - origin
     found = _moved(found, num_iterations, points)
     return (found + origin).to(x.dtype), _nearest(points, found)

@@ -17,6 +17,7 @@ from ..geometry.transform.resize import resize
 from ..primitives.core.checks import check_choice, check_one_channel
 from ..primitives.features.extrema import scale_space_nms
 from ..primitives.numbers.ranking import stable_topk
+from ..primitives.resampling.warping import position_dtype
 from .harris import harris_response
 from .responses import dog_response, gftt_response, hessian_response
 
@@ -35,13 +36,15 @@ def detect_keypoints(
     """Detect the strongest corners or blobs of all scales, in a fixed number of slots.
 
     A keypoint is a strict maximum of the response among its 3x3x3 neighbours in position and scale; for "dog"
-    also a strict minimum, whose strength is its magnitude. It is refined by a quadratic through its
-    neighbours, with at most two moves to a neighbouring voxel; if this does not converge, it keeps its
-    position. Keypoints whose frame, before refinement, does not lie inside the image are dropped. The
-    max_keypoints strongest before refinement are refined.
+    also a strict minimum, whose strength is its magnitude. So a maximum that two neighbours share, of a blob
+    exactly half-way between two pixels, is not found, unless rounding makes them differ. A keypoint is
+    refined by a quadratic through its neighbours, with at most two moves to a neighbouring voxel; if this
+    does not converge, it keeps its position. Keypoints whose frame, before refinement, does not lie inside
+    the image are dropped. The max_keypoints strongest before refinement are refined.
 
     Args:
-        img: grey image (B, 1, H, W), floating point, assumed to have a blur of 0.5 pixels.
+        img: grey image (B, 1, H, W), floating point, assumed to have a blur of 0.5 pixels. Half precision is
+            computed in float32.
         max_keypoints: number K of slots.
         response: "harris", "gftt" or "hessian", multiplied by the fourth power of the scale, or "dog".
         num_octaves: the number of octaves; each octave has every second pixel of the one before. Octaves of
@@ -55,9 +58,9 @@ def detect_keypoints(
             half the scales too, about four times as many.
 
     Returns:
-        lafs (B, K, 2, 3), upright disks in pixels, zeros in slots without a keypoint; scores (B, K),
-        descending, equal ones by octave, scale and position, 0 in slots without a keypoint; valid (B, K),
-        bool. Positions, scales and scores are differentiable in img.
+        lafs (B, K, 2, 3), upright disks in pixels, float32 of half precision, zeros in slots without a
+        keypoint; scores (B, K), descending, equal ones by octave, scale and position, 0 in slots without a
+        keypoint; valid (B, K), bool. Positions, scales and scores are differentiable in img.
 
     Raises:
         TypeError: if img is not floating point.
@@ -70,15 +73,15 @@ def detect_keypoints(
         (tensor([37.3000, 41.5000]), 1)
     """
     _check(img, max_keypoints, response, num_octaves, n_levels, init_sigma, threshold, double_image)
-    blur = 0.5
+    exact, blur = img.to(position_dtype(img.dtype)), 0.5
     if double_image:
-        img, blur = resize(img, (2 * img.size(2), 2 * img.size(3)), "bilinear", False), 1.0
-    volumes = _responses(img, response, num_octaves, n_levels, init_sigma, blur)
+        exact, blur = resize(exact, (2 * img.size(2), 2 * img.size(3)), "bilinear", False), 1.0
+    volumes = _responses(exact, response, num_octaves, n_levels, init_sigma, blur)
     radii = [mr_size * init_sigma * 2.0 ** (k / n_levels) for k in range(n_levels + 2)]
     index, found = _strongest(volumes, response == "dog", radii, max_keypoints)
     place, octave, extent, pixel = _located(volumes, index)
     position, value = _refined(volumes, place, octave, extent)
-    score = torch.where(found, value.abs().to(img.dtype), torch.zeros_like(value).to(img.dtype))
+    score = torch.where(found, value.abs().to(exact.dtype), torch.zeros_like(value).to(exact.dtype))
     score = torch.where(score > threshold, score, torch.zeros_like(score))
     scores, order = stable_topk(score, max_keypoints)
     valid = scores > 0
@@ -87,9 +90,10 @@ def detect_keypoints(
     if double_image:
         # Pixel i of the doubled image has its centre at (i + 0.5) / 2 - 0.5.
         sigma, x, y = 0.5 * sigma, 0.5 * x - 0.25, 0.5 * y - 0.25
-    frames = torch.stack([sigma, zero, x, zero, sigma, y], -1).to(img.dtype)
+    frames = torch.stack([sigma, zero, x, zero, sigma, y], -1).to(exact.dtype)
     frames = frames.gather(1, order[..., None].expand(-1, -1, 6)).unflatten(2, [2, 3])
-    return torch.where(valid[..., None, None], frames, torch.zeros_like(frames)), scores, valid
+    frames = torch.where(valid[..., None, None], frames, torch.zeros_like(frames))
+    return frames, scores.to(img.dtype), valid
 
 
 def _check(

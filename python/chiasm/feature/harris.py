@@ -9,6 +9,7 @@ from torch import Tensor
 from ..geometry.subpix import nms2d
 from ..primitives.core.checks import check_image, check_one_channel
 from ..primitives.numbers.ranking import stable_topk
+from ..primitives.resampling.warping import position_dtype
 from .structure import normalised_by_scale, structure_tensor
 
 
@@ -20,7 +21,7 @@ def harris_response(
     C. Harris, M. Stephens, A combined corner and edge detector, Alvey Vision Conference 1988.
 
     Args:
-        input: (B, C, H, W), floating point, H and W at least 4.
+        input: (B, C, H, W), floating point, H and W at least 4. Half precision is computed in float32.
         k: weight of the trace, usually 0.04 to 0.06.
         grads_mode: "sobel" or "diff", see ``spatial_gradient``.
         sigmas: (B,) scales; the response is multiplied by their fourth power.
@@ -39,7 +40,7 @@ def harris_response(
     check_image(input, "input")
     xx, yy, xy = structure_tensor(input, grads_mode)
     trace = xx + yy
-    return normalised_by_scale(xx * yy - xy * xy - k * trace * trace, sigmas)
+    return normalised_by_scale(xx * yy - xy * xy - k * trace * trace, sigmas).to(input.dtype)
 
 
 def harris_keypoints(
@@ -60,8 +61,9 @@ def harris_keypoints(
         threshold: a corner's response must exceed it; not negative.
 
     Returns:
-        keypoints (B, K, 2), x and y in pixels, (-1, -1) in slots without a corner; scores (B, K), descending,
-        equal ones by position (row by row), 0 in slots without a corner; valid (B, K), bool.
+        keypoints (B, K, 2), x and y in pixels, float32 of half precision, (-1, -1) in slots without a corner;
+        scores (B, K), descending, equal ones by position (row by row), 0 in slots without a corner; valid (B,
+        K), bool.
 
     Raises:
         TypeError: if input is not floating point.
@@ -87,6 +89,6 @@ def harris_keypoints(
     valid = scores > threshold
     # Exact, where integer division in ONNX goes through float32
     row = torch.floor(index.to(torch.float64) / width).to(torch.int64)
-    position = torch.stack([index - row * width, row], -1).to(input.dtype)
+    position = torch.stack([index - row * width, row], -1).to(position_dtype(input.dtype))
     keypoints = torch.where(valid[..., None], position, torch.full_like(position, -1.0))
     return keypoints, torch.where(valid, scores, torch.zeros_like(scores)), valid

@@ -22,6 +22,7 @@ from ..primitives.core.checks import (
 from ..primitives.geometry.angles import angle_of
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.taps import larger, smaller
+from ..primitives.resampling.warping import position_dtype
 
 
 def get_laf_center(LAF: Tensor) -> Tensor:
@@ -179,7 +180,7 @@ def make_upright(laf: Tensor, eps: float = 1e-9) -> Tensor:
     ellipses do not change.
 
     Args:
-        laf: (B, N, 2, 3), floating point.
+        laf: (B, N, 2, 3), floating point. Half precision is computed in float32.
         eps: the least length of a first row for which A11 becomes the full length.
 
     Returns:
@@ -195,7 +196,8 @@ def make_upright(laf: Tensor, eps: float = 1e-9) -> Tensor:
                   [0., 3., 5.]]]])
     """
     check_laf(laf, "laf")
-    a, b, c, d = laf[..., 0, 0], laf[..., 0, 1], laf[..., 1, 0], laf[..., 1, 1]
+    exact = laf.to(position_dtype(laf.dtype))
+    a, b, c, d = exact[..., 0, 0], exact[..., 0, 1], exact[..., 1, 0], exact[..., 1, 1]
     squared = a * a + b * b
     short = squared <= eps * eps
     length = torch.where(
@@ -204,8 +206,8 @@ def make_upright(laf: Tensor, eps: float = 1e-9) -> Tensor:
         torch.sqrt(torch.where(short, torch.ones_like(squared), squared)),
     )
     first = torch.stack([squared / length, torch.zeros_like(a)], -1)
-    second = torch.stack([(a * c + b * d) / length, determinants(laf).to(laf.dtype) / length], -1)
-    return torch.cat([torch.stack([first, second], -2), laf[..., 2:]], -1)
+    second = torch.stack([(a * c + b * d) / length, determinants(laf).to(exact.dtype) / length], -1)
+    return torch.cat([torch.stack([first, second], -2).to(laf.dtype), laf[..., 2:]], -1)
 
 
 def laf_from_center_scale_ori(

@@ -34,9 +34,9 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
             sharper gradient.
 
     Returns:
-        Coordinates (B, h, w, 2), x and y in pixels, where 0 is the centre of the first pixel, with h = ceil(H
-        / window) and w = ceil(W / window); scores (B, h, w), the largest response of each window.
-        Differentiable in response.
+        Coordinates (B, h, w, 2), x and y in pixels, float32 of half precision, where 0 is the centre of the
+        first pixel, with h = ceil(H / window) and w = ceil(W / window); scores (B, h, w), the largest
+        response of each window. Differentiable in response.
 
     Raises:
         TypeError: if response is not floating point.
@@ -72,7 +72,7 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
     total = across.sum(-1)
     x = (across * offset).sum(-1) / total + columns[:, 0].to(total.dtype)
     y = (down * offset[:, None]).sum(2) / total + rows[:, :1].to(total.dtype)
-    return torch.stack([x, y], -1).to(response.dtype), score
+    return torch.stack([x, y], -1), score
 
 
 def multi_scale_index_proposal(
@@ -86,10 +86,10 @@ def multi_scale_index_proposal(
         base: see ``index_proposal``.
 
     Returns:
-        Coordinates (B, M, 2), x and y in pixels; scores (B, M); and (B, M), int64, the index in ``windows``
-        of each proposal. M is the sum of ceil(H / window) ceil(W / window) over the sizes; proposals are in
-        the order of the sizes, then of rows, then of columns. Coordinates and scores are differentiable in
-        response.
+        Coordinates (B, M, 2), x and y in pixels, float32 of half precision; scores (B, M); and (B, M), int64,
+        the index in ``windows`` of each proposal. M is the sum of ceil(H / window) ceil(W / window) over the
+        sizes; proposals are in the order of the sizes, then of rows, then of columns. Coordinates and scores
+        are differentiable in response.
 
     Raises:
         TypeError: if response is not floating point.

@@ -9,6 +9,7 @@ from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import spatial_gradient
 from ..primitives.core.checks import check_image
 from ..primitives.resampling.volumes import check_volume
+from ..primitives.resampling.warping import position_dtype
 from .structure import normalised_by_scale, structure_tensor
 
 
@@ -18,7 +19,7 @@ def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Ten
     The tensor is smoothed by a 7x7 Gaussian of sigma 1. J. Shi, C. Tomasi, Good Features to Track, CVPR 1994.
 
     Args:
-        input: (B, C, H, W), floating point, H and W at least 4.
+        input: (B, C, H, W), floating point, H and W at least 4. Half precision is computed in float32.
         grads_mode: "sobel" or "diff", see ``spatial_gradient``.
         sigmas: (B,) scales; the response is multiplied by their fourth power.
 
@@ -45,7 +46,7 @@ def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Ten
         torch.zeros_like(squared),
         torch.sqrt(torch.where(isotropic, torch.ones_like(squared), squared)),
     )
-    return normalised_by_scale(0.5 * (xx + yy - gap), sigmas)
+    return normalised_by_scale(0.5 * (xx + yy - gap), sigmas).to(input.dtype)
 
 
 def hessian_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
@@ -54,7 +55,7 @@ def hessian_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[
     P. Beaudet, Rotationally invariant image operators, ICPR 1978.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point. Half precision is computed in float32.
         grads_mode: "sobel" or "diff", see ``spatial_gradient``.
         sigmas: (B,) scales; the response is multiplied by their fourth power.
 
@@ -71,9 +72,9 @@ def hessian_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[
         tensor(2.)
     """
     check_image(input, "input")
-    second = spatial_gradient(input, grads_mode, 2)
+    second = spatial_gradient(input.to(position_dtype(input.dtype)), grads_mode, 2)
     xx, xy, yy = second[:, :, 0], second[:, :, 1], second[:, :, 2]
-    return normalised_by_scale(xx * yy - xy * xy, sigmas)
+    return normalised_by_scale(xx * yy - xy * xy, sigmas).to(input.dtype)
 
 
 def dog_response(input: Tensor) -> Tensor:

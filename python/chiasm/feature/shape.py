@@ -9,6 +9,7 @@ from ..filters.gradient import spatial_gradient
 from ..geometry.conversions.angles import rad2deg
 from ..primitives.features.orientations import orientation_histograms
 from ..primitives.linalg.matrices import small_matmul
+from ..primitives.resampling.warping import position_dtype
 from .gradients import check_patches, gaussian_window
 from .laf import check_laf, determinants, rotate_laf
 from .laf_points import ellipse_to_laf
@@ -24,7 +25,7 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
     D. Lowe, Distinctive Image Features from Scale-Invariant Keypoints, IJCV 60(2), 2004.
 
     Args:
-        patches: (N, 1, PS, PS), floating point.
+        patches: (N, 1, PS, PS), floating point. Half precision is computed in float32.
         num_angular_bins: bins of the histogram, at least 5.
 
     Returns:
@@ -44,9 +45,10 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
     if num_angular_bins < 5:
         raise ValueError(f"num_angular_bins: expected at least 5, got {num_angular_bins}")
     size = patches.size(3)
-    anywhere = torch.ones([1, size], dtype=patches.dtype, device=patches.device)
+    exact = patches.to(position_dtype(patches.dtype))
+    anywhere = torch.ones([1, size], dtype=exact.dtype, device=patches.device)
     histogram = orientation_histograms(
-        patches, gaussian_window(size, size / 6.0, patches), anywhere, num_angular_bins
+        exact, gaussian_window(size, size / 6.0, exact), anywhere, num_angular_bins
     )[:, :, 0, 0]
     near, far = (
         _shifted(histogram, 1) + _shifted(histogram, -1),
@@ -64,7 +66,7 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
     offset = 0.5 * (after - before) / torch.where(straight, torch.ones_like(bend), bend)
     offset = torch.where(straight, torch.zeros_like(offset), offset)
     angle = (peak.to(offset.dtype) + offset)[:, 0] * (-2.0 * math.pi / num_angular_bins)
-    return torch.where(angle < -math.pi, angle + 2.0 * math.pi, angle)
+    return torch.where(angle < -math.pi, angle + 2.0 * math.pi, angle).to(patches.dtype)
 
 
 def affine_shape(patches: Tensor) -> Tensor:
@@ -75,7 +77,7 @@ def affine_shape(patches: Tensor) -> Tensor:
     `adapt_laf_shape`. Sigma of the Gaussian is a sixth of the patch's side.
 
     Args:
-        patches: (N, 1, PS, PS), floating point.
+        patches: (N, 1, PS, PS), floating point. Half precision is computed in float32.
 
     Returns:
         (N, 3): a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1, divided by the largest of a and c; 1, 0, 1 if a
@@ -92,7 +94,7 @@ def affine_shape(patches: Tensor) -> Tensor:
     """
     check_patches(patches)
     size = patches.size(3)
-    gradient = spatial_gradient(patches, "diff")[:, 0]
+    gradient = spatial_gradient(patches.to(position_dtype(patches.dtype)), "diff")[:, 0]
     dx, dy = gradient[:, 0], gradient[:, 1]
     window = gaussian_window(size, size / 6.0, dx)
     a, b, c = (dx * dx * window).sum([1, 2]), (dx * dy * window).sum([1, 2]), (dy * dy * window).sum([1, 2])
@@ -100,7 +102,8 @@ def affine_shape(patches: Tensor) -> Tensor:
     largest = torch.maximum(a, c)[:, None]
     flat = largest == 0
     disk = torch.tensor([1.0, 0.0, 1.0], dtype=moments.dtype, device=moments.device)
-    return torch.where(flat, disk, moments / torch.where(flat, torch.ones_like(largest), largest))
+    ellipse = torch.where(flat, disk, moments / torch.where(flat, torch.ones_like(largest), largest))
+    return ellipse.to(patches.dtype)
 
 
 def orient_laf(laf: Tensor, img: Tensor, PS: int = 32) -> Tensor:

@@ -13,6 +13,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_choice, check_image, check_one_channel, check_tensor
 from ..primitives.features.orientations import directed, orientation_histograms, polar_gradient
 from ..primitives.filters.padding import check_inside
+from ..primitives.resampling.warping import position_dtype
 from .gradients import check_patches, gaussian_window, unit
 
 
@@ -31,7 +32,8 @@ def sift_describe(
     shifted by a pixel, and its Gaussian is wider; the descriptors are similar, but must not be mixed.)
 
     Args:
-        patches: (N, 1, PS, PS), floating point, oriented, PS at least num_spatial_bins.
+        patches: (N, 1, PS, PS), floating point, oriented, PS at least num_spatial_bins. Half precision is
+            computed in float32.
         num_ang_bins: directions, from x towards y (down).
         num_spatial_bins: number of spatial bins along each side.
         rootsift: return the square roots of the vector divided by its sum; their Euclidean distance is the
@@ -44,7 +46,8 @@ def sift_describe(
 
     Raises:
         TypeError: if patches is not floating point.
-        ValueError: if patches is not (N, 1, PS, PS), a number of bins not as above or clipval not positive.
+        ValueError: if patches is not (N, 1, PS, PS) or too small, a number of bins not as above or clipval
+            not positive.
 
     Example:
         >>> ramp = torch.arange(16.0).expand(1, 1, 16, 16)
@@ -55,10 +58,16 @@ def sift_describe(
     check_patches(patches)
     _check_bins(num_ang_bins, num_spatial_bins, clipval)
     size = patches.size(3)
-    window, near = gaussian_window(size, 0.5 * size, patches), _nearness(size, num_spatial_bins, patches)
+    if size < num_spatial_bins:
+        raise ValueError(
+            f"patches: expected at least {num_spatial_bins} x {num_spatial_bins} pixels, got"
+            f" {list(patches.shape)}"
+        )
+    exact = patches.to(position_dtype(patches.dtype))
+    window, near = gaussian_window(size, 0.5 * size, exact), _nearness(size, num_spatial_bins, exact)
     return _finished(
-        orientation_histograms(patches, window, near, num_ang_bins).flatten(1), rootsift, clipval
-    )
+        orientation_histograms(exact, window, near, num_ang_bins).flatten(1), rootsift, clipval
+    ).to(patches.dtype)
 
 
 def dense_sift(
@@ -77,7 +86,8 @@ def dense_sift(
     A. Bosch, A. Zisserman, X. Munoz, Image Classification using Random Forests and Ferns, ICCV 2007.
 
     Args:
-        input: (B, 1, H, W), floating point, at least as large as a window.
+        input: (B, 1, H, W), floating point, at least as large as a window. Half precision is computed in
+            float32.
         num_ang_bins, num_spatial_bins, rootsift, clipval: see ``sift_describe``.
         spatial_bin_size: size of a spatial bin in pixels; a window is num_spatial_bins * spatial_bin_size
             pixels wide and high.
@@ -107,7 +117,7 @@ def dense_sift(
         raise ValueError(f"padding: expected a number >= 0, got {padding}")
     check_inside(input.size(2) + 2 * padding, num_spatial_bins * spatial_bin_size, "rows")
     check_inside(input.size(3) + 2 * padding, num_spatial_bins * spatial_bin_size, "columns")
-    length, direction = polar_gradient(input)
+    length, direction = polar_gradient(input.to(position_dtype(input.dtype)))
     planes = directed(length, direction, num_ang_bins)
     if padding > 0:
         planes = F.pad(planes, [padding, padding, padding, padding])
@@ -115,7 +125,7 @@ def dense_sift(
     places: List[Tensor] = []
     for row in rows:
         places += _placed(row, 3, num_spatial_bins, spatial_bin_size, stride)
-    return _finished(torch.stack(places, 2).flatten(1, 2), rootsift, clipval)
+    return _finished(torch.stack(places, 2).flatten(1, 2), rootsift, clipval).to(input.dtype)
 
 
 def mean_patch(patches: Tensor) -> Tensor:

@@ -8,12 +8,13 @@ from ..filters.gaussian import gaussian_taps
 from ..filters.gradient import spatial_gradient
 from ..primitives.core.checks import check_broadcastable, check_tensor
 from ..primitives.filters.stencil import separable_each
+from ..primitives.resampling.warping import position_dtype
 
 
 def structure_tensor(input: Tensor, grads_mode: str) -> Tuple[Tensor, Tensor, Tensor]:
-    """Mean products xx, yy and xy of the derivatives of (B, C, H, W), weighted by a 7x7 Gaussian of sigma
-    1."""
-    gradient = spatial_gradient(input, grads_mode)
+    """Mean products xx, yy and xy of the derivatives of (B, C, H, W), weighted by a 7x7 Gaussian of sigma 1;
+    float32 of half precision."""
+    gradient = spatial_gradient(input.to(position_dtype(input.dtype)), grads_mode)
     dx, dy = gradient[:, :, 0], gradient[:, :, 1]
     taps = gaussian_taps(7, 1.0)
     blurred = separable_each([dx * dx, dy * dy, dx * dy], taps, taps, "reflect")

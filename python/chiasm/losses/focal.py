@@ -139,13 +139,14 @@ def _focused(logit: Tensor, gamma: float) -> Tensor:
 def _log_sigmoid(x: Tensor) -> Tensor:
     """logsigmoid of PyTorch has no ONNX form. The half also gives the right gradient at 0, where the gradient
     of |x| is 0."""
-    return 0.5 * (x - x.abs()) - torch.log1p(torch.exp(-x.abs()))
+    negative = torch.where(x > 0, torch.zeros_like(x), 0.5 * (x - x.abs()))
+    return negative - torch.log1p(torch.exp(-x.abs()))
 
 
 def _log_sum_exp(x: Tensor) -> Tensor:
-    """log(sum(exp(x))) over the classes; one of them may be minus infinity."""
-    largest = x.detach().amax(1, keepdim=True)
-    return torch.log(torch.exp(x - largest).sum(1)) + largest.squeeze(1)
+    """log(sum(exp(x))) over the classes, some of which may be minus infinity; if all are, about -1e30."""
+    largest = x.detach().amax(1, keepdim=True).clamp(min=-1e30)
+    return torch.log(torch.exp(x - largest).sum(1).clamp(min=1e-30)) + largest.squeeze(1)
 
 
 def _of_channels(weight: Tensor, pred: Tensor, name: str) -> Tensor:

@@ -55,7 +55,8 @@ def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] =
     Args:
         pred: (B, C, *) logits, floating point.
         target: (B, *) integer labels, 0 to C - 1.
-        weight: (C,), the weights of the classes in the mean; ones by default.
+        weight: (C,), factors of the classes' terms; ones by default. The mean still divides by C, as in
+            Kornia.
 
     Returns:
         A scalar.
@@ -74,7 +75,7 @@ def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] =
     probability = torch.softmax(logits, 1).flatten(2)
     own = class_planes(target.flatten(1), pred.size(1))
     losses = _extension(torch.where(own, 1.0 - probability, probability), own)
-    return narrowed(((losses * weights).sum(1) / weights.sum()).mean(), pred)
+    return narrowed((losses * weights).mean(), pred)
 
 
 def _extension(errors: Tensor, foreground: Tensor) -> Tensor:

@@ -28,8 +28,9 @@ def ms_ssim_loss(
     9 and 14, with Gaussians of growing sigma as scales instead of smaller images. MS-SSIM is the luminance
     term of SSIM at the widest Gaussian times the product of the contrast terms of all. Windows have four
     times the largest sigma plus one taps (33), and images are reflected at the border. Channels are
-    independent; Kornia multiplies the channels of a colour image. The paper uses the weight 0.84, without
-    compensation.
+    independent. Kornia adds zeros at the border, so that its loss, of grey images too, differs within twice
+    the largest sigma of it; inside it is the mean over the channels, which Kornia's map (B, H, W) holds. The
+    paper uses the weight 0.84, without compensation.
 
     Args:
         img1: (B, C, H, W), floating point; H and W more than twice the largest sigma.

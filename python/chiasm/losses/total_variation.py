@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_tensor
+from ..primitives.numbers.loss_reduction import narrowed, widened
 
 
 def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:
@@ -34,10 +35,11 @@ def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:
     check_choice(reduction, ["sum", "mean"], "reduction")
     if img.dim() < 2:
         raise ValueError(f"img: expected shape (*, H, W), got {list(img.shape)}")
-    vertical = (img[..., 1:, :] - img[..., :-1, :]).abs()
-    horizontal = (img[..., 1:] - img[..., :-1]).abs()
+    x = widened(img)
+    vertical = (x[..., 1:, :] - x[..., :-1, :]).abs()
+    horizontal = (x[..., 1:] - x[..., :-1]).abs()
     if reduction == "sum":
-        return vertical.sum([-2, -1]) + horizontal.sum([-2, -1])
+        return narrowed(vertical.sum([-2, -1]) + horizontal.sum([-2, -1]), img)
     if img.size(-2) < 2 or img.size(-1) < 2:
         raise ValueError(f"img: expected at least 2 x 2 pixels for a mean, got {list(img.shape)}")
-    return vertical.mean([-2, -1]) + horizontal.mean([-2, -1])
+    return narrowed(vertical.mean([-2, -1]) + horizontal.mean([-2, -1]), img)

@@ -2,11 +2,12 @@
 
 from typing import Union
 
+import torch
 from torch import Tensor
 
 
 class AverageMeter:
-    """Keeps the last value and the weighted mean of all values.
+    """Keeps the last value and the weighted mean of all values, which it sums in float64.
 
     >>> meter = AverageMeter()
     >>> meter.update(1.0, 3)
@@ -27,7 +28,7 @@ class AverageMeter:
     def update(self, val: Union[float, bool, Tensor], n: int = 1) -> None:
         """Add a value n times; a tensor is detached from its graph."""
         self.val = val.detach() if isinstance(val, Tensor) else val
-        self.sum = self.sum + self.val * n
+        self.sum = self.sum + (self.val.to(torch.float64) if isinstance(self.val, Tensor) else self.val) * n
         self.count += n
 
     @property

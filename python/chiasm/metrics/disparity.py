@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_reduction, check_tensor
+from ..primitives.numbers.loss_reduction import widened
 from .reductions import check_pair, reduced_valid, safe_sqrt
 
 
@@ -22,7 +23,8 @@ def mean_absolute_disparity_error(
         reduction: "mean", "sum" or "none".
 
     Returns:
-        A scalar in pixels (NaN if no pixel is valid), or (*) for "none", 0 where not valid.
+        A scalar in pixels (NaN if no pixel is valid), for "sum" float32 of half precision; or (*) for "none",
+        0 where not valid.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.
@@ -51,8 +53,8 @@ def root_mean_squared_disparity_error(
             square.
 
     Returns:
-        A scalar in pixels (NaN if no pixel is valid), or (*) for "none", 0 where not valid. If all errors are
-        0, the derivative is 0.
+        A scalar in pixels (NaN if no pixel is valid), for "sum" float32 of half precision; or (*) for "none",
+        0 where not valid. If all errors are 0, the derivative is 0.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.
@@ -68,7 +70,8 @@ def root_mean_squared_disparity_error(
         return error
     # squares of half precision numbers may exceed its range
     exact = error.to(torch.float64)
-    return safe_sqrt(reduced_valid(exact * exact, valid_mask, reduction)).to(error.dtype)
+    root = safe_sqrt(reduced_valid(exact * exact, valid_mask, reduction))
+    return root.to(error.dtype if reduction == "mean" else widened(error).dtype)
 
 
 def mean_bad_pixel_error(
@@ -92,8 +95,8 @@ def mean_bad_pixel_error(
         reduction: "mean", "sum" (the number of bad pixels) or "none".
 
     Returns:
-        A scalar, in [0, 1] for "mean" (NaN if no pixel is valid); or (*) for "none", 1 at bad pixels and 0
-        elsewhere.
+        A scalar, in [0, 1] for "mean" (NaN if no pixel is valid), for "sum" float32 of half precision; or (*)
+        for "none", 1 at bad pixels and 0 elsewhere.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.
@@ -133,8 +136,8 @@ def kitti_d1_error(
         reduction: "mean", "sum" (the number of outliers) or "none".
 
     Returns:
-        A scalar, in [0, 1] for "mean" (NaN if no pixel is valid); or (*) for "none", 1 at outliers and 0
-        elsewhere.
+        A scalar, in [0, 1] for "mean" (NaN if no pixel is valid), for "sum" float32 of half precision; or (*)
+        for "none", 1 at outliers and 0 elsewhere.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.

@@ -17,7 +17,7 @@ def aepe(input: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
         reduction: "mean", "sum" or "none".
 
     Returns:
-        A scalar in the flow's unit (pixels), or (*) for "none".
+        A scalar in the flow's unit (pixels), for "sum" float32 of half precision; or (*) for "none".
 
     Raises:
         TypeError: if a flow is not floating point.

@@ -9,6 +9,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_floating, check_last, check_leading, check_matrix, check_tensor
 from ..primitives.geometry.angles import angle_of
 from ..primitives.linalg.matrices import cross
+from ..primitives.numbers.loss_reduction import widened
 from .reductions import vector_length
 
 
@@ -37,19 +38,20 @@ def angle_error_mat(R1: Tensor, R2: Tensor) -> Tensor:
     check_leading([R1, R2], ["R1", "R2"], [2, 2])
     # R1^T R2 is the sum of outer products of rows: its antisymmetric part is the sum of cross products, its
     # trace the sum of dot products.
-    sine = 0.5 * vector_length(cross(R1, R2).sum(-2))
-    cosine = 0.5 * ((R1 * R2).sum(-1).sum(-1) - 1.0)
-    return angle_of(sine, cosine) * (180.0 / math.pi)
+    a, b = widened(R1), widened(R2)
+    sine = 0.5 * vector_length(cross(a, b).sum(-2))
+    cosine = 0.5 * ((a * b).sum(-1).sum(-1) - 1.0)
+    return (angle_of(sine, cosine) * (180.0 / math.pi)).to(torch.promote_types(R1.dtype, R2.dtype))
 
 
 def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
     """Angle between the directions of two vectors, in degrees.
 
     Computed as twice the arc tangent of |u - w| / |u + w| of the unit vectors (W. Kahan), which is accurate
-    for small angles and for nearly opposite vectors.
+    for small angles and for nearly opposite vectors. Computed in float64.
 
     Args:
-        v1: (*, D), floating point, of any length.
+        v1: (*, D), D at least 1, floating point, of any length.
         v2: like v1.
 
     Returns:
@@ -58,7 +60,7 @@ def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
 
     Raises:
         TypeError: if v1 or v2 is not floating point.
-        ValueError: if v1 or v2 has no dimension, or the last ones are not of one size.
+        ValueError: if v1 or v2 has no dimension or no component, or the last ones are not of one size.
 
     Example:
         >>> angle_error_vec(torch.tensor([1.0, 0.0, 0.0]), torch.tensor([0.0, 3.0, 0.0]))
@@ -66,16 +68,18 @@ def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
     """
     check_floating(v1, "v1")
     check_floating(v2, "v2")
-    if v1.dim() < 1 or v2.dim() < 1 or v1.size(-1) != v2.size(-1):
+    if v1.dim() < 1 or v2.dim() < 1 or v1.size(-1) != v2.size(-1) or v1.size(-1) < 1:
         raise ValueError(f"v2: expected shape (*, D) for v1 {list(v1.shape)}, got {list(v2.shape)}")
     check_leading([v1, v2], ["v1", "v2"], [1, 1])
-    length1, length2 = vector_length(v1), vector_length(v2)
+    a, b = _scaled(v1), _scaled(v2)
+    length1, length2 = vector_length(a), vector_length(b)
     lost = (length1 == 0) | (length2 == 0)
-    u = v1 / torch.where(lost, torch.ones_like(length1), length1)[..., None]
-    w = v2 / torch.where(lost, torch.ones_like(length2), length2)[..., None]
+    u = a / torch.where(lost, torch.ones_like(length1), length1)[..., None]
+    w = b / torch.where(lost, torch.ones_like(length2), length2)[..., None]
     along = vector_length(u + w)
     angle = 2.0 * angle_of(vector_length(u - w), torch.where(lost, torch.ones_like(along), along))
-    return torch.where(lost, torch.full_like(angle, 90.0), angle * (180.0 / math.pi))
+    degrees = torch.where(lost, torch.full_like(angle, 90.0), angle * (180.0 / math.pi))
+    return degrees.to(torch.promote_types(v1.dtype, v2.dtype))
 
 
 def pose_errors(P: Tensor, P_gt: Tensor, fold_translation: bool = True) -> Tuple[Tensor, Tensor]:
@@ -180,6 +184,14 @@ def auc_from_errors(
         gain = torch.where(below, t - sure, torch.zeros_like(e)).mean()
         areas.append((gain + sure.amax(0) / (2.0 * e.size(0))) / t)
     return torch.stack(areas).to(errors.dtype)
+
+
+def _scaled(v: Tensor) -> Tensor:
+    """Vectors in float64, of lengths whose squares float64 has."""
+    if v.dtype != torch.float64:
+        return v.to(torch.float64)
+    largest = v.detach().abs().amax(-1, keepdim=True)
+    return v / torch.where(largest == 0, torch.ones_like(largest), largest)
 
 
 def _check_pose(value: Tensor, name: str) -> None:

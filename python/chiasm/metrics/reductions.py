@@ -7,15 +7,17 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating
+from ..primitives.numbers.loss_reduction import widened
 
 
 def vector_length(v: Tensor) -> Tensor:
-    """Euclidean length along the last axis; its derivative is 0 for a zero vector.
+    """Euclidean length along the last axis, from squares in float64; its derivative is 0 for a zero vector.
 
     >>> vector_length(torch.tensor([[3.0, 4.0], [0.0, 0.0]]))
     tensor([5., 0.])
     """
-    return safe_sqrt((v * v).sum(-1))
+    exact = v.to(torch.float64)
+    return safe_sqrt((exact * exact).sum(-1)).to(v.dtype)
 
 
 def safe_sqrt(x: Tensor) -> Tensor:
@@ -34,7 +36,7 @@ def check_pair(input: Tensor, target: Tensor) -> None:
 
 def reduced_valid(values: Tensor, valid: Optional[Tensor], reduction: str) -> Tensor:
     """Mean or sum of the valid values, summed in float64, or the values themselves, which must be 0 where
-    invalid. Without valid values the mean is NaN, with derivatives of 0.
+    invalid. Without valid values the mean is NaN, with derivatives of 0. A sum of half precision is float32.
 
     >>> reduced_valid(torch.tensor([1.0, 0.0, 3.0]), torch.tensor([True, False, True]), "mean")
     tensor(2.)
@@ -49,4 +51,5 @@ def reduced_valid(values: Tensor, valid: Optional[Tensor], reduction: str) -> Te
         total = torch.where(
             none, torch.full_like(total, math.nan), total / torch.where(none, torch.ones_like(count), count)
         )
-    return total.to(values.dtype)
+        return total.to(values.dtype)
+    return total.to(widened(values).dtype)

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_broadcastable, check_choice, check_last, check_pair, check_rank
+from ..primitives.geometry.angles import angle_of
 from ..primitives.geometry.boxes import box_areas, intersections_and_unions, wide
 
 
@@ -240,11 +241,19 @@ def centre_distance(boxes1: Tensor, boxes2: Tensor, sides: Tensor, eps: float) -
 def aspect_penalty(boxes1: Tensor, boxes2: Tensor, iou: Tensor, eps: float) -> Tensor:
     """The squared difference of the angles of two boxes' diagonals, times (2 / pi)^2, with a weight that
     grows with their overlap and has no gradient."""
-    sides1, sides2 = boxes1[..., 2:] - boxes1[..., :2], boxes2[..., 2:] - boxes2[..., :2]
-    angle1 = torch.atan(sides1[..., 0] / sides1[..., 1])
-    angle2 = torch.atan(sides2[..., 0] / sides2[..., 1])
-    apart = (4.0 / (math.pi * math.pi)) * (angle1 - angle2) ** 2
+    apart = (4.0 / (math.pi * math.pi)) * (_diagonal_angle(boxes1) - _diagonal_angle(boxes2)) ** 2
     return (apart / (1.0 - iou + apart + eps)).detach() * apart
+
+
+def _diagonal_angle(boxes: Tensor) -> Tensor:
+    """The arc tangent of width / height, with a derivative where the height is 0; 0, with derivative 0, where
+    both are 0."""
+    width, height = boxes[..., 2] - boxes[..., 0], boxes[..., 3] - boxes[..., 1]
+    turned = height < 0
+    x, y = torch.where(turned, -width, width), torch.where(turned, -height, height)
+    empty = (x == 0) & (y == 0)
+    angle = angle_of(x, torch.where(empty, torch.ones_like(y), y))
+    return torch.where(empty, torch.zeros_like(angle), angle)
 
 
 def _pairs(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_image, check_rank
 from ..primitives.core.window_sizes import any_pair
+from ..primitives.filters.padding import check_inside
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.warping import position_dtype, resample_image
 
@@ -44,7 +45,8 @@ def deform_conv2d(
 
     Raises:
         TypeError: if a tensor is not floating point.
-        ValueError: if a shape is not as above, or stride or dilation is not positive, or padding negative.
+        ValueError: if a shape is not as above, a kernel is empty or larger than the padded input, stride or
+            dilation is not positive, or padding negative.
 
     Example:
         >>> image = torch.arange(9.0).reshape(1, 1, 3, 3)
@@ -59,6 +61,8 @@ def deform_conv2d(
     check_floating(weight, "weight")
     batch, channels = input.size(0), input.size(1)
     out_channels, kh, kw = weight.size(0), weight.size(2), weight.size(3)
+    if weight.size(1) < 1 or kh < 1 or kw < 1:
+        raise ValueError(f"weight: expected a channel and a tap at least, got {list(weight.shape)}")
     groups = channels // weight.size(1)
     if weight.size(1) * groups != channels or out_channels % groups != 0:
         raise ValueError(
@@ -68,8 +72,8 @@ def deform_conv2d(
     step_y, step_x = any_pair(stride, "stride")
     margin_y, margin_x = any_pair(padding, "padding")
     spread_y, spread_x = any_pair(dilation, "dilation")
-    rows = _places(input.size(2), kh, step_y, margin_y, spread_y)
-    columns = _places(input.size(3), kw, step_x, margin_x, spread_x)
+    rows = _places(input.size(2), kh, step_y, margin_y, spread_y, "rows")
+    columns = _places(input.size(3), kw, step_x, margin_x, spread_x, "columns")
     taps = kh * kw
     _check_taps(offset, batch, 2 * taps, rows, columns, "offset", "(B, 2 * G * kh * kw, OH, OW)")
     parts = offset.size(1) // (2 * taps)
@@ -104,12 +108,13 @@ def deform_conv2d(
     return out if bias is None else out + bias[:, None, None]
 
 
-def _places(size: int, taps: int, stride: int, padding: int, dilation: int) -> int:
-    """The number of places along an axis."""
+def _places(size: int, taps: int, stride: int, padding: int, dilation: int, what: str) -> int:
+    """The number of places along an axis, ``what`` in the message."""
     if stride < 1 or dilation < 1:
         raise ValueError(f"stride, dilation: expected positive numbers, got {stride} and {dilation}")
     if padding < 0:
         raise ValueError(f"padding: expected zero or more, got {padding}")
+    check_inside(size + 2 * padding, dilation * (taps - 1) + 1, what)
     return (size + 2 * padding - dilation * (taps - 1) - 1) // stride + 1
 
 

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_rank
 from ..primitives.core.loops import until_stable
+from ..primitives.geometry.boxes import wide
 from ..primitives.geometry.rotated_boxes import rotated_overlaps
 from ..primitives.numbers.slots import empty_slots, filled_slots, highest, taken
 from .suppression import check_candidates, check_slots
@@ -24,7 +25,7 @@ def rotated_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
         boxes2: (M, 5).
 
     Returns:
-        (N, M), in [0, 1]; NaN where both boxes are empty.
+        (N, M), in [0, 1], float32 for half precision; NaN where both boxes are empty.
 
     Raises:
         TypeError: if boxes1 or boxes2 is not floating point.
@@ -37,7 +38,7 @@ def rotated_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
     """
     _check_rotated(boxes1, 2, "(N, 5)", "boxes1")
     _check_rotated(boxes2, 2, "(M, 5)", "boxes2")
-    common, union = rotated_overlaps(boxes1[:, None], boxes2[None])
+    common, union = rotated_overlaps(wide(boxes1)[:, None], wide(boxes2)[None])
     return common / union
 
 

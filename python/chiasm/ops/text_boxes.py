@@ -10,6 +10,7 @@ from ..primitives.features.connected_components import numbered_components
 from ..primitives.geometry.rectangles import smallest_rectangle_direction
 from ..primitives.numbers.ranking import stable_topk
 from ..primitives.numbers.rounding import known_or, to_index
+from ..primitives.resampling.warping import position_dtype
 
 
 def decode_db(
@@ -39,9 +40,9 @@ def decode_db(
         min_size: boxes whose shorter side, before they are enlarged, is less are dropped.
 
     Returns:
-        Corners (B, N, 4, 2), x and y in pixels, which may lie outside the image: first the upper one of the
-        two leftmost corners, then clockwise; scores (B, N); and (B, N), bool, a mask of the slots that hold a
-        box. Boxes are in descending order of score; empty slots are 0.
+        Corners (B, N, 4, 2), x and y in pixels, float32 of half precision, which may lie outside the image:
+        first the upper one of the two leftmost corners, then clockwise; scores (B, N); and (B, N), bool, a
+        mask of the slots that hold a box. Boxes are in descending order of score; empty slots are 0.
 
     Raises:
         TypeError: if probability is not floating point.
@@ -90,7 +91,7 @@ def decode_db(
     corners = corners.gather(1, order[..., None, None].expand(-1, -1, 4, 2))
     corners = torch.where(found[..., None, None], corners, torch.zeros_like(corners))
     ranked = torch.where(found, ranked, torch.zeros_like(ranked))
-    return corners.to(probability.dtype), ranked.to(probability.dtype), found
+    return corners.to(position_dtype(probability.dtype)), ranked.to(probability.dtype), found
 
 
 def _largest_shapes(mask: Tensor, most: int) -> Tuple[Tensor, Tensor, Tensor]:

@@ -9,6 +9,7 @@ from ..primitives.core.checks import check_floating, check_pair, check_pixels, c
 from ..primitives.core.materialise import stored_index
 from ..primitives.core.window_sizes import any_pair, positive_pair
 from ..primitives.geometry.boxes import wide
+from ..primitives.numbers.loss_reduction import widened
 from ..primitives.numbers.reshaping import reshaped
 from .decoding import Detections, suppressed
 
@@ -63,7 +64,7 @@ def merge(tiles: Tensor, image_size: Tuple[int, int], overlap: Union[int, Tuple[
     overlapping tiles stay unchanged, within rounding.
 
     Args:
-        tiles: (B, T, C, rows, columns), floating point.
+        tiles: (B, T, C, rows, columns), floating point. Half precision is computed in float32.
         image_size: (H, W) of the image.
         overlap: the overlap with which the tiles were cut.
 
@@ -95,12 +96,12 @@ def merge(tiles: Tensor, image_size: Tuple[int, int], overlap: Union[int, Tuple[
     if tiles.size(1) != high * wide:
         raise ValueError(f"tiles: expected {high * wide} of them, {high} x {wide}, got {list(tiles.shape)}")
     laid_out = reshaped(
-        tiles.unflatten(1, [high, wide]).permute(0, 3, 1, 4, 2, 5),
+        widened(tiles).unflatten(1, [high, wide]).permute(0, 3, 1, 4, 2, 5),
         [tiles.size(0), tiles.size(2), high * rows, wide * columns],
     )
     tall, weight_y = _weighted_sum(laid_out, 2, height, rows, down)
     image, weight_x = _weighted_sum(tall, 3, width, columns, right)
-    return image / (weight_y[:, None] * weight_x)
+    return (image / (weight_y[:, None] * weight_x)).to(tiles.dtype)
 
 
 def merge_detections(

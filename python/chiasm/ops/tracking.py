@@ -11,6 +11,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_floating, check_last, check_rank, check_tensor
 from ..primitives.geometry.boxes import boxes_at, intersections_and_unions
 from ..primitives.numbers.slots import chosen_first
+from ..primitives.resampling.warping import position_dtype
 from .assignment import cheapest, check_mask
 from .kalman import kalman_predict, kalman_update
 
@@ -58,7 +59,8 @@ def sort_track(
 
     Returns:
         The new mean, covariance, counters and last_id, for the next frame; boxes (B, K, 4) of the tracks, 0
-        in empty slots; (B, K), int64, the index of each track's detection in this frame, 0 if there is none;
+        in empty slots. These, mean and covariance have mean's dtype, float32 for half precision, which areas
+        exceed. Then (B, K), int64, the index of each track's detection in this frame, 0 if there is none;
         and (B, K), bool, a mask of the tracks to show: those with a detection in this frame and at least
         ``min_hits`` in total.
 
@@ -319,13 +321,14 @@ def _stepped(
     after = torch.where(begun[..., None], begun_counters, torch.zeros_like(counters))
     after = torch.where(stays[..., None], stays_counters, after)
     boxes = _boxes(x)
+    dtype = position_dtype(before.dtype)
     shown = there & (after[..., 3] == 0) & (after[..., 2] >= min_hits)
     return (
-        x.to(before.dtype),
-        p.to(before.dtype),
+        x.to(dtype),
+        p.to(dtype),
         after,
         last_id + begun.to(torch.int64).sum(1),
-        torch.where(there[..., None], boxes, torch.zeros_like(boxes)).to(before.dtype),
+        torch.where(there[..., None], boxes, torch.zeros_like(boxes)).to(dtype),
         index,
         shown,
     )
