@@ -4,7 +4,9 @@
 #include <atomic>
 #include <chiasm/opencv.hpp>
 #include <cstdlib>
+#include <exception>
 #include <iostream>
+#include <mutex>
 #include <opencv2/core.hpp>
 #include <thread>
 
@@ -24,14 +26,26 @@ int main(int count, char** arguments) try {
     cv::Mat frame(240, 320, CV_8UC3), result(240, 320, CV_8U);
     for (int number = next++; number < requests; number = next++) {
       frame.setTo(cv::Scalar::all(0));
-      frame(cv::Range(20, 30 + number), cv::Range(20, 30 + number)).setTo(cv::Scalar::all(200));
+      const cv::Range square(20, 30 + number % 200);
+      frame(square, square).setTo(cv::Scalar::all(200));
       edges.run_into({chiasm::view(frame)}, {chiasm::view(result)});
       answers[static_cast<size_t>(number)] = static_cast<int64_t>(cv::sum(result)[0]);
     }
   };
+  std::exception_ptr failure;  // an exception that leaves a thread would end the process
+  std::mutex mutex;
+  const auto work = [&] {
+    try {
+      serve();
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      failure = std::current_exception();
+    }
+  };
   std::vector<std::thread> threads;
-  for (int i = 0; i < 8; ++i) threads.emplace_back(serve);
+  for (int i = 0; i < 8; ++i) threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
   for (size_t i = 0; i < answers.size(); ++i) std::cout << (i ? " " : "") << answers[i];
   std::cout << '\n';
 } catch (const std::exception& error) {

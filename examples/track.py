@@ -40,7 +40,7 @@ detector, tracker = (runtime.open(b).method("forward") for b in (bundle, tracker
 def detect(k: int) -> tuple[np.ndarray, ...]:
     frame = np.zeros((320, 320, 3), np.uint8)  # where a camera would write
     for x, y in ((4 * k, 40), (240 - 4 * k, 180)):
-        frame[y : y + 64, x : x + 64, 2] = 255
+        frame[y : y + 64, max(x, 0) : max(x + 64, 0), 2] = 255
     return frame, *detector(frame[None])
 
 

@@ -8,8 +8,9 @@
  *
  *  Handles (Bundle, Method, Outputs) are move-only and may be destroyed in any order: a Method keeps its
  *  bundle alive, and Outputs own their memory. A moved-from handle may be destroyed, assigned to and tested
- *  with `if (handle)`; any other use throws Error. Every failure throws Error. No type of the standard
- *  library crosses the boundary to libchiasm, so any compiler and any settings work.
+ *  with `if (handle)`; its c_handle() is NULL, and any other use throws Error. A Tensor is a view: what it
+ *  views must outlive it. Every failure throws Error. No type of the standard library crosses the boundary to
+ *  libchiasm, so any compiler and any settings work.
  */
 #ifndef CHIASM_CHIASM_HPP
 #define CHIASM_CHIASM_HPP

@@ -226,7 +226,11 @@ inline cv::Mat planes_to_mat(const Tensor& tensor, int depth = -1, double scale 
     throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: there is no image " + std::to_string(index) +
                                              ", only " + std::to_string(batch));
   }
-  if (channels < 1 || channels > CV_CN_MAX || rows > INT_MAX || cols > INT_MAX) {
+  if (rows < 0 || cols < 0 || rows > INT_MAX || cols > INT_MAX) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: expected sizes from 0 to 2^31 - 1, got " +
+                                             std::to_string(rows) + " x " + std::to_string(cols));
+  }
+  if (channels < 1 || channels > CV_CN_MAX) {
     throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: expected 1 to " + std::to_string(CV_CN_MAX) +
                                              " channels, got " + std::to_string(channels) +
                                              " (is the tensor (H, W, C)? then use to_mat)");
@@ -236,6 +240,10 @@ inline cv::Mat planes_to_mat(const Tensor& tensor, int depth = -1, double scale 
                 "planes_to_mat: swap_rb is for 3 or 4 channels, the tensor has " + std::to_string(channels));
   }
   const int own_depth = detail::depth_of_dtype(tensor.dtype());
+  if (rows == 0 || cols == 0) {
+    return cv::Mat(static_cast<int>(rows), static_cast<int>(cols),
+                   CV_MAKETYPE(depth < 0 ? own_depth : depth, static_cast<int>(channels)));
+  }
   const size_t plane_bytes = static_cast<size_t>(rows * cols) * static_cast<size_t>(CV_ELEM_SIZE1(own_depth));
   // cv::merge only reads them.
   auto* const data =

@@ -91,6 +91,8 @@ void check_apart(std::vector<Memory>& all) {
     std::rethrow_exception(error);
   } catch (const Error& e) {
     fail(e.code(), "run " + std::to_string(run) + ": " + e.what());
+  } catch (const std::bad_alloc&) {
+    fail(CHIASM_OUT_OF_MEMORY, "run " + std::to_string(run) + ": out of memory");
   }
 }
 

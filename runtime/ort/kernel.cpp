@@ -66,6 +66,9 @@ chiasm_tensor view(const OrtApi& api, const OrtValue& value, int64_t* shape) {
   check(api.GetDimensions(raw, shape, rank));
   tensor.ndim = static_cast<int32_t>(rank);
   check(api.GetTensorMutableData(const_cast<OrtValue*>(&value), &tensor.data));
+  // ONNX Runtime's tensors without elements may have no data, which the core takes for a mistake.
+  alignas(64) static char nothing[64];
+  if (tensor.data == nullptr && std::find(shape, shape + rank, 0) != shape + rank) tensor.data = nothing;
   return tensor;
 }
 

@@ -130,7 +130,12 @@ std::unique_ptr<Domain> make_domain(const OrtApi& api, const Bundles& bundles,
     }
   }
   check(api.CreateCustomOpDomain(kDomain, &domain->handle));
-  for (const auto& node : domain->nodes) check(api.CustomOpDomain_Add(domain->handle, node.get()));
+  try {
+    for (const auto& node : domain->nodes) check(api.CustomOpDomain_Add(domain->handle, node.get()));
+  } catch (...) {
+    api.ReleaseCustomOpDomain(domain->handle);
+    throw;
+  }
   return domain;
 }
 

@@ -397,6 +397,11 @@ void Arguments::add_dlpack(py::object capsule, const chiasm_tensor_info& info) {
                        std::to_string(static_cast<int>(tensor->device.device_type)) + ")");
   }
   std::copy_n(tensor->shape, tensor->ndim, storage_.back()->shape.begin());
+  // PyTorch's tensors without elements have no data, which the core takes for a mistake.
+  alignas(64) static char nothing[64];
+  if (view.data == nullptr &&
+      std::find(tensor->shape, tensor->shape + tensor->ndim, 0) != tensor->shape + tensor->ndim)
+    view.data = nothing;
   if (tensor->strides == nullptr) {
     view.strides = nullptr;
   } else {

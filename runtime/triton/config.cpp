@@ -161,7 +161,7 @@ Parameters read_parameters(const json& config) {
       parameters.load.allow_native_code = read_flag(name, value);
     } else if (name == "warm_up") {
       parameters.load.warm_up = read_flag(name, value);
-    } else {
+    } else if (name.rfind("TRITON_", 0) != 0) {  // the server has parameters of its own
       refuse("unknown parameter '" + name +
              "'; there are method, backend, dtype, threads, allow_native_code, warm_up");
     }

@@ -291,6 +291,24 @@ def test_exported_bundles_prove_themselves(path: Path) -> None:
     assert not [row for row in rows if row.passed is False]
 
 
+def test_a_run_leaves_torchs_threads_to_the_program(tmp_path: Path) -> None:
+    program = """if True:
+        import sys, threading
+        import numpy as np, torch
+        import chiasm.runtime
+        torch.set_num_threads(1)
+        method = chiasm.runtime.open(sys.argv[1]).method(backend="torch")
+        method(np.zeros((2, 2), np.float32), np.ones((), np.float32), np.ones((2, 2), bool))
+        later = threading.Thread(target=lambda: print(torch.get_num_threads()))
+        later.start(), later.join()
+    """
+    command = [sys.executable, "-c", program, str(write_scale(tmp_path))]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment.pop("OMP_NUM_THREADS", None)
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=100, check=True)
+    assert done.stdout == "1\n"
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_daemon_threads_do_not_abort_the_end_of_a_process(tmp_path: Path, backend: str) -> None:
     program = """if True:

@@ -74,7 +74,8 @@ class Unwilling:
         (lambda x: np.asfortranarray(x), ["x", "stride"]),
         (lambda x: np.broadcast_to(x[:1], (5, 7)), ["x", "stride"]),
         (lambda x: np.zeros((5, 8), np.float32), ["8", "7"]),
-        (lambda x: np.zeros((0, 7), np.float32), ["x", "0"]),
+        (lambda x: np.zeros((0, 7), np.float32), ["x", "must be from 1"]),
+        (lambda x: torch.zeros(0, 7), ["x", "must be from 1"]),  # it has no data
         (lambda x: torch.from_numpy(x).t(), ["x"]),
         (lambda x: torch.from_numpy(x).requires_grad_(), ["x", "requires grad", "detach"]),
         (lambda x: torch._neg_view(-torch.from_numpy(x)), ["x", "negative bit", "resolve_neg"]),

@@ -134,6 +134,14 @@ TEST(OpenCv, PlanesSayWhatIsWrong) {
         planes_to_mat(Tensor(values.data(), {2, 3, 4}, Device::cuda()));
       },
       says("not in CPU memory"));
+  EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {3, -1, 5})); }, says("got -1 x 5"));
+}
+
+TEST(OpenCv, AnImageWithoutPixelsKeepsItsType) {
+  const float none = 0;
+  const cv::Mat empty = planes_to_mat(Tensor(&none, {3, 0, 5}), CV_8U);
+  EXPECT_EQ(empty.type(), CV_8UC3);
+  EXPECT_EQ(empty.size(), cv::Size(5, 0));
 }
 
 TEST(OpenCv, AReadOnlyTensorIsNotMadeAMat) {

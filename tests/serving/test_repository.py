@@ -123,7 +123,7 @@ def test_names_between_parts_are_kept_apart(server: Server, tmp_path: Path) -> N
 
 def test_names_may_have_any_characters(tmp_path: Path) -> None:
     """protobuf reads the configurations as they are meant."""
-    names = 'in "quotes" \\', "lögits 日本 😀"
+    names = 'in "quotes" \\ \x01\n\x7f2', "lögits 日本 😀"
     status, said = run(tmp_path / "models", passing(tmp_path / "a.onnx", *names))
     assert status == 0, said
     text = (tmp_path / "models" / "a" / "config.pbtxt").read_text("utf-8")

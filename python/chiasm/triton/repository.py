@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import tempfile
@@ -142,4 +141,6 @@ def _described(kind: str, tensors: Sequence[Tensor]) -> str:
 
 
 def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)  # protobuf's parser in Python does not know \u
+    """A string of protobuf's text format, which has no \\u."""
+    parts = (f"\\{ord(c):03o}" if ord(c) < 32 or c in '"\\\x7f' else c for c in text)
+    return f'"{"".join(parts)}"'

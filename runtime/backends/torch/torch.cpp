@@ -290,9 +290,10 @@ class Call {
     thread_local int32_t most = 1;
     const uint32_t generation = ForkGate::generation();
     if (prepared != generation) {
-      // Twice as many, since set_num_threads makes a second pool, which belongs to XNNPACK.
+      // Twice as many, since libtorch may make a second pool, which belongs to XNNPACK.
       most = generation == 0 ? 1 + chiasm::plugin::threads_left(2 * (process_threads - 1)) / 2 : 1;
-      at::set_num_threads(most);
+      at::internal::lazy_init_num_threads();  // the first loop would set this thread's number otherwise
+      ThreadCounts::set(most);
       // Create the team now, while threads are available, by a loop that is long enough to use all of it.
       if (most > 1) at::empty({most * at::internal::GRAIN_SIZE}, at::kByte).fill_(1);
       prepared = generation;
