@@ -353,3 +353,24 @@ def test_what_a_patch_mix_refuses() -> None:
     }.items():
         with pytest.raises(ValueError, match=message):
             call()
+
+
+def test_masks_of_another_size_are_refused() -> None:
+    images, small = torch.rand(2, 3, 8, 8), torch.zeros(2, 1, 4, 8, dtype=torch.int64)
+    mixes: list[Any] = [
+        A.RandomCutMixV2(data_keys=["input", "mask"]),
+        A.RandomJigsaw((2, 2), data_keys=["input", "mask"]),
+        A.RandomMosaic(data_keys=["input", "mask"]),
+        A.PatchMix(patch_size=2, data_keys=["input", "mask"]),
+    ]
+    for mix in mixes:
+        for mask in (small, small[:1].expand(1, 1, 4, 8), small[:, 0]):
+            with pytest.raises(ValueError, match=r"mask: expected shape \(2, C, 8, 8\), got"):
+                mix(images, mask)
+        assert mix(images, torch.zeros(2, 1, 8, 8))[1].shape == (2, 1, 8, 8)
+    copy = A.RandomTransplantation(data_keys=["input", "mask", "mask"])
+    whole = torch.zeros(2, 8, 8, dtype=torch.int64)
+    with pytest.raises(ValueError, match=r"mask: expected shape \(2, C, 8, 8\), got"):
+        copy(images, whole, whole[:, :4])
+    with pytest.raises(ValueError, match=r"bbox_xyxy: expected shape \(2, N, 4\), got"):
+        A.RandomMosaic(data_keys=["input", "bbox_xyxy"])(images, torch.zeros(1, 1, 4))

@@ -261,3 +261,120 @@ def test_what_is_refused() -> None:
     for step in (augmentation.CenterCrop(4), augmentation.CenterCrop3D(4), augmentation.RandomMosaic((4, 4))):
         with pytest.raises(ValueError, match="steps that change the size"):
             augmentation.AugmentationSequential(step, random_apply=1)
+
+
+@pytest.mark.parametrize(
+    "name, settings", [("AutoAugment", ()), ("RandAugment", (2, 9)), ("TrivialAugment", ()), ("AugMix", ())]
+)
+def test_nothing_follows_the_images_of_a_policy(name: str, settings: tuple[int, ...]) -> None:
+    images = torch.rand(2, 3, 16, 16, generator=torch.Generator().manual_seed(1))
+    data = {
+        "mask": torch.zeros(2, 1, 16, 16),
+        "bbox_xyxy": torch.zeros(2, 1, 4),
+        "keypoints": torch.zeros(2, 1, 2),
+    }
+    augment = augmentation.AugmentationSequential(CLASSES[name](*settings))
+    out = augment(images)
+    for key, value in data.items():
+        message = f"data_keys: expected 'input' alone, for {name} .*; got '{key}'"
+        with pytest.raises(ValueError, match=message):
+            augment(images, value, data_keys=["input", key])
+        with pytest.raises(ValueError, match=message):
+            augment.inverse(value, data_keys=[key])
+    with pytest.raises(ValueError, match=f"inverse: there is no way back, for {name} "):
+        augment.inverse(out)
+    label = torch.arange(2)
+    assert augment(images, label, data_keys=["input", "class"])[1] is label
+
+
+def test_patches_within_a_sequence() -> None:
+    images = torch.rand(6, 3, 8, 8, generator=torch.Generator().manual_seed(1))
+    patches = augmentation.PatchSequential(
+        augmentation.RandomHorizontalFlip(),
+        CLASSES["RandomInvert"](),
+        grid_size=(2, 2),
+        patchwise_apply=False,
+    )
+    augment = augmentation.AugmentationSequential(patches, augmentation.RandomVerticalFlip(p=1.0))
+    assert augment[0] is patches
+    out = augment(images, seed=SEEDS[:6])
+    draws = augment._params[0]["draws"]
+    assert torch.equal(out, patches.forward(images, draws).flip(2))  # its own seeds
+    assert not torch.equal(out, images.flip(2))
+    assert torch.equal(augment(images, seed=SEEDS[:6]), out)
+    assert torch.equal(augment(images, params=augment._params), out)
+    assert torch.equal(augment.forward(images, SEEDS[:6]), out)
+    assert torch.equal(torch.jit.script(augment)(images, SEEDS[:6]), out)
+    assert torch.equal(augment(images[4:5], seed=SEEDS[4:5]), out[4:5])
+    with pytest.raises(ValueError, match=r"expected 'input' alone, for PatchSequential .*; got 'mask'"):
+        augment(images, images, data_keys=["input", "mask"])
+    frames = augmentation.VideoSequential(augmentation.RandomHorizontalFlip())
+    videos = images.reshape(2, 3, 3, 8, 8)
+    sequence = augmentation.AugmentationSequential(frames)
+    out = sequence(videos, seed=SEEDS[:2])
+    assert torch.equal(out, frames.forward(videos, sequence._params[0]["draws"]))
+
+
+def test_repeating_a_call_draws_no_numbers() -> None:
+    images, flips = torch.rand(3, 3, 8, 8), [augmentation.RandomHorizontalFlip() for _ in range(2)]
+    augments: list[Any] = [flips[0], augmentation.AugmentationSequential(*flips, random_apply=1)]
+    for augment in augments:
+        out = augment(images)
+        before = torch.get_rng_state()
+        assert torch.equal(augment(images, params=augment._params), out)
+        assert torch.equal(torch.get_rng_state(), before)
+
+
+def test_same_on_batch_of_a_sequence_within_a_sequence() -> None:
+    images = torch.rand(64, 3, 4, 4, generator=torch.Generator().manual_seed(1))
+
+    def flips(same_on_batch: bool | None) -> Any:
+        flip = augmentation.RandomHorizontalFlip(same_on_batch=True)
+        inner = augmentation.ImageSequential(flip, torch.nn.Identity(), random_apply=(2,), same_on_batch=True)
+        return augmentation.AugmentationSequential(inner, same_on_batch=same_on_batch)(
+            images, seed=SEEDS[:64]
+        )
+
+    for same_on_batch, kinds in ((None, {1}), (True, {1}), (False, {2})):
+        flipped = (flips(same_on_batch) == images.flip(3)).flatten(1).all(1)
+        assert {len(set(flipped.tolist()))} == kinds
+    with pytest.raises(
+        ValueError, match="same_on_batch: expected False, for crops depend on an image's boxes"
+    ):
+        augmentation.AugmentationSequential(augmentation.RandomIoUCrop(), same_on_batch=True)
+
+
+def test_boxes_that_are_not_chosen_stay() -> None:
+    count = 30
+    boxes = torch.tensor([[0.0, 0.0, 4.0, 0.5], [1.0, 1.0, 5.0, 5.0]])
+    augment = augmentation.AugmentationSequential(
+        augmentation.SanitizeBoundingBoxes(),
+        torch.nn.Identity(),
+        data_keys=["input", "bbox_xyxy", "class"],
+        random_apply=1,
+    )
+    images, labels = torch.rand(count, 1, 8, 8), [torch.arange(2)] * count
+    _, kept, classes = augment(images, [boxes] * count, labels)
+    chosen = augment._params[0]["batch_prob"]
+    assert 0 < chosen.sum() < count
+    _, padded = augment(
+        images, boxes.expand(count, 2, 4), data_keys=["input", "bbox_xyxy"], params=augment._params
+    )
+    for i, taken in enumerate(chosen.tolist()):
+        assert torch.equal(kept[i], boxes[1:] if taken else boxes)
+        assert classes[i].tolist() == ([1] if taken else [0, 1])
+        assert torch.equal(padded[i], boxes * torch.tensor([[0.0], [1.0]]) if taken else boxes)
+
+
+def test_no_samples_and_no_frames() -> None:
+    flip = augmentation.RandomHorizontalFlip()
+    patches = augmentation.PatchSequential(flip, grid_size=(2, 2), patchwise_apply=False)
+    by_place = augmentation.PatchSequential(flip, flip, grid_size=(1, 2), padding="valid")
+    for augment in (patches, by_place):
+        assert augment(torch.rand(0, 3, 5, 6)).shape[:2] == (0, 3)
+    for same_on_frame in (True, False):
+        video = augmentation.VideoSequential(flip, same_on_frame=same_on_frame)
+        assert video(torch.rand(2, 0, 3, 5, 6)).shape == (2, 0, 3, 5, 6)
+        assert video(torch.rand(0, 4, 3, 5, 6)).shape == (0, 4, 3, 5, 6)
+    videos = augmentation.VideoSequential(flip, data_format="BCTHW")
+    assert videos(torch.rand(2, 3, 0, 5, 6)).shape == (2, 3, 0, 5, 6)

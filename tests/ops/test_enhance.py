@@ -309,3 +309,21 @@ WRONG = [
 def test_message(call: Callable[[], object], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call()
+
+
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_half_precision_is_float32_rounded_once(dtype: torch.dtype) -> None:
+    x = torch.rand(2, 2, 300, 300, generator=torch.Generator().manual_seed(3)).to(dtype)
+    x[0, 0] = 0.5
+    cases: list[Callable[[Tensor], Tensor]] = [
+        enhance.normalize_min_max,
+        lambda x: enhance.normalize_min_max(60000.0 * (2.0 * x - 1.0), -1.0, 2.0),
+        lambda x: enhance.equalize_clahe(x, 2.0, (1, 1), slow_and_differentiable=True),  # 90000 pixels a tile
+    ]
+    for case in cases:
+        out = case(x)
+        assert out.dtype == dtype
+        assert out.isfinite().all()
+    assert torch.equal(cases[0](x), cases[0](x.float()).to(dtype))
+    assert torch.equal(cases[2](x), cases[2](x.float()).to(dtype))
+    assert not enhance.normalize_min_max(x)[0, 0].any()

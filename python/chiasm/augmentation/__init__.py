@@ -9,6 +9,7 @@ from .base import (
     GeometricAugmentationBase2D,
     IntensityAugmentationBase2D,
 )
+from .base import ImagesOnly as ImagesOnly
 from .blur import random_box_blur, random_gaussian_blur, random_median_blur, random_motion_blur
 from .classes import CLASSES
 from .colour import (

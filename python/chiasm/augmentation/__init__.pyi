@@ -13,6 +13,7 @@ from .affine import random_affine as random_affine
 from .base import AugmentationBase2D as AugmentationBase2D
 from .base import AugmentationBase3D as AugmentationBase3D
 from .base import GeometricAugmentationBase2D as GeometricAugmentationBase2D
+from .base import ImagesOnly as ImagesOnly
 from .base import IntensityAugmentationBase2D as IntensityAugmentationBase2D
 from .blur import random_box_blur as random_box_blur
 from .blur import random_gaussian_blur as random_gaussian_blur
@@ -391,9 +392,13 @@ class RandomInvert(IntensityAugmentationBase2D):
     """`random_invert` as a module, which draws the seeds if none are given: Invert: ``max_val - input``;
     for uint8, ``255 - input``."""
 
-    max_val: float
+    max_val: Union[float, Tensor]
     def __init__(
-        self, max_val: float = 1.0, same_on_batch: bool = False, p: float = 0.5, keepdim: bool = False
+        self,
+        max_val: Union[float, Tensor] = 1.0,
+        same_on_batch: bool = False,
+        p: float = 0.5,
+        keepdim: bool = False,
     ) -> None: ...
 
 class RandomJPEG(IntensityAugmentationBase2D):
@@ -669,7 +674,7 @@ class RandomSolarize(IntensityAugmentationBase2D):
         keepdim: bool = False,
     ) -> None: ...
 
-class AutoAugment(IntensityAugmentationBase2D):
+class AutoAugment(ImagesOnly):
     """`auto_augment` as a module, which draws the seeds if none are given: AutoAugment: one of 25 pairs
     of operations with equal probability. Each operation of a pair has its own probability and
     strength."""
@@ -677,7 +682,7 @@ class AutoAugment(IntensityAugmentationBase2D):
     policy: str
     def __init__(self, policy: str = "imagenet") -> None: ...
 
-class RandAugment(IntensityAugmentationBase2D):
+class RandAugment(ImagesOnly):
     """`rand_augment` as a module, which draws the seeds if none are given: RandAugment: n operations,
     each one of 14 with equal probability, all of the same strength."""
 
@@ -685,12 +690,12 @@ class RandAugment(IntensityAugmentationBase2D):
     m: int
     def __init__(self, n: int, m: int) -> None: ...
 
-class TrivialAugment(IntensityAugmentationBase2D):
+class TrivialAugment(ImagesOnly):
     """`trivial_augment` as a module, which draws the seeds if none are given: TrivialAugment in its wide
     form: one of 14 operations, of one of 31 strengths, all equally likely."""
     def __init__(self) -> None: ...
 
-class AugMix(IntensityAugmentationBase2D):
+class AugMix(ImagesOnly):
     """`aug_mix` as a module, which draws the seeds if none are given: AugMix: a blend of the image with
     a blend of chains of operations."""
 

@@ -11,7 +11,7 @@ from ..primitives.core.checks import check_interval
 from ..primitives.core.modules import shown
 from ..primitives.random.draws import between, uniform
 from .base import Range, check_batch, pair
-from .decisions import below
+from .decisions import below, check_positive_bounds
 from .settings import numbers, symmetric
 from .warps import Warp, chosen, middle, warped
 
@@ -29,9 +29,9 @@ def _draw(
 ) -> Dict[str, Tensor]:
     check_interval(degrees, "degrees")
     check_interval(translate, "translate")
-    check_interval(scale, "scale")
+    check_positive_bounds(scale, "scale")
     if scale_y is not None:
-        check_interval(scale_y, "scale_y")
+        check_positive_bounds(scale_y, "scale_y")
     check_interval(shear_x, "shear_x")
     check_interval(shear_y, "shear_y")
     u = uniform(seed, 8)
@@ -159,6 +159,8 @@ class RandomAffine(Warp):
         self.translate = (moved[0], moved[1])
         self.scale, scale_y = two_ranges((1.0, 1.0) if scale is None else scale, "scale")
         self.scale_y: Optional[Tuple[float, float]] = scale_y
+        for each in (self.scale, self.scale if scale_y is None else scale_y):
+            check_positive_bounds(each, "scale")
         self.shear_x, shear_y = two_ranges(0.0 if shear is None else shear, "shear")
         self.shear_y = (0.0, 0.0) if shear_y is None else shear_y
 

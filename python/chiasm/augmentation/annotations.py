@@ -103,6 +103,14 @@ def of_edges(key: str, boxes: Tensor) -> Tensor:
     return torch.stack([x[..., [0, 1, 1, 0]], y[..., [0, 0, 1, 1]]], -1)
 
 
+def _signed(fill: float, dtype: torch.dtype) -> float:
+    """The number whose bits, in a signed dtype that stands for an unsigned one (``as_movable``), are those of
+    ``fill``."""
+    if dtype in _SIGNED.values() and torch.iinfo(dtype).max < fill < 2 ** torch.iinfo(dtype).bits:
+        return int(fill) - 2 ** torch.iinfo(dtype).bits
+    return fill
+
+
 def moved_mask(
     mask: Tensor, move: Callable[[Tensor, float], Tensor], fill: float = 0.0, bytes_too: bool = True
 ) -> Tensor:
@@ -117,5 +125,5 @@ def moved_mask(
     number = torch.arange(1, flat.size(2) + 1, dtype=torch.float64, device=mask.device)
     found = move(number.reshape(1, 1, *mask.shape[2:]).expand(mask.size(0), 1, *mask.shape[2:]), 0.0)
     index = found.to(torch.int64).expand(-1, mask.size(1), *found.shape[2:])
-    values = torch.cat([torch.full_like(flat[:, :, :1], fill), flat], 2)
+    values = torch.cat([torch.full_like(flat[:, :, :1], _signed(fill, mask.dtype)), flat], 2)
     return values.gather(2, index.flatten(2)).reshape(index.shape)

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import where_chosen
-from ..primitives.core.checks import check_pixels, check_rank
+from ..primitives.core.checks import check_pixels, check_rank, check_tensor
 from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, uniform
 from .decisions import below, check_chance
@@ -122,8 +122,15 @@ class AugmentationBase(Module):
             params: the parameters of an earlier call, or your own; then none are drawn.
             seed: (B,), int64: the parameters are drawn from it.
             generator: draws the seeds if none are given; PyTorch's default generator if None.
+
+        Raises:
+            TypeError: if input is not a tensor.
+            ValueError: if it has another number of dimensions.
         """
+        check_tensor(input, "input")
         batch = input[None] if input.dim() == self.rank - 1 else input
+        layout = "(B, C, H, W) or (C, H, W)" if self.rank == 4 else "(B, C, D, H, W) or (C, D, H, W)"
+        check_rank(batch, self.rank, layout, "input")
         out = self.change(batch, params, seed, generator)
         return out[0] if self.keepdim and input.dim() < batch.dim() else out
 
@@ -135,14 +142,15 @@ class AugmentationBase(Module):
         generator: Optional[torch.Generator] = None,
     ) -> Tensor:
         """The work of a call, for a batch."""
-        if seed is None:
-            seed = draw_seeds(batch.size(0), generator).to(batch.device)
         if params is None:
+            if seed is None:
+                seed = draw_seeds(batch.size(0), generator).to(batch.device)
             check_seed(seed, batch.size(0))
             params = self.draw(seed, list(batch.shape))
             params["seed"] = seed
-        elif "batch_prob" not in params:
-            params = {**params, "batch_prob": torch.ones_like(seed, dtype=torch.bool)}
+        else:  # nothing is drawn
+            seed = torch.zeros(batch.size(0), dtype=torch.int64, device=batch.device)
+            params = {"batch_prob": torch.ones_like(seed, dtype=torch.bool), **params}
         self._params = {**params, "forward_input_shape": torch.tensor(batch.shape)}
         return super().__call__(batch, seed, self._params)
 
@@ -172,6 +180,13 @@ class AugmentationBase2D(AugmentationBase):
     """
 
 
+class Seeded(Module):
+    """A module whose ``forward(input, seed)`` draws all random numbers from seeds (B,), int64."""
+
+    #: The number of dimensions of a batch.
+    rank = 4
+
+
 class IntensityAugmentationBase2D(AugmentationBase2D):
     """Random changes of pixel values; the content of the image does not move.
 
@@ -182,6 +197,39 @@ class IntensityAugmentationBase2D(AugmentationBase2D):
         >>> Darker(p=1.0)(torch.ones(1, 1, 1, 2))
         tensor([[[[0.5000, 0.5000]]]])
     """
+
+
+class ImagesOnly(IntensityAugmentationBase2D):
+    """Random changes that may move images, without parameters that tell how: nothing can follow them, and
+    there is no way back."""
+
+    #: The name in messages.
+    title = ""
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        raise refusal(self, "mask")
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        name = _title(self)
+        raise ValueError(f"inverse: there is no way back, for {name} does not tell how it moves images")
+
+    @torch.jit.unused
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        raise ValueError(f"{_title(self)}: it does not tell how it moves images, so it has no matrix")
+
+
+def refusal(step: ImagesOnly, key: str) -> ValueError:
+    """The error of a step that only images can go through."""
+    name = _title(step)
+    return ValueError(
+        f"data_keys: expected 'input' alone, for {name} does not tell how it moves images; got {key!r}"
+    )
+
+
+def _title(step: ImagesOnly) -> str:
+    return step.title or type(step).__name__
 
 
 class GeometricAugmentationBase2D(AugmentationBase2D):

@@ -14,9 +14,22 @@ from ..primitives.core.modules import hold, shown
 from ..primitives.core.source import made_from
 from ..primitives.random.draws import uniform
 from . import blur, colour, distort, jitter, levels, light, noise, policies, weather
-from .base import IntensityAugmentationBase2D, select
+from .base import ImagesOnly, IntensityAugmentationBase2D, select
 from .decisions import below
-from .settings import Reader, about, bits, fixed, list_of_whole, number, one_whole, plain, vector, whole, word
+from .settings import (
+    Reader,
+    about,
+    bits,
+    fixed,
+    list_of_whole,
+    number,
+    number_or_tensor,
+    one_whole,
+    plain,
+    vector,
+    whole,
+    word,
+)
 
 Setting = Tuple[str, Any, Reader]
 #: Marks a setting without a default.
@@ -24,11 +37,17 @@ _NEEDED = inspect.Parameter.empty
 _INFINITE = math.inf
 
 
-def _class(name: str, function: Callable[..., Any], settings: List[Setting], tail: str) -> Type[nn.Module]:
+def _class(
+    name: str,
+    function: Callable[..., Any],
+    settings: List[Setting],
+    tail: str,
+    base: Type[nn.Module] = IntensityAugmentationBase2D,
+) -> Type[nn.Module]:
     """``tail`` gives the order of the arguments that all classes have: ``p`` with its default,
     ``same_on_batch``, ``keepdim``, and any settings that come after them."""
     scope: Dict[str, Any] = {
-        "Base": IntensityAugmentationBase2D,
+        "Base": base,
         "Tensor": Tensor,
         "List": List,
         "Dict": Dict,
@@ -205,7 +224,7 @@ _MADE = [
         "same_on_batch p=0.1 keepdim",
     ),
     _class("RandomHue", colour.random_hue, [("hue", (0.0, 0.0), about(0, -0.5, 0.5))], _SAME),
-    _class("RandomInvert", levels.random_invert, [("max_val", 1.0, number)], _HALF),
+    _class("RandomInvert", levels.random_invert, [("max_val", 1.0, number_or_tensor)], _HALF),
     _class("RandomJPEG", noise.random_jpeg, [("jpeg_quality", 50.0, about(50, 1, 100))], _SAME),
     _class(
         "RandomLinearCornerIllumination",
@@ -304,9 +323,15 @@ _MADE = [
         [("thresholds", 0.1, about(0.5, 0, 1)), ("additions", 0.1, about(0, -0.5, 0.5))],
         _HALF,
     ),
-    _class("AutoAugment", policies.auto_augment, [("policy", "imagenet", plain)], ""),
-    _class("RandAugment", policies.rand_augment, [("n", _NEEDED, one_whole), ("m", _NEEDED, one_whole)], ""),
-    _class("TrivialAugment", policies.trivial_augment, [], ""),
+    _class("AutoAugment", policies.auto_augment, [("policy", "imagenet", plain)], "", ImagesOnly),
+    _class(
+        "RandAugment",
+        policies.rand_augment,
+        [("n", _NEEDED, one_whole), ("m", _NEEDED, one_whole)],
+        "",
+        ImagesOnly,
+    ),
+    _class("TrivialAugment", policies.trivial_augment, [], "", ImagesOnly),
     _class(
         "AugMix",
         policies.aug_mix,
@@ -318,6 +343,7 @@ _MADE = [
             ("all_ops", True, plain),
         ],
         "",
+        ImagesOnly,
     ),
 ]
 CLASSES: Dict[str, Type[nn.Module]] = {made.__name__: made for made in _MADE}

@@ -7,10 +7,9 @@ from torch import Tensor, nn
 
 from ..geometry.held import Held
 from ..primitives.core.checks import check_rank
-from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, integers, ranks, split, uniform
 from .annotations import as_movable, check_value, is_single, moved_coordinates
-from .base import AugmentationBase, draw_seeds, identity, select, shape_of
+from .base import AugmentationBase, ImagesOnly, Seeded, draw_seeds, identity, refusal, select, shape_of
 from .crop import RandomResizedCrop
 from .cut import Cut
 from .cut3d import Cut3D
@@ -39,30 +38,18 @@ class Fixed(AugmentationBase):
         return self.module(input)
 
 
-class Nested(AugmentationBase):
+class Nested(ImagesOnly):
     """A sequence as a step of another sequence, for images only."""
 
-    def __init__(self, sequence: nn.Module) -> None:
+    def __init__(self, sequence: Seeded) -> None:
         super().__init__(1.0)
-        self.sequence = sequence
+        self.sequence, self.rank, self.title = sequence, sequence.rank, type(sequence).__name__
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         return {"batch_prob": torch.ones_like(seed, dtype=torch.bool), "draws": seed}
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return self.sequence.forward(input, params["draws"])
-
-    @torch.jit.unused
-    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
-        raise ValueError("data_keys: expected 'input' alone, for a step is a sequence that chooses its steps")
-
-    @torch.jit.unused
-    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
-        return self.transform_mask(input, params)
-
-    @torch.jit.unused
-    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
-        return self.transform_mask(params["draws"], params)
 
 
 def _steps(module: nn.Module, whole: bool) -> List[AugmentationBase]:
@@ -81,7 +68,20 @@ def _step(module: nn.Module) -> AugmentationBase:
             f"args: expected augmentations of images alone; call {type(module).__name__}, which takes"
             f" {list(module.known)}, after the sequence"
         )
+    if isinstance(module, Seeded):
+        return Nested(module)
     return module if isinstance(module, AugmentationBase) else Fixed(module)
+
+
+def _share(step: AugmentationBase, same_on_batch: bool) -> None:
+    """Set ``same_on_batch`` of a step, and of all that is in a sequence which is a step."""
+    if same_on_batch and isinstance(step, RandomIoUCrop):
+        raise ValueError("same_on_batch: expected False, for crops depend on an image's boxes, got True")
+    step.same_on_batch = same_on_batch
+    if isinstance(step, Nested) and not same_on_batch:  # if True, all samples have one seed there
+        for inner in step.sequence.modules():
+            if hasattr(inner, "same_on_batch"):
+                cast("Any", inner).same_on_batch = False
 
 
 class Chosen(nn.Module):
@@ -110,7 +110,7 @@ class Chosen(nn.Module):
         return (ranks(-keys) < count).t()
 
 
-class AugmentationSequential(Module):
+class AugmentationSequential(Seeded):
     """Apply augmentations one after the other; each has its own seeds, which are computed from the sample's
     seed.
 
@@ -158,7 +158,8 @@ class AugmentationSequential(Module):
         steps = [step for module in args for step in _steps(module, random_apply is not False)]
         if same_on_batch is not None:
             for step in steps:
-                step.same_on_batch = same_on_batch
+                _share(step, same_on_batch)
+        self.rank = max((step.rank for step in steps), default=4)
         self.steps = nn.ModuleList(steps)
         self.some = random_apply is not False
         self.chosen = _chosen(steps, random_apply, random_apply_weights, same_on_batch is True)
@@ -209,11 +210,13 @@ class AugmentationSequential(Module):
             return on_held(self.__call__, args, keys, params=params, seed=seed, generator=generator)
         data, single = self._batched(keys, args)
         first = keys.index("input")
-        if seed is None:
-            seed = draw_seeds(data[first].size(0), generator).to(data[first].device)
-        check_seed(seed, data[first].size(0))
         if params is not None:
             self._check_params(params)
+            if seed is None:  # nothing is drawn from it
+                seed = torch.zeros(data[first].size(0), dtype=torch.int64, device=data[first].device)
+        elif seed is None:
+            seed = draw_seeds(data[first].size(0), generator).to(data[first].device)
+        check_seed(seed, data[first].size(0))
         self._params = []
         seeds = split(seed, len(self.steps) + 1)  # the last draws which steps
         chosen = self.chosen(seeds[-1]) if self.some else None
@@ -285,7 +288,7 @@ class AugmentationSequential(Module):
     def _batched(self, keys: List[str], args: Sequence[Any], batch: int = -1) -> Tuple[List[Any], List[bool]]:
         """The data of a call with the batch's dimension, checked, and what came without it. ``batch`` is the
         number of images of the call before, -1 if there was none."""
-        rank = max((step.rank for step in self._typed()), default=4)
+        rank = self.rank
         leading = keys.index("input") if "input" in keys else 0
         alone = is_single(keys[leading], args[leading], rank)
         single = [alone and is_single(key, value, rank) for key, value in zip(keys, args)]
@@ -376,6 +379,10 @@ def _changes_size(step: nn.Module) -> bool:
 
 def _matrix(step: AugmentationBase, params: Dict[str, Tensor], shape: List[int], keys: List[str]) -> Tensor:
     """A step's homographies, if boxes or points need them; not every step can compute them."""
+    if isinstance(step, ImagesOnly):
+        for key in keys:
+            if key not in ("input", "class"):
+                raise refusal(step, key)
     if "class" in keys and isinstance(step, (PatchMix, RandomMosaic)):
         raise ValueError(
             f"data_keys: expected no 'class', for {type(step).__name__} mixes images, and with them classes"

@@ -6,10 +6,11 @@ from typing import Any, Dict, List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_interval
+from ..primitives.core.broadcasting import each
 from ..primitives.random.draws import between, uniform, words
 from .base import Size, as_size, check_batch
-from .decisions import below
+from .decisions import below, check_bounds, check_positive_bounds
+from .drawn_sizes import rectangle
 from .settings import symmetric
 from .warps import Warp, warped
 
@@ -17,8 +18,8 @@ from .warps import Warp, warped
 def _draw(
     seed: Tensor, shape: List[int], scale: Tuple[float, float], ratio: Tuple[float, float], p: float
 ) -> Dict[str, Tensor]:
-    check_interval(scale, "scale")
-    check_interval(ratio, "ratio")
+    check_bounds(scale, 0.0, math.inf, "scale")
+    check_positive_bounds(ratio, "ratio")
     height, width = shape[2], shape[3]
     u = uniform(seed, 22).to(torch.float64)
     area = between(u[:, 2:12], scale[0], scale[1]) * (height * width)
@@ -61,6 +62,13 @@ def resized_box(
             x, zero, (0.5 - box[:, 0]) * x - 0.5, zero, y, (0.5 - box[:, 1]) * y - 0.5, zero, zero, one,
         ]  # fmt: skip
     return torch.stack(rows, -1).reshape(-1, 3, 3)
+
+
+def within_box(image: Tensor, params: Dict[str, Tensor]) -> Tensor:
+    """Images (B, C, H, W) with zeros outside the box; unchanged samples as they are."""
+    box = params["box"].to(torch.int64)
+    inside = rectangle(box[:, [1, 0]], box[:, [3, 2]], (image.size(2), image.size(3)))
+    return torch.where(inside | ~each(params["batch_prob"], image), image, torch.zeros_like(image))
 
 
 def random_resized_crop(
@@ -149,3 +157,11 @@ class RandomResizedCrop(Warp):
 
     def output_size(self, shape: List[int]) -> List[int]:
         return [self.size[0], self.size[1]]
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return within_box(super().inverse_transform(input, params, shape), params)
+
+    @torch.jit.unused
+    def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return within_box(super().inverse_mask(input, params, shape), params)

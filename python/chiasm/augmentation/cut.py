@@ -9,7 +9,7 @@ from ..primitives.core.checks import check_choice, check_four_sides, check_pair
 from ..primitives.core.modules import shown
 from ..primitives.random.draws import words
 from .base import GeometricAugmentationBase2D, Size, as_size, check_batch, identity
-from .decisions import check_always
+from .decisions import check_always, fitting
 from .settings import number, whole_numbers
 
 
@@ -33,7 +33,7 @@ def cut(input: Tensor, corner: Tensor, size: Tuple[int, int], padding_mode: str,
     if padding_mode != "constant":
         return part
     seen = ((row >= 0) & (row < height))[:, None, :, None] & ((column >= 0) & (column < width))[:, None, None]
-    return torch.where(seen, part, torch.full_like(part, fill))
+    return torch.where(seen, part, torch.full_like(part, fitting(fill, part)))
 
 
 def picked(input: Tensor, row: Tensor, column: Tensor) -> Tensor:

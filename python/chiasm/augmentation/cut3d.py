@@ -10,7 +10,7 @@ from ..primitives.random.draws import check_seed, words
 from ..primitives.resampling.volumes import check_voxels
 from .base import AugmentationBase3D, as_mode, identity
 from .cut import beginning, inside
-from .decisions import check_always
+from .decisions import check_always, fitting
 from .settings import number, whole_numbers
 
 
@@ -30,7 +30,7 @@ def cut3d(
     if padding_mode != "constant":
         return part
     seen = (z >= 0) & (z < depth) & (y >= 0) & (y < height) & (x >= 0) & (x < width)
-    return torch.where(seen[:, None], part, torch.full_like(part, fill))
+    return torch.where(seen[:, None], part, torch.full_like(part, fitting(fill, part)))
 
 
 def _drawn_corner(

@@ -73,6 +73,7 @@ def below(u: Tensor, p: float) -> Tensor:
     >>> below(torch.tensor([0.2, 0.7]), 0.5)
     tensor([ True, False])
     """
+    check_chance(p)
     return torch.ones_like(u, dtype=torch.bool) if p >= 1.0 else u < p
 
 
@@ -90,6 +91,22 @@ def check_bounds(bounds: Tuple[float, float], least: float, greatest: float, nam
         raise ValueError(
             f"{name}: expected (least, greatest) within [{least}, {greatest}], got ({bounds[0]}, {bounds[1]})"
         )
+
+
+def check_positive_bounds(bounds: Tuple[float, float], name: str) -> None:
+    """Raise unless the bounds are two positive numbers in order."""
+    check_interval(bounds, name)
+    if not (bounds[0] > 0.0 and bounds[0] <= bounds[1]):
+        raise ValueError(f"{name}: expected (least, greatest), both positive, got ({bounds[0]}, {bounds[1]})")
+
+
+def fitting(fill: float, image: Tensor) -> float:
+    """A value that fills pixels; for bytes limited to 0 to 255.
+
+    >>> fitting(300.0, torch.zeros(1, dtype=torch.uint8))
+    255.0
+    """
+    return min(max(fill, 0.0), 255.0) if image.dtype == torch.uint8 else fill
 
 
 def check_chance(p: float, name: str = "p") -> None:

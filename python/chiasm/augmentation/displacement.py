@@ -57,7 +57,7 @@ def random_elastic_transform(
     """
     check_batch(input, seed)
     check_floating(input, "input")
-    noise = _noise(seed, input.size(2), input.size(3)).to(input.dtype)
+    noise = _noise(seed, input.size(2), input.size(3)).to(position_dtype(input.dtype))
     moved = elastic_transform2d(
         input, noise, kernel_size, sigma, alpha, align_corners, resample, padding_mode
     )
@@ -108,7 +108,7 @@ class RandomElasticTransform(AugmentationBase2D):
         """The images, sampled with the given interpolation."""
         changed = elastic_transform2d(
             input,
-            params["noise"].to(input.dtype),
+            params["noise"].to(position_dtype(input.dtype)),  # the same for all dtypes that move together
             self.kernel_size,
             self.sigma,
             self.alpha,

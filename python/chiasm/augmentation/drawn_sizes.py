@@ -77,7 +77,8 @@ class Sized(GeometricAugmentationBase2D):
             raise ValueError(
                 f"fill: expected a number, or {image.size(1)}, one a channel, got {len(self.fill)} numbers"
             )
-        fill = torch.tensor(self.fill, dtype=torch.float64, device=image.device).to(image.dtype)
+        fill = torch.tensor(self.fill, dtype=torch.float64, device=image.device)
+        fill = (fill.clamp(0.0, 255.0) if image.dtype == torch.uint8 else fill).to(image.dtype)
         return torch.where(inside, image, fill[:, None, None])
 
     def extra_repr(self) -> str:

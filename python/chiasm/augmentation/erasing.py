@@ -6,19 +6,18 @@ from typing import Any, Dict, List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_interval
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.warping import pixel_axes
 from .base import IntensityAugmentationBase2D, check_batch, select
-from .decisions import below
+from .decisions import below, check_bounds, check_positive_bounds, fitting
 from .settings import number, symmetric
 
 
 def _draw(
     seed: Tensor, shape: List[int], scale: Tuple[float, float], ratio: Tuple[float, float], p: float
 ) -> Dict[str, Tensor]:
-    check_interval(scale, "scale")
-    check_interval(ratio, "ratio")
+    check_bounds(scale, 0.0, math.inf, "scale")
+    check_positive_bounds(ratio, "ratio")
     height, width = shape[2], shape[3]
     u = uniform(seed, 5).to(torch.float64)
     area = between(u[:, 1], scale[0], scale[1]) * (height * width)
@@ -40,7 +39,9 @@ def _erased(input: Tensor, params: Dict[str, Tensor], value: float) -> Tensor:
     left, top = params["xs"][:, None, None], params["ys"][:, None, None]
     right, bottom = left + params["widths"][:, None, None], top + params["heights"][:, None, None]
     inside = (column >= left) & (column < right) & (row >= top) & (row < bottom)
-    return select(params, torch.where(inside[:, None], torch.full_like(input, value), input), input)
+    return select(
+        params, torch.where(inside[:, None], torch.full_like(input, fitting(value, input)), input), input
+    )
 
 
 def random_erasing(

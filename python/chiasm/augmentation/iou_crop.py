@@ -10,7 +10,7 @@ from ..primitives.geometry.boxes import box_areas, intersections_and_unions
 from ..primitives.random.draws import between, integers, uniform
 from .annotations import edges_of, of_edges
 from .base import AugmentationBase, Size, as_size, identity
-from .crop import resized_box
+from .crop import resized_box, within_box
 from .cut import cut
 from .settings import number, numbers, one_whole
 from .warps import Warp
@@ -197,14 +197,14 @@ class RandomIoUCrop(Warp):
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         if self.size:
-            return super().inverse_transform(input, params, shape)
+            return within_box(super().inverse_transform(input, params, shape), params)
         corner = -params["box"][:, :2].to(torch.int64)
         return cut(input, corner, (shape[2], shape[3]), "constant", 0.0)
 
     @torch.jit.unused
     def inverse_mask(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return (
-            super().inverse_mask(input, params, shape)
+            within_box(super().inverse_mask(input, params, shape), params)
             if self.size
             else self.inverse_transform(input, params, shape)
         )
@@ -265,15 +265,15 @@ class SanitizeBoundingBoxes(AugmentationBase):
     @torch.jit.unused
     def settled(self, keys: List[str], data: List[Any], params: Dict[str, Tensor]) -> List[Any]:
         height, width = [int(n) for n in params["forward_input_shape"][-2:]]
-        made, kept = list(data), None
+        made, kept, stays = list(data), None, ~params["batch_prob"]
         for i, (key, value) in enumerate(zip(keys, data)):
             if not key.startswith("bbox"):
                 continue
             if isinstance(value, list):
-                kept = [self.valid(_edges(key, one), height, width) for one in value]
+                kept = [self.valid(_edges(key, one), height, width) | stay for one, stay in zip(value, stays)]
                 made[i] = [one[valid] for one, valid in zip(value, kept)]
             else:
-                valid = self.valid(_edges(key, value), height, width)
+                valid = self.valid(_edges(key, value), height, width) | stays[:, None]
                 valid = valid.reshape(list(valid.shape) + [1] * (value.dim() - valid.dim()))
                 made[i] = torch.where(valid, value, torch.zeros_like(value))
         for i, (key, value) in enumerate(zip(keys, data)):

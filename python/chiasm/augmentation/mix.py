@@ -10,6 +10,7 @@ from torch import Tensor
 
 from ..enhance.arithmetic import add_weighted
 from ..primitives.core.checks import check_pair, check_pixels, check_tensor
+from ..primitives.numbers.loss_reduction import widened
 from ..primitives.random.draws import ranks, uniform
 from ..primitives.random.philox import key_of, philox4x32
 from ..primitives.resampling.volumes import check_voxels
@@ -34,8 +35,8 @@ def random_mix_up(
         p: probability that a sample is changed; if not, its share is 0.
 
     Returns:
-        (B, C, H, W), of the input's dtype, bytes rounded; and (B, 3), of the input's dtype, for uint8
-        float32: label, partner's label, share of the partner.
+        (B, C, H, W), of the input's dtype, bytes rounded; and (B, 3), float32, for float64 images float64:
+        label, partner's label, share of the partner.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or seed is not int64.
@@ -55,7 +56,7 @@ def random_mix_up(
     share = between(u[:, 1], lambda_val, input)
     share = torch.where(u[:, 0] < p, share, torch.zeros_like(share))
     mixed = add_weighted(input, 1.0 - share, input.index_select(0, partner), share, 0.0)
-    return mixed, _labels(label, partner, share)
+    return mixed, _labels(label, partner, widened(share))
 
 
 def random_cut_mix(
@@ -87,9 +88,8 @@ def random_cut_mix(
         p: probability that a sample is changed.
 
     Returns:
-        (B, C, H, W), of the input's dtype, and (num_mix, B, 3), of the input's dtype, for uint8 float32:
-        label, partner's label, the rectangle's share of the area or, with use_correct_lambda, one minus this
-        share.
+        (B, C, H, W), of the input's dtype, and (num_mix, B, 3), float32, for float64 images float64: label,
+        partner's label, the rectangle's share of the area or, with use_correct_lambda, one minus this share.
 
     Raises:
         TypeError: if input is neither floating point nor uint8, or seed is not int64.
@@ -114,7 +114,7 @@ def random_cut_mix(
     side = torch.where(u[:, :1] < p, torch.sqrt(1.0 - kept), torch.zeros_like(kept))
     rows = torch.arange(height, device=input.device)
     columns = torch.arange(width, device=input.device)
-    dtype = input.dtype if input.is_floating_point() else torch.float32
+    dtype = torch.float64 if input.dtype == torch.float64 else torch.float32
     mixed = input
     labels: List[Tensor] = []
     for i in range(num_mix):

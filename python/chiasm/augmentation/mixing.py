@@ -6,9 +6,10 @@ import torch
 from torch import Tensor, nn
 
 from ..primitives.core.broadcasting import each
+from ..primitives.core.checks import check_rank, check_tensor
 from ..primitives.core.modules import Module
 from ..primitives.random.draws import uniform
-from .annotations import edges_of, of_edges
+from .annotations import check_value, edges_of, of_edges
 from .base import AugmentationBase2D, as_size, draw_seeds, shape_of
 from .decisions import check_chance
 from .keys import keys_of_call, read_keys
@@ -86,6 +87,7 @@ class MixAugmentationBase(Module):
         label = data[keys.index("class")] if "class" in keys else torch.zeros_like(seed)
         image, labels = super().__call__(data[first], label, seed)
         made = {"class": labels}
+        _check_beside(keys, data, data[first])
         return [
             image if i == first else made[key] if key in made else self.along(value, label, seed)
             for i, (key, value) in enumerate(zip(keys, data))
@@ -244,6 +246,7 @@ class RandomTransplantation(MixAugmentationBase):
                 found.append(labels.to(value.dtype).reshape(value.shape))
             else:
                 planes = value if value.dim() > rank else value.unsqueeze(1)
+                _check_beside([keys[i]], [planes], data[first])
                 found.append(self.along(planes, mask, seed).reshape(value.shape))
         return found
 
@@ -294,8 +297,11 @@ class TileAugmentationBase(AugmentationBase2D):
         """
         keys = keys_of_call(self.data_keys, data_keys, self.known, len(args))
         first = keys.index("input")
+        check_tensor(args[first], "input")
         alone = args[first].dim() == self.rank - 1
         data = [value[None] if alone else value for value in args]
+        check_rank(data[first], self.rank, "(B, C, H, W) or (C, H, W)", "input")
+        _check_beside(keys, data, data[first])
         image = self.change(data[first], params, seed, generator)
         made = [
             image if i == first else self.along(key, value, self._params, shape_of(self._params))
@@ -437,6 +443,12 @@ class RandomMosaic(TileAugmentationBase):
     @torch.jit.unused
     def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         raise ValueError("RandomMosaic: parts of images are lost, so that there is no way back")
+
+
+def _check_beside(keys: List[str], data: List[Any], image: Tensor) -> None:
+    """Raise unless what belongs to images (B, C, ...) is of as many samples, and masks of the same size."""
+    for key, value in zip(keys, data):
+        check_value(key, value, image.size(0), list(image.shape[2:]), image.dim())
 
 
 def check_seeds_differ(same_on_batch: bool) -> None:

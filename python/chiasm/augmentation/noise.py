@@ -8,7 +8,7 @@ from torch import Tensor
 from ..enhance.jpeg import jpeg_codec_differentiable
 from ..primitives.core.checks import check_image, check_pixels
 from ..primitives.random.draws import normal_like, ranks, uniform, uniform_like
-from .decisions import applied, between, check_bounds, check_chance, drawn, white_of
+from .decisions import applied, between, check_bounds, check_chance, drawn, fitting, white_of
 
 
 def random_gaussian_noise(
@@ -118,7 +118,7 @@ def random_channel_dropout(
         raise ValueError(f"num_drop_channels: expected 0 to {channels}, got {num_drop_channels}")
     u = drawn(seed, 1, input)
     dropped = _channel_ranks(seed, channels) < num_drop_channels
-    filled = torch.where(dropped[:, :, None, None], torch.full_like(input, fill_value), input)
+    filled = torch.where(dropped[:, :, None, None], torch.full_like(input, fitting(fill_value, input)), input)
     return applied(filled, input, u[:, 0], p)
 
 

@@ -6,15 +6,14 @@ import torch
 from torch import Tensor, nn
 
 from ..primitives.core.checks import check_choice, check_rank
-from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, split
-from .base import draw_seeds
+from .base import Seeded, draw_seeds
 from .container import Some
 from .settings import whole
 from .video import ImageSequential
 
 
-class PatchSequential(Module):
+class PatchSequential(Seeded):
     """Cut images into a grid of patches, change each patch separately, and put the patches together again.
 
     S. Lin et al., Patch AutoAugment, 2021. ``forward(input, seed)`` can be scripted and exported; a call
@@ -107,7 +106,7 @@ class PatchSequential(Module):
             for step in self.steps:  # there is one step, but TorchScript does not know this
                 made = step.forward(made, seeds.t().flatten())
         made = made.reshape(-1, down, across, made.size(-3), high, wide).permute(0, 3, 1, 4, 2, 5)
-        made = made.reshape(input.size(0), -1, down * high, across * wide)
+        made = made.reshape(input.size(0), made.size(1), down * high, across * wide)
         if self.padding == "valid":
             return made
         return made[:, :, top : top + input.size(2), left : left + input.size(3)]

@@ -15,6 +15,8 @@ from .warps import Warp, chosen, warped
 
 
 def _draw(seed: Tensor, shape: List[int], scale: float, method: str, p: float) -> Dict[str, Tensor]:
+    if not (scale >= 0.0 and scale <= 1.0):
+        raise ValueError(f"distortion_scale: expected 0 to 1, got {scale}")
     u = uniform(seed, 9)
     offset = u[:, 1:].to(torch.float64).reshape(-1, 4, 2)
     unit = torch.tensor(
@@ -22,7 +24,9 @@ def _draw(seed: Tensor, shape: List[int], scale: float, method: str, p: float) -
     )
     size = torch.ones(2, dtype=torch.float64, device=seed.device)
     size = torch.stack([size[0] * shape[3], size[1] * shape[2]])
-    start = (unit * (size - 1.0)).expand(seed.size(0), 4, 2)
+    # The centres of the corner pixels; along a side of one pixel its edges.
+    last = size - 1.0
+    start = (0.5 * last + (unit - 0.5) * last.clamp(min=1.0)).expand(seed.size(0), 4, 2)
     # Towards the centre, or in any direction.
     moved = offset * 2.0 - 1.0 if method == "area_preserving" else offset * (1.0 - 2.0 * unit)
     return {

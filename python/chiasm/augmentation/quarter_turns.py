@@ -49,8 +49,8 @@ def random_rotation90(
         seed: (B,), int64.
         times: the least and the greatest number of quarter turns, counterclockwise as seen; all numbers in
             this range are equally likely.
-        resample: "bilinear", "nearest" or, not for uint8, "bicubic"; this matters only if one side is even
-            and the other one odd, because then positions lie between pixels.
+        resample: "bilinear", "nearest" or "bicubic"; this matters only if one side is even and the other one
+            odd, because then positions lie between pixels.
         align_corners: for compatibility with Kornia; it has no effect, since pixels outside the image are
             black.
         p: the probability of each image.

@@ -20,7 +20,7 @@ class Resize(GeometricAugmentationBase2D):
         size: (height, width) of the result, or one number, the length of ``side``; the other side keeps the
             aspect ratio.
         side: the side whose length one number gives: "short", "long", "vert" or "horz".
-        resample: "bilinear", "nearest" or, not for uint8, "bicubic".
+        resample: "bilinear", "nearest" or "bicubic".
         align_corners: True maps centres of corner pixels to centres of corner pixels; False maps edges to
             edges. "nearest" always maps edges to edges.
         antialias: True: the filter is as wide as the area that a pixel of the result covers.
@@ -83,7 +83,8 @@ class Resize(GeometricAugmentationBase2D):
         matrix = identity(params["batch_prob"], 3).clone()
         for axis, (before, after) in enumerate(((shape[3], width), (shape[2], height))):
             if self.align_corners:
-                matrix[:, axis, axis] = (after - 1) / max(before - 1, 1)
+                # One pixel has no sides to scale.
+                matrix[:, axis, axis] = (after - 1) / max(before - 1, 1) if after > 1 else 1.0
             else:
                 matrix[:, axis, axis] = after / before
                 matrix[:, axis, 2] = 0.5 * after / before - 0.5

@@ -109,6 +109,13 @@ def number(name: str, value: float) -> float:
     return found[0]
 
 
+def number_or_tensor(name: str, value: Union[float, Tensor]) -> Union[float, Tensor]:
+    """A number, or a tensor of several as it is."""
+    if isinstance(value, Tensor):
+        return number(name, float(value)) if value.numel() == 1 else value
+    return number(name, value)
+
+
 def list_of_whole(name: str, value: Optional[WholeNumbers]) -> Optional[List[int]]:
     """One number or several as a list, None as None."""
     return None if value is None else whole_numbers(name, value)

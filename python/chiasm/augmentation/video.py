@@ -5,9 +5,8 @@ from typing import Any, Optional, Sequence
 import torch
 from torch import Tensor, nn
 
-from ..primitives.core.modules import Module
 from ..primitives.random.draws import check_seed, split
-from .base import draw_seeds
+from .base import Seeded, draw_seeds
 from .container import AugmentationSequential, Some
 
 
@@ -41,7 +40,7 @@ class ImageSequential(AugmentationSequential):
         )
 
 
-class VideoSequential(Module):
+class VideoSequential(Seeded):
     """A sequence of augmentations for each frame of videos.
 
     ``forward(input, seed)`` can be scripted and exported; a call draws the seeds if none are given.
@@ -57,6 +56,8 @@ class VideoSequential(Module):
         >>> VideoSequential(RandomHorizontalFlip(p=0.5))(torch.rand(2, 5, 3, 8, 9)).shape
         torch.Size([2, 5, 3, 8, 9])
     """
+
+    rank = 5
 
     def __init__(
         self,
@@ -85,7 +86,7 @@ class VideoSequential(Module):
         count = video.size(1)
         seeds = seed[None].expand(count, -1) if self.same_on_frame else split(seed, count)
         changed = self.steps.forward(video.flatten(0, 1), seeds.t().flatten())
-        changed = changed.unflatten(0, [-1, count])
+        changed = changed.unflatten(0, [input.size(0), count])
         return changed if frames_first else changed.transpose(1, 2)
 
     def __call__(

@@ -19,7 +19,7 @@ from ..primitives.random.draws import between, check_seed, uniform
 from ..primitives.resampling.volumes import check_volume
 from .annotations import moved_mask
 from .base import AugmentationBase3D, as_mode, identity
-from .decisions import below
+from .decisions import below, check_positive_bounds
 from .settings import fixed, number, numbers, ranges
 
 Range = Tuple[float, float]
@@ -195,6 +195,8 @@ def _draw_affine(
     factors = torch.ones_like(u[:, 7:10])
     if scale is not None:
         _check_count(len(scale), [1, 3], "scale")
+        for factor in scale:
+            check_positive_bounds(factor, "scale")
         factors = _each_between(u[:, 7 : 7 + len(scale)], scale, "scale").expand(-1, 3)
     angles = torch.zeros_like(u[:, 10:16])
     if shears is not None:
@@ -243,6 +245,8 @@ def _draw_perspective(seed: Tensor, shape: List[int], scale: float, p: float) ->
     if shape[2] < 2 or shape[3] < 2 or shape[4] < 2:
         # The corners would lie in a plane, and so determine no homography.
         raise ValueError(f"input: expected at least 2 voxels along each side, got {shape}")
+    if not (scale >= 0.0 and scale <= 1.0):
+        raise ValueError(f"distortion_scale: expected 0 to 1, got {scale}")
     u = uniform(seed, 25)
     front = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
     back = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]]

@@ -17,8 +17,8 @@ class RandomZoomOut(Sized):
     """Place images at random on a larger canvas: torchvision's transform, the zoom out of W. Liu et al., SSD:
     Single Shot MultiBox Detector, ECCV 2016, section 3.6.
 
-    The drawn canvas has the image's ratio of sides; all whole positions in it are equally likely, up to
-    rounding.
+    The drawn canvas has the image's ratio of sides. Positions in it are uniform and rounded down, so that all
+    whole ones are equally likely, except the last, which does not occur, as in torchvision.
 
     Args:
         fill: the value of added pixels, a number or one for each channel, in the units of the image; masks

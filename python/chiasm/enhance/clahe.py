@@ -21,6 +21,7 @@ from ..primitives.images.histograms import (
     tile_start,
     whole_quotient,
 )
+from ..primitives.numbers.loss_reduction import narrowed, widened
 from ..primitives.numbers.rounding import to_index
 from ..primitives.resampling.taps import smaller
 
@@ -112,7 +113,8 @@ def equalize_clahe(
         return _equalized(bytes, clip_limit, tiles_y, tiles_x).to(torch.uint8).reshape(input.shape)
     planes = input.reshape([-1, input.size(-2), input.size(-1)])
     if slow_and_differentiable:
-        return _equalized_softly(planes, clip_limit, tiles_y, tiles_x).reshape(input.shape)
+        made = _equalized_softly(widened(planes), clip_limit, tiles_y, tiles_x)  # counts exceed float16
+        return narrowed(made, input).reshape(input.shape)
     return (_equalized(quantize_u8(planes), clip_limit, tiles_y, tiles_x).to(input.dtype) / 255.0).reshape(
         input.shape
     )

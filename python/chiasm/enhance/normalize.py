@@ -13,6 +13,7 @@ from ..primitives.core.checks import (
     check_values,
 )
 from ..primitives.core.layout import in_planes
+from ..primitives.numbers.loss_reduction import narrowed, widened
 from ..primitives.numbers.reductions import greatest, least
 
 
@@ -96,8 +97,9 @@ def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0,
     if input.dim() < 2:
         raise ValueError(f"input: expected shape (*, H, W), got {list(input.shape)}")
     check_not_empty(input, 2, "input")
-    low, high = least(input, [-2, -1]), greatest(input, [-2, -1])
-    return (input - low) * ((max_val - min_val) / (high - low + eps)) + min_val
+    wide = widened(input)  # 1 / eps is beyond float16
+    low, high = least(wide, [-2, -1]), greatest(wide, [-2, -1])
+    return narrowed((wide - low) * ((max_val - min_val) / (high - low + eps)) + min_val, input)
 
 
 def _per_channel(value: Union[float, Tensor], data: Tensor, name: str) -> Tensor:
