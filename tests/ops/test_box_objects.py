@@ -130,6 +130,14 @@ def test_key_points() -> None:
     video = VideoKeypoints.from_tensor(points[:, None].repeat(1, 3, 1, 1))
     video = video.transform_keypoints(TURN.repeat_interleave(3, 0))
     assert video.to_tensor()[:, 1].equal(moved.data)
+    clips = torch.rand(4, 3, 5, 2)
+    video = VideoKeypoints.from_tensor(clips.clone())
+    assert video[1].to_tensor().equal(clips[1:2]) and video[1:3].to_tensor().equal(clips[1:3])
+    assert video[torch.tensor([True, False, False, True])].to_tensor().equal(clips[[0, 3]])
+    video[2:] = video[:2]
+    assert video.to_tensor().equal(clips[[0, 1, 0, 1]])
+    video[0] = video[1]
+    assert video.to_tensor().equal(clips[[1, 1, 0, 1]])
     space = torch.rand(4, 3)
     assert Keypoints3D(space).transform_keypoints(torch.eye(4)).data.equal(space)
     assert Keypoints.from_tensor(torch.tensor([[1, 2]])).dtype == torch.float32

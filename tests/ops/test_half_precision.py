@@ -1,6 +1,6 @@
 """Losses and similarities of float16 and bfloat16, of images as large as those of training, are what float64
-gives for the same numbers, rounded once. Features, tiles, boxes and metrics are what float32 gives for them;
-positions, and what the dtype cannot have, are float32."""
+gives for the same numbers, rounded once. Features, tiles, boxes, colours, filters, geometry and metrics are
+what float32 gives for them; positions, and what the dtype cannot have, are float32."""
 
 import inspect
 from collections.abc import Callable
@@ -11,7 +11,8 @@ import torch
 from torch import Tensor
 
 from chiasm import augmentation as A
-from chiasm import feature, losses, metrics, ops
+from chiasm import color, feature, filters, geometry, losses, metrics, ops
+from chiasm.geometry import conversions, depth, epipolar, homography, linalg
 from chiasm.primitives.random.draws import uniform
 
 SIZE = 300
@@ -123,6 +124,15 @@ TURNS = torch.linalg.matrix_exp(torch.tensor([0.3, 0.306, 2.0])[:, None, None].d
     [[0.0, -0.6, 0.8], [0.6, 0.0, 0.0], [-0.8, 0.0, 0.0]], dtype=torch.float64
 ))  # fmt: skip
 WIDE = torch.nn.functional.pad(rand(1, 1, 20, 20, seed=15), [700, 60, 5, 6])
+CAMERA = torch.tensor([[[500.0, 0.0, 150.0], [0.0, 480.0, 140.0], [0.0, 0.0, 1.0]]])
+SLOPE = (torch.arange(60.0)[:, None] + torch.arange(70.0))[None, None]
+PIXELS = 300.0 * rand(1, 40, 2, seed=18)
+PERSPECTIVE = torch.tensor([[[1.1, 0.1, -9.0], [-0.1, 0.9, 7.0], [1e-4, 2e-4, 1.0]]])
+ESSENTIAL = torch.tensor([[[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]])
+COLOURS = rand(1, 3, 20, 20, seed=19) * rand(1, 1, 20, 20, seed=20)
+UNITS = torch.nn.functional.normalize(
+    torch.cat([torch.eye(4), -torch.eye(4), torch.zeros(1, 4), rand(9, 4, seed=23) - 0.5]), dim=-1
+)
 
 #: An op, its arguments, and for each floating-point output whether it has their dtype; else it is float32.
 OTHERS: dict[str, tuple[Callable[..., object], tuple[Tensor, ...], list[bool]]] = {
@@ -178,6 +188,76 @@ OTHERS: dict[str, tuple[Callable[..., object], tuple[Tensor, ...], list[bool]]] 
         [False],
     ),
     "kitti_d1_error sum": (lambda a, b: metrics.kitti_d1_error(a, b, reduction="sum"), LEVELS, [False]),
+    "depth_to_normals": (depth.depth_to_normals, (100.0 + 0.05 * SLOPE, CAMERA), [True]),
+    "depth_to_normals unit": (
+        lambda z, k: depth.depth_to_normals(z, k, True),
+        (100.0 + 0.05 * SLOPE, CAMERA),
+        [True],
+    ),
+    "fundamental_from_essential": (epipolar.fundamental_from_essential, (ESSENTIAL, CAMERA, CAMERA), [True]),
+    "get_closest_point_on_epipolar_line": (
+        epipolar.get_closest_point_on_epipolar_line,
+        (PIXELS, PIXELS + 20.0, torch.tensor([[[0.0, -1e-3, 0.3], [1e-3, 0.0, 0.2], [-0.3, 0.1, 1.0]]])),
+        [True],
+    ),
+    "lab_to_rgb": (lambda x: color.lab_to_rgb(x, False), (color.rgb_to_lab(COLOURS),), [True]),
+    "line_segment_transfer_error_one_way": (
+        homography.line_segment_transfer_error_one_way,
+        (PIXELS.reshape(1, -1, 2, 2), PIXELS.reshape(1, -1, 2, 2) + 20.0, PERSPECTIVE),
+        [True],
+    ),
+    "luv_to_rgb": (color.luv_to_rgb, (color.rgb_to_luv(COLOURS),), [True]),
+    "motion_from_essential_choose_solution": (
+        epipolar.motion_from_essential_choose_solution,
+        (ESSENTIAL, CAMERA, CAMERA, PIXELS, PIXELS - torch.tensor([9.0, 0.0])),
+        [True, True, True],
+    ),
+    "non_local_means": (lambda x: filters.non_local_means(x, 3, 5, 0.3), (SMALL,), [True]),
+    "normalize_points": (epipolar.normalize_points, (PIXELS,), [True, True]),
+    "normalize_points weights": (
+        lambda x, w: epipolar.normalize_points(x, weights=w),
+        (PIXELS, rand(1, 40, seed=22)),
+        [True, True],
+    ),
+    "normalize_quaternion": (
+        conversions.normalize_quaternion,
+        (torch.tensor([[0.0, 0.0, 0.0, 0.0], [300.0, 200.0, -100.0, 50.0], [1e-5, 3e-5, 0.0, 0.0]]),),
+        [True],
+    ),
+    "oneway_transfer_error": (
+        lambda a, b, h: homography.oneway_transfer_error(a, b, h, False),
+        (PIXELS, PIXELS + 300.0, PERSPECTIVE),
+        [True],
+    ),
+    "point_line_distance": (
+        linalg.point_line_distance,
+        (PIXELS[0], torch.tensor([[300.0, 200.0, -900.0]] * 39 + [[0.0, 0.0, 0.0]])),
+        [True],
+    ),
+    "project_points": (
+        geometry.camera.project_points,
+        (
+            torch.cat([PIXELS[0] / 300.0, 1.0 + rand(40, 1, seed=21)], -1) * (torch.arange(40) > 0)[:, None],
+            CAMERA,
+        ),
+        [True],
+    ),
+    "quaternion_exp_to_log": (conversions.quaternion_exp_to_log, (UNITS,), [True]),
+    "quaternion_to_axis_angle": (conversions.quaternion_to_axis_angle, (UNITS,), [True]),
+    "rgb_to_lab": (color.rgb_to_lab, (COLOURS,), [True]),
+    "rgb_to_luv": (color.rgb_to_luv, (COLOURS,), [True]),
+    "roberts": (filters.roberts, BRIGHT[:1], [True]),
+    "roberts plain": (lambda x: filters.roberts(x, False), BRIGHT[:1], [True]),
+    "sampson_homography_distance": (
+        lambda a, b, h: homography.sampson_homography_distance(a, b, h, False),
+        (PIXELS, PIXELS + 300.0, PERSPECTIVE),
+        [True],
+    ),
+    "symmetric_transfer_error": (
+        lambda a, b, h: homography.symmetric_transfer_error(a, b, h, False),
+        (PIXELS, PIXELS + 300.0, PERSPECTIVE),
+        [True],
+    ),
     "translation_ate": (metrics.translation_ate, (600.0 * rand(50, 3), 1e-4 * rand(50, 3, seed=1)), [True]),
 }
 
@@ -229,3 +309,29 @@ def test_whether_a_volume_is_changed_does_not_hang_on_its_dtype() -> None:
         for p, changed in ((u + 1e-5, True), (u - 1e-5, False)):
             out = A.random_motion_blur3d(volume, seed[i : i + 1], (3, 3), still, (0.0, 0.0), p=p)
             assert out.equal(volume) != changed and out.dtype == torch.bfloat16
+
+
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+@pytest.mark.parametrize("align_corners", [True, False])
+def test_positions_by_depth_of_half_precision(align_corners: bool, dtype: torch.dtype) -> None:
+    """In half precision, columns beyond 256 or 2048 would be off by whole pixels."""
+    image = torch.cat([PLANES[0]] * 8, -1).to(dtype)
+    k = torch.tensor([[[512.0, 0.0, 1200.0], [0.0, 512.0, 150.0], [0.0, 0.0, 1.0]]], dtype=dtype)
+    motion = torch.eye(4, dtype=dtype)[None].clone()
+    motion[0, 0, 3] = 0.0625
+    z = (4.0 + 4.0 * PLANES[1][:, :, :, :1].expand(-1, -1, -1, image.size(3))).to(dtype)
+
+    def warped(image: Tensor, z: Tensor, motion: Tensor, k: Tensor) -> list[Tensor]:
+        eye = torch.eye(4, dtype=motion.dtype)[None]
+        return [
+            depth.warp_frame_depth(image, z, motion, k),
+            depth.warp_frame_depth(image, z, motion, k, True),
+            depth.depth_warp(k, motion, k, eye, z, image, align_corners),
+        ]
+
+    given = (image, z, motion, k)
+    for actual, expected in zip(warped(*given), warped(*[x.float() for x in given]), strict=True):
+        assert actual.dtype == dtype and expected.any()
+        torch.testing.assert_close(actual.float(), expected, rtol=0, atol=4 * torch.finfo(dtype).eps)
+    for actual, expected in zip(warped(image, *[x.float() for x in given[1:]]), warped(*given), strict=True):
+        assert actual.equal(expected)

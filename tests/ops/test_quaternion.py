@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from torch import Tensor
 
 from chiasm.geometry.quaternion import (
+    Quaternion,
     average_quaternions,
     quaternion_conjugate,
     quaternion_inverse,
@@ -98,6 +99,58 @@ def test_slerp_scripts_with_numbers_and_tensors() -> None:
     q1, q2 = wxyz(rotations(3, 0)), wxyz(rotations(3, 1))
     t = torch.full((3,), 0.3, dtype=torch.float64)
     torch.testing.assert_close(scripted(q1, q2, 0.3), scripted(q1, q2, t))
+
+
+def test_each_pair_has_its_part() -> None:
+    q1, q2, t = wxyz(rotations(4, 0)), wxyz(rotations(4, 1)), torch.rand(4, dtype=torch.float64)
+    each = torch.stack([quaternion_slerp(q1[k], q2[k], float(t[k])) for k in range(4)])
+    for call in (quaternion_slerp, torch.jit.script(quaternion_slerp)):
+        np.testing.assert_allclose(call(q1, q2, t), each, atol=1e-15)
+        np.testing.assert_allclose(call(q1, q2, t[:, None]), each, atol=1e-15)
+    assert quaternion_slerp(q1[0], q2[0], t).shape == quaternion_slerp(q1, q2, t[:1, None]).shape == (4, 4)
+    assert quaternion_slerp(q1[0], q2[0], t[:1]).shape == (4,)
+    power = torch.stack([(Quaternion(q1[k]) ** float(t[k])).data for k in range(4)])
+    for part in (t, t[:, None]):
+        np.testing.assert_allclose((Quaternion(q1) ** part).data, power, atol=1e-15)
+    for call in (lambda: quaternion_slerp(q1[:3], q2[:3], t[:, None]), lambda: Quaternion(q1[:3]) ** t):
+        with pytest.raises(ValueError, match="t: expected leading dimensions that broadcast"):
+            call()
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_powers(dtype: torch.dtype) -> None:
+    """Whole powers are products; the others are exp(t log q), by NumPy."""
+    axes = torch.tensor([[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [-1.0, 1e-7, 0.0, 0.0], [0, 0, 0, 1.0]])
+    data = torch.cat([torch.randn(20, 4, generator=torch.Generator().manual_seed(0)), axes]).to(dtype)
+    assert (data[:, 0] < 0).sum() > 5
+    q, tolerance = Quaternion(data), 1e-5 if dtype == torch.float32 else 1e-12
+    np.testing.assert_allclose((q**0).data, torch.eye(4)[:1].expand(24, 4), atol=tolerance)
+    np.testing.assert_allclose((q**1).data, data, atol=tolerance)
+    np.testing.assert_allclose((q**3).data, (q * q * q).data, rtol=10 * tolerance, atol=tolerance)
+    np.testing.assert_allclose((q**-1).data, q.inv().data, rtol=10 * tolerance, atol=tolerance)
+    np.testing.assert_allclose(((q**0.5) ** 2).data, data, atol=tolerance)
+    wide = data[:20].double().numpy()
+    length, part = np.linalg.norm(wide, axis=1), np.linalg.norm(wide[:, 1:], axis=1)
+    angle = 0.7 * np.arccos(wide[:, 0] / length)
+    expected = np.concatenate([np.cos(angle)[:, None], (np.sin(angle) / part)[:, None] * wide[:, 1:]], 1)
+    np.testing.assert_allclose((q[:20] ** 0.7).data, length[:, None] ** 0.7 * expected, atol=10 * tolerance)
+    np.testing.assert_allclose((q[21] ** 0.5).data, [0, 1, 0, 0], atol=tolerance)
+    assert (q[21] ** 3).data.equal(data[21])
+
+
+def test_powers_and_angles_have_finite_gradients() -> None:
+    for data in (torch.eye(4)[0], -torch.eye(4)[0], torch.tensor([-0.6, 0.0, 0.8, 0.0])):
+        q = data.double().requires_grad_(True)
+        (gradient,) = torch.autograd.grad((Quaternion(q) ** 0.3).data.sum(), q)
+        assert gradient.isfinite().all()
+        (gradient,) = torch.autograd.grad(Quaternion(q).polar_angle, q)
+        assert gradient.isfinite().all()
+    # Of lengths other than 1 too.
+    q = torch.tensor([[-1.2, 0.3, 0.4, -0.2]], dtype=torch.float64, requires_grad=True)
+    t = torch.tensor([0.3], dtype=torch.float64, requires_grad=True)
+    assert torch.autograd.gradcheck(lambda q, t: (Quaternion(q) ** t).data, (q, t))
+    assert torch.autograd.gradcheck(lambda q: Quaternion(q).polar_angle, (q,))
+    assert Quaternion(torch.tensor([1.0, 1e-5, 0.0, 0.0])).polar_angle == pytest.approx(1e-5, rel=1e-6)
 
 
 def expected_average(q: np.ndarray, w: np.ndarray) -> np.ndarray:

@@ -150,6 +150,15 @@ def test_differentiable_otsu_has_a_gradient() -> None:
     assert (gradient != 0).sum() > 10
 
 
+def test_in_range_of_values_that_are_not_finite() -> None:
+    x = torch.tensor([torch.nan, torch.inf, -torch.inf, 0.5, 2.0]).reshape(1, 1, 1, 5).requires_grad_(True)
+    kept = in_range(x, [0.0], [1.0])
+    assert kept.flatten().tolist() == [0.0, 0.0, 0.0, 0.5, 0.0]
+    assert in_range(x, [0.0], [torch.inf]).flatten().tolist() == [0.0, torch.inf, 0.0, 0.5, 2.0]
+    kept.sum().backward()
+    assert x.grad.flatten().tolist() == [0.0, 0.0, 0.0, 1.0, 0.0]
+
+
 WRONG = [
     (lambda: in_range(X[None], [0.0], [1.0]), ValueError, r"input: expected shape \(B, C, H, W\)"),
     (lambda: in_range(X.int(), [0.0] * 3, [1.0] * 3), TypeError, "input: expected a floating-point"),

@@ -69,6 +69,9 @@ def test_rescale() -> None:
     torch.testing.assert_close(
         rescale(X, 0.3, antialias=True), resize(X, (11, 15), antialias=True), rtol=0, atol=0
     )
+    assert rescale(X, 2).equal(resize(X, (74, 106))) and torch.jit.script(rescale)(X, 2.0).equal(
+        rescale(X, 2)
+    )
 
 
 @pytest.mark.parametrize("factor", [1, 2, 3, 4, 5, 8, 14])
@@ -187,6 +190,13 @@ def test_crop_and_resize_equals_opencv() -> None:
             )
             same = crop_by_transform_mat(x, torch.from_numpy(matrix)[None], (16, 25))[b]
             torch.testing.assert_close(actual[b], same, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("size", [(1, 25), (16, 1), (0, 2)])
+def test_a_crop_of_one_pixel_is_refused(size: tuple[int, int]) -> None:
+    for call in (crop_and_resize, torch.jit.script(crop_and_resize)):
+        with pytest.raises(Exception, match="size: expected numbers above 1, got"):
+            call(X, QUADRILATERALS, size)
 
 
 def test_crops_of_bytes_equal_opencv() -> None:

@@ -243,3 +243,33 @@ def test_crops() -> None:
     torch.testing.assert_close(
         crop_by_boxes3d(X, box, corner, align_corners=True, size=(5, 7, 9)), actual, rtol=0, atol=0
     )
+
+
+@pytest.mark.parametrize("axis", [2, 3, 4])
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_a_single_voxel_counts_from_its_centre(axis: int, dtype: torch.dtype) -> None:
+    x = X.select(axis, 3)[..., None].movedim(-1, axis).to(dtype)
+    size = (x.size(2), x.size(3), x.size(4))
+    zero, eye = torch.zeros(1, dtype=dtype), torch.eye(4, dtype=dtype).expand(2, 4, 4)
+    box = (CORNERS * torch.tensor([s - 1 or 1 for s in size[::-1]])).expand(2, 8, 3)
+    mirror = eye.clone()
+    mirror[:, 4 - axis, 4 - axis] = -1.0
+    for made in (
+        affine3d(x, eye[:, :3]),
+        affine3d(x, mirror[:, :3]),
+        rotate3d(x, zero, zero, zero),
+        warp_affine3d(x, eye[:, :3], size, align_corners=False),
+        crop_by_boxes3d(x, box, box, size=size),
+    ):
+        torch.testing.assert_close(made, x, rtol=0, atol=1e-5 if dtype == torch.float32 else 1e-9)
+    # A rotation about this axis is the one of the middle slice of equal ones.
+    turn = torch.full((1,), 30.0, dtype=dtype)
+    angles = [turn if 4 - axis == k else zero for k in range(3)]
+    many = x.expand([7 if k == axis else -1 for k in range(5)])
+    torch.testing.assert_close(rotate3d(x, *angles), rotate3d(many, *angles).narrow(axis, 3, 1))
+
+
+@pytest.mark.parametrize("size", [(1, 7, 9), (5, 1, 9), (5, 7, 1)])
+def test_a_crop_of_one_voxel_is_refused(size: tuple[int, int, int]) -> None:
+    with pytest.raises(ValueError, match="size: expected numbers above 1, got"):
+        crop_and_resize3d(X, CORNERS.expand(2, 8, 3), size)

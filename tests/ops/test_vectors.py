@@ -79,3 +79,38 @@ def test_lines_and_where_they_meet_planes() -> None:
     assert origin is line[0] and direction is line[1] and line.dim() == 3
     with pytest.raises(ValueError, match="p1: expected a point other than p0"):
         ParametrizedLine.through(a, a)
+
+
+def test_gradients_of_planes() -> None:
+    """Of edges that are orthogonal and equally long, on a line, and of equal points."""
+    corners = torch.tensor([
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        [[1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [3.0, 6.0, 9.0]],
+        [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]],
+    ], dtype=torch.float64, requires_grad=True)  # fmt: skip
+    plane = Hyperplane.through(*corners.unbind(1))
+    np.testing.assert_allclose(plane.normal.squared_norm().data.detach(), np.ones(3))
+    away = plane.abs_distance(corners.movedim(1, 0)).data
+    np.testing.assert_allclose(away.detach(), np.zeros((3, 3)), atol=1e-14)
+    (plane.normal.data.sum() + plane.offset.data.sum()).backward()
+    assert corners.grad.isfinite().all()
+    square = corners.detach()[0].clone().requires_grad_(True)
+    assert torch.autograd.gradcheck(lambda p: Hyperplane.through(*p.unbind())._normal, (square,))
+
+
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16])
+def test_planes_of_half_precision(dtype: torch.dtype) -> None:
+    p = (300.0 * points(3, 5, 3)).to(dtype)
+    plane, expected = Hyperplane.through(*p), Hyperplane.through(*p.float())
+    for part, wanted in ((plane.normal, expected.normal), (plane.offset, expected.offset)):
+        assert part.data.dtype == dtype and part.data.equal(wanted.data.to(dtype))
+
+
+def test_gradients_of_a_line_beside_a_parallel_one() -> None:
+    plane = Hyperplane(torch.eye(3)[2], torch.tensor(-4.0))
+    direction = torch.tensor([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0]], requires_grad=True)
+    t, p = ParametrizedLine(torch.zeros(2, 3), direction).intersect(plane)
+    assert t.tolist() == [5.0, torch.inf] and p[0].tolist() == [0.0, 3.0, 4.0] and p[1, 0] == torch.inf
+    (t[0] + p[0].sum()).backward()
+    # t = 4 / z, and the point (x t, y t, 4)
+    np.testing.assert_allclose(direction.grad, [[5, 5, -4 / 0.64 - 0.6 * 4 / 0.64], [0, 0, 0]], atol=1e-5)

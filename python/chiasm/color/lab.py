@@ -5,6 +5,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_rgb, check_values
 from ..primitives.images.color_planes import curved, rgb_planes
+from ..primitives.numbers.loss_reduction import narrowed, widened
 from ..primitives.numbers.power import power
 from .linear import from_linear, to_linear
 from .xyz import rgb_to_xyz, xyz_to_rgb
@@ -36,9 +37,9 @@ def rgb_to_lab(image: Tensor) -> Tensor:
     check_values(image, "image")
     if image.dtype == torch.uint8:
         return _lab_of_bytes(image)
-    x, y, z = rgb_planes(rgb_to_xyz(to_linear(image)), "image")
+    x, y, z = rgb_planes(rgb_to_xyz(to_linear(widened(image))), "image")
     fx, fy, fz = _compressed(x / 0.950456), _compressed(y), _compressed(z / 1.088754)
-    return torch.stack([116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)], -3)
+    return narrowed(torch.stack([116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)], -3), image)
 
 
 def lab_to_rgb(image: Tensor, clip: bool = True) -> Tensor:
@@ -71,11 +72,11 @@ def lab_to_rgb(image: Tensor, clip: bool = True) -> Tensor:
         if not clip:
             raise ValueError("clip: expected True for an image of bytes, got False")
         return _bytes_of_lab(image)
-    lightness, a, b = rgb_planes(image, "image")
+    lightness, a, b = rgb_planes(widened(image), "image")
     fy = (lightness + 16.0) / 116.0
     fx, fz = fy + a / 500.0, fy - b / 200.0
     xyz = torch.stack([0.950456 * _expanded(fx), _expanded(fy), 1.088754 * _expanded(fz)], -3)
-    rgb = from_linear(xyz_to_rgb(xyz))
+    rgb = narrowed(from_linear(xyz_to_rgb(xyz)), image)
     return rgb.clamp(0.0, 1.0) if clip else rgb
 
 

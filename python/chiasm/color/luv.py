@@ -6,6 +6,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_rgb, check_values
 from ..primitives.images.color_planes import rgb_planes
 from ..primitives.images.luv import bytes_of_luv, linear_of_luv, luv_of_bytes
+from ..primitives.numbers.loss_reduction import narrowed, widened
 from ..primitives.numbers.power import power
 from .linear import from_linear, to_linear
 from .xyz import rgb_to_xyz, weights_of_xyz
@@ -39,21 +40,19 @@ def rgb_to_luv(image: Tensor, eps: float = 1e-12) -> Tensor:
     check_values(image, "image")
     if image.dtype == torch.uint8:
         return _luv_of_bytes(image)
-    x, y, z = rgb_planes(rgb_to_xyz(to_linear(image)), "image")
+    x, y, z = rgb_planes(rgb_to_xyz(to_linear(widened(image))), "image")
     lightness = _lightness(y)
     weight = x + 15.0 * y + 3.0 * z
     dark = weight == 0
     weight = torch.where(dark, torch.ones_like(weight), weight + eps)
     scale = 13.0 * torch.where(dark, torch.zeros_like(lightness), lightness)
     # The offsets are u' and v' of white.
-    return torch.stack(
-        [
-            lightness,
-            scale * (4.0 * x / weight - 0.19783940212891712),
-            scale * (9.0 * y / weight - 0.46834220078579497),
-        ],
-        -3,
-    )
+    luv = [
+        lightness,
+        scale * (4.0 * x / weight - 0.19783940212891712),
+        scale * (9.0 * y / weight - 0.46834220078579497),
+    ]
+    return narrowed(torch.stack(luv, -3), image)
 
 
 def luv_to_rgb(image: Tensor, eps: float = 1e-12) -> Tensor:
@@ -83,8 +82,9 @@ def luv_to_rgb(image: Tensor, eps: float = 1e-12) -> Tensor:
     check_values(image, "image")
     if image.dtype == torch.uint8:
         return _bytes_of_luv(image, eps)
-    lightness, u, v = rgb_planes(image, "image")
-    return from_linear(linear_of_luv(lightness, _luminance(lightness), u, v, weights_of_xyz(), eps))
+    lightness, u, v = rgb_planes(widened(image), "image")
+    rgb = from_linear(linear_of_luv(lightness, _luminance(lightness), u, v, weights_of_xyz(), eps))
+    return narrowed(rgb, image)
 
 
 def _lightness(y: Tensor) -> Tensor:

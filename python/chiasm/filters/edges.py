@@ -92,7 +92,7 @@ def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
         exact = in_planes(input).to(torch.float64)
         lengths = _cross(exact, (1, 1), (1, 1), "replicate", scale, 0.0)
         return torch.round(lengths).clamp(max=255.0).to(torch.uint8)
-    return _cross(input, (1, 1), (1, 1), "replicate", scale, eps)
+    return narrowed(_cross(widened(input), (1, 1), (1, 1), "replicate", scale, eps), input)
 
 
 def _length(input: Tensor, side: int, middle: int, divisor: int, eps: float) -> Tensor:
@@ -111,5 +111,4 @@ def _cross(p: Tensor, scale: float, eps: float) -> Tensor:
     upper, lower = p[:, :, 1 : height + 1, 1:], p[:, :, 2 : height + 2, 1:]
     first = upper[..., :width] - lower[..., 1:]
     second = upper[..., 1:] - lower[..., :width]
-    # The scale is a power of two; before the sum, so that float16 can represent sums of squares of levels.
     return torch.sqrt(first * (first * scale) + second * (second * scale) + eps)

@@ -8,6 +8,7 @@ from ..primitives.core.loops import repeated
 from ..primitives.core.materialise import materialised
 from ..primitives.filters.padding import padded
 from ..primitives.filters.stencil import weigh_shifts
+from ..primitives.numbers.loss_reduction import narrowed, widened
 
 
 def non_local_means(
@@ -56,13 +57,14 @@ def non_local_means(
     if not h > 0.0:
         raise ValueError(f"h: expected a positive number, got {h}")
     margin = patch_distance + patch_size // 2
-    wide = padded(input, (margin, margin), (margin, margin), border_type)
+    image = widened(input)
+    wide = padded(image, (margin, margin), (margin, margin), border_type)
     # The weighted sums of the channels, and the sum of the weights.
-    sums = torch.zeros_like(torch.cat([input, input[:, :1]], 1))
+    sums = torch.zeros_like(torch.cat([image, image[:, :1]], 1))
     side = 2 * patch_distance + 1
     sums = _with_shifts(sums, side * side, wide, side, patch_size, h, sigma)
     channels = input.size(1)
-    return sums[:, :channels] / sums[:, channels:]
+    return narrowed(sums[:, :channels] / sums[:, channels:], input)
 
 
 @repeated

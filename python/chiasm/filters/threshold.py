@@ -67,7 +67,7 @@ def _in_range_of_batch(
         mask = mask_in_range(input, low, high)
         return mask if return_mask else masked_pixels(input, mask)
     mask = ((input >= low) & (input <= high)).to(dtype).amin(1, keepdim=True)
-    return mask if return_mask else input * mask
+    return mask if return_mask else torch.where(mask > 0, input, torch.zeros_like(input))
 
 
 def _bound(bound: Union[List[float], Tensor], input: Tensor, dtype: torch.dtype, name: str) -> Tensor:

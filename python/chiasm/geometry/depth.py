@@ -23,7 +23,8 @@ from ..primitives.core.checks import (
 from ..primitives.core.modules import Module
 from ..primitives.geometry.intrinsics import check_intrinsics, from_pixels, with_one
 from ..primitives.linalg.matrices import cross
-from ..primitives.resampling.warping import check_sampling, resample_image, stretched
+from ..primitives.numbers.loss_reduction import narrowed, widened
+from ..primitives.resampling.warping import check_sampling, position_dtype, resample_image, stretched
 from .camera.pinhole import PinholeCamera
 
 __all__ = [
@@ -232,13 +233,15 @@ def depth_to_normals(depth: Tensor, camera_matrix: Tensor, normalize_points: boo
         >>> depth_to_normals(torch.ones(1, 1, 3, 3), torch.eye(3)[None])[0, :, 1, 1]
         tensor([0., 0., 1.])
     """
-    gradient = spatial_gradient(depth_to_3d(depth, camera_matrix, normalize_points))
+    check_floating(depth, "depth")
+    check_floating(camera_matrix, "camera_matrix")
+    gradient = spatial_gradient(depth_to_3d(widened(depth), widened(camera_matrix), normalize_points))
     du, dv = gradient[:, :, 0].movedim(1, -1), gradient[:, :, 1].movedim(1, -1)
     normal = cross(du, dv).movedim(-1, 1)
     squared = (normal * normal).sum(1, keepdim=True)
     tiny = squared < 1e-36
     unit = normal / torch.sqrt(torch.where(tiny, torch.ones_like(squared), squared))
-    return torch.where(tiny, torch.zeros_like(unit), unit)
+    return narrowed(torch.where(tiny, torch.zeros_like(unit), unit), depth, camera_matrix)
 
 
 def depth_warp(
@@ -292,9 +295,10 @@ def depth_warp(
     )
     check_one_for_each(depth_src, patch_dst, "depth_src", "patch_dst")
     # dst <- world <- src, with R^T in place of the inverse of a rotation.
-    rotation_src = extrinsics_src[:, None, 0:3, 0:3]
-    rotation = (extrinsics_dst[:, 0:3, None, 0:3] * rotation_src).sum(-1)
-    shift = extrinsics_dst[:, 0:3, 3] - (rotation * extrinsics_src[:, None, 0:3, 3]).sum(-1)
+    dst, src = widened(extrinsics_dst), widened(extrinsics_src)
+    rotation_src = src[:, None, 0:3, 0:3]
+    rotation = (dst[:, 0:3, None, 0:3] * rotation_src).sum(-1)
+    shift = dst[:, 0:3, 3] - (rotation * src[:, None, 0:3, 3]).sum(-1)
     motion = torch.cat([rotation, shift[..., None]], -1)
     return _read_through_depth(
         patch_dst, depth_src, motion, intrinsics_src, intrinsics_dst, False, align_corners, mode, padding_mode
@@ -481,10 +485,11 @@ def _read_through_depth(
 ) -> Tensor:
     """Read image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``,
     which are transformed by (B, 3 or 4, 4)."""
-    z = depth[:, 0]
-    x, y, one = _rays(own, z.size(-2), z.size(-1), unit)
+    precision = position_dtype(image.dtype)
+    z = depth[:, 0].to(precision)
+    x, y, one = _rays(own.to(precision), z.size(-2), z.size(-1), unit)
     x, y, z = x * z, y * z, one * z
-    m, k = motion[..., None, None], other[..., None, None]
+    m, k = motion.to(precision)[..., None, None], other.to(precision)[..., None, None]
     z2 = m[:, 2, 0] * x + m[:, 2, 1] * y + m[:, 2, 2] * z + m[:, 2, 3]
     in_front = z2 > 1e-8
     safe = torch.where(in_front, z2, torch.ones_like(z2))

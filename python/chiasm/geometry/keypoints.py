@@ -1,5 +1,7 @@
 """Key points of images, volumes and videos as objects, for eager Python."""
 
+from typing import Any
+
 import torch
 from torch import Tensor
 from typing_extensions import Self  # Python's own from 3.11; torch needs the package
@@ -107,7 +109,18 @@ class VideoKeypoints(Keypoints):
 
     def to_tensor(self) -> Tensor:
         """(B, T, N, 2), the coordinates."""
-        return self._data.unflatten(0, (-1, self.temporal_channel_size)).clone()
+        return self._videos().clone()
+
+    def _videos(self) -> Tensor:
+        return self._data.unflatten(0, (-1, self.temporal_channel_size))
+
+    def __getitem__(self, key: Any) -> Self:
+        """Whole videos."""
+        found = self._videos()[key]
+        return self._with((found[None] if isinstance(key, int) else found).flatten(0, 1))
+
+    def __setitem__(self, key: Any, value: Self) -> None:
+        self._videos()[key] = value._videos()
 
 
 class Keypoints3D(Keypoints):

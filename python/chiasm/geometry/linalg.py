@@ -5,6 +5,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import broadcastable, check_broadcastable, check_floating, check_leading
 from ..primitives.linalg.matrices import small_matmul
+from ..primitives.numbers.loss_reduction import narrowed, widened
 
 __all__ = [
     "batched_dot_product",
@@ -122,15 +123,17 @@ def point_line_distance(point: Tensor, line: Tensor, eps: float = 1e-9) -> Tenso
     if line.dim() < 1 or line.size(-1) != 3:
         raise ValueError(f"line: expected shape (*, 3), got {list(line.shape)}")
     check_broadcastable(line, point, "line", "point", 1, 1)
-    normal = line[..., :2]
-    along = batched_dot_product(point[..., :2], normal)
-    away = along + line[..., 2]
-    if point.size(-1) == 3:
-        away = (along + line[..., 2] * point[..., 2]) / point[..., 2]
+    p, coefficients = widened(point), widened(line)
+    normal = coefficients[..., :2]
+    along = batched_dot_product(p[..., :2], normal)
+    away = along + coefficients[..., 2]
+    if p.size(-1) == 3:
+        away = (along + coefficients[..., 2] * p[..., 2]) / p[..., 2]
     squared = batched_squared_norm(normal)
     short = squared < eps * eps
     length = torch.sqrt(torch.where(short, torch.ones_like(squared), squared))
-    return away.abs() / torch.where(short, torch.full_like(length, eps), length)
+    distance = away.abs() / torch.where(short, torch.full_like(length, eps), length)
+    return narrowed(distance, point, line)
 
 
 def transform_points(trans_01: Tensor, points_1: Tensor) -> Tensor:

@@ -90,8 +90,11 @@ class ParametrizedLine(Module):
         normal = bare(plane.normal)
         slope = (normal * self.direction).sum(-1)
         height = bare(plane.offset) + (normal * self.origin).sum(-1)
-        t = torch.where(slope.abs() < eps, torch.full_like(slope, torch.inf), -height / slope)
-        return t, self.point_at(t)
+        parallel = slope.abs() < eps
+        reach = -height / torch.where(parallel, torch.ones_like(slope), slope)
+        t = torch.where(parallel, torch.full_like(slope, torch.inf), reach)
+        point = self.point_at(t.detach()).detach()
+        return t, torch.where(parallel[..., None], point, self.point_at(reach))
 
 
 def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:

@@ -9,6 +9,7 @@ from torch import Tensor
 from ..primitives.core.modules import Module, hold
 from ..primitives.linalg.matrices import smallest_eigenvector
 from ..primitives.linalg.scatter_matrix import mean_and_scatter
+from ..primitives.numbers.loss_reduction import widened
 from .vector import Scalar, Vector3, bare
 
 __all__ = ["Hyperplane", "fit_plane"]
@@ -66,17 +67,21 @@ class Hyperplane(Module):
     ) -> "Hyperplane":
         """The planes through three points (*, 3), which seen from the side of the normal turn to the right.
         Where the points are on a line, the plane is one of those through that line."""
-        origin = bare(p0)
-        first, second = bare(p1) - origin, bare(p2) - origin
+        points = [bare(p0), bare(p1), bare(p2)]
+        origin = widened(points[0])
+        first, second = widened(points[1]) - origin, widened(points[2]) - origin
         normal = torch.linalg.cross(second, first)
         length = torch.linalg.vector_norm(normal, dim=-1, keepdim=True)
-        scale = torch.linalg.vector_norm(first, dim=-1) * torch.linalg.vector_norm(second, dim=-1)
-        least = torch.finfo(normal.dtype).eps * scale[..., None]
-        stack = torch.stack([first, second, torch.zeros_like(first)], -2)
-        beside = torch.linalg.svd(stack).Vh[..., -1, :]
-        return cls.from_vector(
-            torch.where(length > least, normal / length.clamp(min=1e-30), F.normalize(beside, dim=-1)), origin
-        )
+        edges = [torch.linalg.vector_norm(edge, dim=-1, keepdim=True) for edge in (first, second)]
+        is_plane = length > torch.finfo(normal.dtype).eps * (edges[0] * edges[1])
+        along = torch.where(edges[0] > edges[1], first, second)
+        # On a line, the normal is the line's cross product with the axis that is farthest from it.
+        axis = F.one_hot(along.abs().argmin(-1), 3).to(along)
+        beside = torch.where(along.abs().sum(-1, keepdim=True) > 0, torch.linalg.cross(along, axis), axis)
+        scaled = normal / torch.where(is_plane, length, torch.ones_like(length))
+        unit = torch.where(is_plane, scaled, F.normalize(beside, dim=-1))
+        dtype = (points[0] + points[1] + points[2]).dtype
+        return cls(unit.to(dtype), -(unit * origin).sum(-1).to(dtype))
 
     def signed_distance(self, p: Union[Vector3, Tensor]) -> Scalar:
         """(*), the distances of points (*, 3), positive on the normal's side."""

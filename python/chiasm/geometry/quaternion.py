@@ -14,6 +14,7 @@ from ..primitives.core.checks import (
     check_number,
 )
 from ..primitives.core.modules import Module, hold
+from ..primitives.geometry.angles import angle_of
 from ..primitives.linalg.matrices import cross, largest_eigenvector
 from .conversions.euler import euler_from_quaternion, quaternion_from_euler
 from .conversions.rotations import (
@@ -150,7 +151,7 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
     Args:
         q1: (*, 4) in the order w, x, y, z, floating point; it is scaled to unit length.
         q2: (*, 4), of q1's shape; it is scaled to unit length.
-        t: (*), floating point, or a number: 0 is q1, 1 is q2 (or -q2, the same rotation).
+        t: (*) or (*, 1), floating point, or a number: 0 is q1, 1 is q2 (or -q2, the same rotation).
 
     Returns:
         (*, 4), of unit length.
@@ -168,12 +169,18 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
     way = quaternion_to_axis_angle(quaternion_multiply(quaternion_conjugate(start), end))
     if isinstance(t, Tensor):
         check_floating(t, "t")
-        check_broadcastable(t, way, "t", "q1", 0, 1)
-        part = t[..., None] * way
+        part = _share(t, way, "q1") * way
     else:
         check_number(t, "t")
         part = t * way
     return quaternion_multiply(start, axis_angle_to_quaternion(part))
+
+
+def _share(t: Tensor, each: Tensor, name: str) -> Tensor:
+    """t (*) or (*, 1) as (*, 1), for ``each`` (*, n); raise unless the leading dimensions broadcast."""
+    share = t if t.dim() > 0 and t.dim() == each.dim() and t.size(-1) == 1 else t[..., None]
+    check_broadcastable(share, each, "t", name, 1, 1)
+    return share
 
 
 def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
@@ -220,7 +227,7 @@ def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
 
 class Quaternion(Module):
     """Quaternions as an object, for eager Python, with this module's functions as methods. ``*`` with another
-    is their product, with a number it scales; ``**`` multiplies the angle of unit quaternions.
+    is their product, with a number it scales; ``**`` t is exp(t log q): it multiplies the angle by t.
 
     Args:
         data: (*, 4) in the order w, x, y, z, floating point; a Parameter is learned.
@@ -265,8 +272,21 @@ class Quaternion(Module):
         return self * (right.inv() if isinstance(right, Quaternion) else 1.0 / right)
 
     def __pow__(self, t: Union[Tensor, float]) -> "Quaternion":
-        turn = quaternion_to_axis_angle(self.data)
-        return Quaternion(axis_angle_to_quaternion((t[..., None] if isinstance(t, Tensor) else t) * turn))
+        power = torch.as_tensor(t, dtype=self.data.dtype, device=self.data.device)
+        power = _share(power, self.data, "the quaternion")
+        w, v = self.data[..., :1], self.data[..., 1:]
+        length = torch.linalg.vector_norm(v, dim=-1, keepdim=True)
+        angle, real = power * angle_of(length, w), length == 0
+        one = torch.ones_like(length)
+        limit = power * torch.cos(angle) / torch.where(w == 0, one, w)
+        ratio = torch.where(real, limit, torch.sin(angle) / torch.where(real, one, length))
+        # A negative number has no axis: x is taken. The sine is exactly 0 for whole powers.
+        whole = power.detach().round()
+        sine = torch.sin(math.pi * (power - whole)) * (1.0 - 2.0 * whole.remainder(2.0))
+        beside = torch.where(real & (w < 0), sine, torch.zeros_like(sine))
+        vector = ratio * v
+        unit = torch.cat([torch.cos(angle), vector[..., :1] + beside, vector[..., 1:]], -1)
+        return Quaternion(unit * self.norm(keepdim=True) ** power)
 
     @property
     def w(self) -> Tensor:
@@ -318,7 +338,7 @@ class Quaternion(Module):
     @property
     def polar_angle(self) -> Tensor:
         """(*), the angle between the quaternion and the real axis, in radians: half of the rotation's."""
-        return torch.acos((self.real / self.norm()).clamp(-1.0, 1.0))
+        return angle_of(torch.linalg.vector_norm(self.vec, dim=-1), self.real)
 
     def matrix(self) -> Tensor:
         """(*, 3, 3), the rotation matrices."""

@@ -13,6 +13,7 @@ from ..primitives.core.checks import (
 )
 from ..primitives.geometry.intrinsics import over_depth, with_one
 from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul
+from ..primitives.numbers.loss_reduction import widened
 
 
 def oneway_transfer_error(
@@ -39,9 +40,18 @@ def oneway_transfer_error(
         tensor([[25.]])
     """
     _check(pts1, pts2, H)
+    error = _oneway(widened(pts1), widened(pts2), widened(H))
+    return _as_given(error if squared else torch.sqrt(error + eps), pts1, pts2, H)
+
+
+def _oneway(pts1: Tensor, pts2: Tensor, H: Tensor) -> Tensor:
     offset = _plain(pts2) - _mapped(H, _homogeneous(pts1))
-    error = (offset * offset).sum(-1)
-    return error if squared else torch.sqrt(error + eps)
+    return (offset * offset).sum(-1)
+
+
+def _as_given(error: Tensor, a: Tensor, b: Tensor, c: Tensor) -> Tensor:
+    """What was computed of ``widened`` a, b and c in the dtype to which PyTorch promotes theirs."""
+    return error.to(torch.promote_types(torch.promote_types(a.dtype, b.dtype), c.dtype))
 
 
 def symmetric_transfer_error(
@@ -72,14 +82,15 @@ def symmetric_transfer_error(
         tensor([[50.]])
     """
     _check(pts1, pts2, H)
-    determinant = (H[:, 0] * cross(H[:, 1], H[:, 2])).sum(-1)
+    p, q, h = widened(pts1), widened(pts2), widened(H)
+    determinant = (h[:, 0] * cross(h[:, 1], h[:, 2])).sum(-1)
     singular = determinant == 0
-    eye = torch.eye(3, dtype=H.dtype, device=H.device)
-    safe = torch.where(singular[:, None, None], eye, H)
-    there = oneway_transfer_error(pts1, pts2, safe)
-    back = oneway_transfer_error(pts2, pts1, inverse3x3(safe))
-    error = there + back if squared else torch.sqrt(there + back + eps)
-    return torch.where(singular[:, None], torch.full_like(error, float("inf")), error)
+    eye = torch.eye(3, dtype=h.dtype, device=h.device)
+    safe = torch.where(singular[:, None, None], eye, h)
+    error = _oneway(p, q, safe) + _oneway(q, p, inverse3x3(safe))
+    error = error if squared else torch.sqrt(error + eps)
+    error = torch.where(singular[:, None], torch.full_like(error, float("inf")), error)
+    return _as_given(error, pts1, pts2, H)
 
 
 def sampson_homography_distance(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True) -> Tensor:
@@ -108,12 +119,12 @@ def sampson_homography_distance(pts1: Tensor, pts2: Tensor, H: Tensor, squared: 
         tensor([[12.5000]])
     """
     _check(pts1, pts2, H)
-    p, q = _plain(pts1), _plain(pts2)
-    mapped = small_matmul(with_one(p), H.transpose(1, 2))
+    p, q, wide = _plain(widened(pts1)), _plain(widened(pts2)), widened(H)
+    mapped = small_matmul(with_one(p), wide.transpose(1, 2))
     depth = mapped[..., 2]
     u, v = q[..., 0], q[..., 1]
     e1, e2 = mapped[..., 0] - u * depth, mapped[..., 1] - v * depth
-    h = H[:, None]
+    h = wide[:, None]
     a1, b1 = h[..., 0, 0] - u * h[..., 2, 0], h[..., 0, 1] - u * h[..., 2, 1]
     a2, b2 = h[..., 1, 0] - v * h[..., 2, 0], h[..., 1, 1] - v * h[..., 2, 1]
     first, second, mixed = (
@@ -126,7 +137,7 @@ def sampson_homography_distance(pts1: Tensor, pts2: Tensor, H: Tensor, squared: 
     error = (e1 * e1 * second - 2.0 * e1 * e2 * mixed + e2 * e2 * first) / torch.where(
         flat, torch.ones_like(determinant), determinant
     )
-    return error if squared else _safe_root(error)
+    return _as_given(error if squared else _safe_root(error), pts1, pts2, H)
 
 
 def line_segment_transfer_error_one_way(ls1: Tensor, ls2: Tensor, H: Tensor, squared: bool = False) -> Tensor:
@@ -157,11 +168,12 @@ def line_segment_transfer_error_one_way(ls1: Tensor, ls2: Tensor, H: Tensor, squ
     check_matrix(H, 3, 3, "H")
     check_broadcastable(ls2, ls1, "ls2", "ls1", 2, 2)
     check_leading([ls1, ls2, H], ["ls1", "ls2", "H"], [3, 3, 2])
-    line = line_through(with_one(ls2[:, :, 0]), with_one(ls2[:, :, 1]))
-    first = (line * with_one(_mapped(H, with_one(ls1[:, :, 0])))).sum(-1)
-    second = (line * with_one(_mapped(H, with_one(ls1[:, :, 1])))).sum(-1)
+    a, b, h = widened(ls1), widened(ls2), widened(H)
+    line = line_through(with_one(b[:, :, 0]), with_one(b[:, :, 1]))
+    first = (line * with_one(_mapped(h, with_one(a[:, :, 0])))).sum(-1)
+    second = (line * with_one(_mapped(h, with_one(a[:, :, 1])))).sum(-1)
     error = 0.5 * (first.abs() + second.abs())
-    return error * error if squared else error
+    return _as_given(error * error if squared else error, ls1, ls2, H)
 
 
 def line_through(a: Tensor, b: Tensor) -> Tensor:

@@ -25,6 +25,7 @@ from ...primitives.geometry.intrinsics import (
     with_one,
 )
 from ...primitives.linalg.matrices import inverse
+from ...primitives.numbers.loss_reduction import narrowed, widened
 from ..epipolar.projection import scale_intrinsics
 from ..linalg import inverse_transformation, transform_points
 
@@ -53,7 +54,8 @@ def project_points(point_3d: Tensor, camera_matrix: Tensor) -> Tensor:
     check_last(point_3d, 3, "point_3d")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
     check_broadcastable(camera_matrix, point_3d, "camera_matrix", "point_3d", 2, 1)
-    return to_pixels(over_depth(point_3d, 1e-8), camera_matrix)
+    pixels = to_pixels(over_depth(widened(point_3d), 1e-8), widened(camera_matrix))
+    return narrowed(pixels, point_3d, camera_matrix)
 
 
 def unproject_points(

@@ -10,6 +10,7 @@ from torch import Tensor
 from ...primitives.core.checks import check_last, check_matrix
 from ...primitives.geometry.angles import angle_of
 from ...primitives.linalg.matrices import cross, small_matmul
+from ...primitives.numbers.loss_reduction import narrowed, widened
 
 
 def normalize_quaternion(quaternion: Tensor, eps: float = 1e-12) -> Tensor:
@@ -30,10 +31,11 @@ def normalize_quaternion(quaternion: Tensor, eps: float = 1e-12) -> Tensor:
         tensor([1., 0., 0., 0.])
     """
     check_last(quaternion, 4, "quaternion")
-    squared = (quaternion * quaternion).sum(-1, keepdim=True)
+    q = widened(quaternion)  # float16 has no number as small as eps
+    squared = (q * q).sum(-1, keepdim=True)
     tiny = squared < eps * eps
     length = torch.sqrt(torch.where(tiny, torch.ones_like(squared), squared))
-    return quaternion / torch.where(tiny, torch.full_like(length, eps), length)
+    return narrowed(q / torch.where(tiny, torch.full_like(length, eps), length), quaternion)
 
 
 def axis_angle_to_quaternion(axis_angle: Tensor) -> Tensor:
@@ -88,9 +90,11 @@ def quaternion_to_axis_angle(quaternion: Tensor) -> Tensor:
         tensor([0., 0., 0.])
     """
     check_last(quaternion, 4, "quaternion")
-    q = torch.where(quaternion[..., 0:1] < 0, -quaternion, quaternion)
+    q = widened(quaternion)
+    q = torch.where(q[..., 0:1] < 0, -q, q)
     v = q[..., 1:]
-    return 2.0 * v * _angle_over_length(q[..., 0:1], (v * v).sum(-1, keepdim=True), 1e-12)
+    turn = 2.0 * v * _angle_over_length(q[..., 0:1], (v * v).sum(-1, keepdim=True), 1e-12)
+    return narrowed(turn, quaternion)
 
 
 def axis_angle_to_rotation_matrix(axis_angle: Tensor) -> Tensor:
@@ -251,8 +255,9 @@ def quaternion_exp_to_log(quaternion: Tensor, eps: float = 1e-8) -> Tensor:
         tensor([0.0000, 0.0000, 1.5708])
     """
     check_last(quaternion, 4, "quaternion")
-    v = quaternion[..., 1:]
-    return v * _angle_over_length(quaternion[..., 0:1], (v * v).sum(-1, keepdim=True), eps)
+    q = widened(quaternion)
+    v = q[..., 1:]
+    return narrowed(v * _angle_over_length(q[..., 0:1], (v * v).sum(-1, keepdim=True), eps), quaternion)
 
 
 def vector_to_skew_symmetric_matrix(vec: Tensor) -> Tensor:

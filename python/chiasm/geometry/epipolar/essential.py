@@ -16,6 +16,7 @@ from ...primitives.core.checks import (
 from ...primitives.geometry.intrinsics import with_one
 from ...primitives.linalg.matrices import cofactors, inverse3x3, small_matmul
 from ...primitives.linalg.qr import null_vector, pointed
+from ...primitives.numbers.loss_reduction import narrowed, widened
 from .lines import cross_product_matrix
 from .projection import depth_from_point, left_null_vector
 from .triangulation import triangulate_points
@@ -226,7 +227,7 @@ def motion_from_essential_choose_solution(
     _check_view(E_mat, K2, x2, "K2", "x2")
     if x2.size(-2) != x1.size(-2) and x2.size(-2) != 1:
         raise ValueError(f"x2: expected as many points as x1, {x1.size(-2)}, got {x2.size(-2)}")
-    Rs, Ts = motion_from_essential(E_mat)
+    Rs, Ts = motion_from_essential(widened(E_mat))
     # Triangulation on the planes z = 1 is better conditioned than with pixels.
     p1, p2 = _rays(x1, K1)[..., None, :, :], _rays(x2, K2)[..., None, :, :]
     P2 = torch.cat([Rs, Ts], -1)
@@ -243,7 +244,8 @@ def motion_from_essential_choose_solution(
     pick = (best[..., None] == torch.arange(4, device=best.device))[..., None, None]
     zero = torch.zeros([], dtype=X.dtype, device=X.device)
     R, t = torch.where(pick, Rs, zero).sum(-3), torch.where(pick, Ts, zero).sum(-3)
-    return R, t, torch.where(pick, X, zero).sum(-3), (pick[..., 0] & seen).any(-2)
+    points = narrowed(torch.where(pick, X, zero).sum(-3), x1, K1)
+    return narrowed(R, E_mat), narrowed(t, E_mat), points, (pick[..., 0] & seen).any(-2)
 
 
 def project_to_essential(E_mat: Tensor) -> Tensor:
@@ -305,5 +307,5 @@ def _check_view(E_mat: Tensor, K: Tensor, x: Tensor, K_name: str, x_name: str) -
 
 def _rays(x: Tensor, K: Tensor) -> Tensor:
     """Points (*, N, 2) of the plane z = 1 from pixels."""
-    seen = small_matmul(with_one(x), inverse3x3(K).transpose(-2, -1))
+    seen = small_matmul(with_one(widened(x)), inverse3x3(widened(K)).transpose(-2, -1))
     return seen[..., 0:2] / seen[..., 2:3]

@@ -16,6 +16,7 @@ from ...primitives.core.checks import (
 from ...primitives.linalg.direct_linear import hartley, normal_matrix
 from ...primitives.linalg.matrices import inverse3x3, small_matmul, smallest_eigenvector
 from ...primitives.linalg.qr import null_vector, pointed
+from ...primitives.numbers.loss_reduction import narrowed, widened
 from .seven_point import epipolar_rows, matrices_of_rank_two
 
 
@@ -134,7 +135,8 @@ def normalize_points(
     check_optional(weights, "weights")
     if weights is not None and weights.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
-    return hartley(points, weights, eps)
+    moved, similarity = hartley(widened(points), None if weights is None else widened(weights), eps)
+    return narrowed(moved, points, weights), narrowed(similarity, points, weights)
 
 
 def normalize_transformation(M: Tensor, eps: float = 1e-8) -> Tensor:
@@ -183,7 +185,9 @@ def fundamental_from_essential(E_mat: Tensor, K1: Tensor, K2: Tensor) -> Tensor:
     check_matrix(K1, 3, 3, "K1")
     check_matrix(K2, 3, 3, "K2")
     check_leading([E_mat, K1, K2], ["E_mat", "K1", "K2"], [2, 2, 2])
-    return small_matmul(small_matmul(inverse3x3(K2).transpose(-2, -1), E_mat), inverse3x3(K1))
+    left = small_matmul(inverse3x3(widened(K2)).transpose(-2, -1), widened(E_mat))
+    made = small_matmul(left, inverse3x3(widened(K1)))
+    return made.to(torch.promote_types(torch.promote_types(E_mat.dtype, K1.dtype), K2.dtype))
 
 
 def fundamental_from_projections(P1: Tensor, P2: Tensor) -> Tensor:

@@ -6,6 +6,7 @@ from torch import Tensor
 from ...primitives.core.checks import check_broadcastable, check_last, check_matrix
 from ...primitives.geometry.intrinsics import homogeneous, over_depth
 from ...primitives.linalg.matrices import cross, small_matmul
+from ...primitives.numbers.loss_reduction import widened
 
 
 def cross_product_matrix(x: Tensor) -> Tensor:
@@ -107,10 +108,11 @@ def get_closest_point_on_epipolar_line(pts1: Tensor, pts2: Tensor, Fm: Tensor) -
     x1 = homogeneous(pts1, "pts1")
     x2 = homogeneous(pts2, "pts2")
     check_correspondences(pts1, pts2, Fm)
-    line = _epilines(x1, Fm)
-    x = over_depth(x2, 1e-8)
+    line = _epilines(widened(x1), widened(Fm))
+    x = over_depth(widened(x2), 1e-8)
     normal = line[..., 0:2]
-    return x - ((x * normal).sum(-1, keepdim=True) + line[..., 2:3]) * normal
+    made = x - ((x * normal).sum(-1, keepdim=True) + line[..., 2:3]) * normal
+    return made.to(torch.promote_types(torch.promote_types(pts1.dtype, pts2.dtype), Fm.dtype))
 
 
 def check_correspondences(pts1: Tensor, pts2: Tensor, Fm: Tensor) -> None:

@@ -110,10 +110,19 @@ def crop_and_resize(
     )
     span = torch.ones_like(corners[:1])
     check_pair(size, "size")
+    check_above_one([size[0], size[1]])
     span = torch.cat([span[:, :1] * (size[1] - 1), span[:, 1:] * (size[0] - 1)], 1)
     target = (corners * span)[None].expand(boxes.size(0), 4, 2)
     matrix = get_perspective_transform(boxes.to(torch.float64), target)
     return crop_by_transform_mat(input_tensor, matrix, size, mode, padding_mode, align_corners)
+
+
+def check_above_one(size: List[int]) -> None:
+    """Raise unless the sides of a crop are above 1, as far as they are known: a box of one pixel has no
+    perspective transform."""
+    for side in size:
+        if isinstance(side, int) and side < 2:
+            raise ValueError(f"size: expected numbers above 1, got {size}")
 
 
 def crop_by_boxes(

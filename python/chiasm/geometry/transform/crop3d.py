@@ -7,6 +7,7 @@ from torch import Tensor
 
 from ...primitives.core.checks import check_one_for_each, check_size3d
 from ...primitives.resampling.volumes import check_volume, check_volume_sampling
+from .crop import check_above_one
 from .matrices import check_points, from_rows
 from .matrices3d import get_perspective_transform3d
 from .volume import crop_by_transform_mat3d, warp_affine3d
@@ -83,6 +84,7 @@ def crop_and_resize3d(
     check_one_for_each(boxes, tensor, "boxes", "tensor")
     check_volume_sampling(interpolation, "zeros", "interpolation")
     check_size3d(size, "size")
+    check_above_one([size[0], size[1], size[2]])
     one = torch.ones_like(boxes[:, 0, 0].to(torch.float64))
     low, x, y, z = torch.zeros_like(one), one * (size[2] - 1), one * (size[1] - 1), one * (size[0] - 1)
     target = from_rows(

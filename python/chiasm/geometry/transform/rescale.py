@@ -50,8 +50,8 @@ def _rescale_of_batch(
     antialias: bool,
 ) -> Tensor:
     check_pixels(input, "input", True)
-    if isinstance(factor, float):
-        down, across = factor, factor
+    if isinstance(factor, (int, float)):
+        down, across = float(factor), float(factor)
     else:
         down, across = factor  # pyright: ignore[reportGeneralTypeIssues]
     if not (down > 0.0 and across > 0.0):

@@ -8,6 +8,7 @@ from torch import Tensor
 
 from ...primitives.core.checks import check_last, check_leading, check_one_for_each, check_size3d
 from ...primitives.linalg.matrices import inverse
+from ...primitives.resampling.taps import larger, smaller
 from ...primitives.resampling.volumes import check_volume, check_volume_sampling, resample_volume, voxel_axes
 from ...primitives.resampling.warping import (
     away_from_zero,
@@ -15,7 +16,6 @@ from ...primitives.resampling.warping import (
     from_normalized,
     normalized_axis,
     position_dtype,
-    stretched,
 )
 from .matrices import check_vectors, homogeneous, numbers
 from .matrices3d import get_projective_transform
@@ -41,7 +41,7 @@ def warp_affine3d(
             corner voxels' centres, or the outer faces when align_corners is False).
         align_corners: when False, output voxel j stands for (j + 1/2) (w - 1) / w of M's coordinates, and x
             of them is read at x W / (W - 1) - 1/2, along each axis: M counts between the outer faces, size -
-            1 units apart.
+            1 units apart. An axis of one voxel counts from its centre, as with True.
 
     Returns:
         (B, C, depth, height, width). Differentiable in src and M ("nearest": in src).
@@ -82,13 +82,19 @@ def _warped(
         column, row, plane = _shrunk(column, dsize[2]), _shrunk(row, dsize[1]), _shrunk(plane, dsize[0])
     x, y, z = _mapped(column, row, plane, m)
     if stretch:
-        x, y, z = stretched(x, src.size(4)), stretched(y, src.size(3)), stretched(z, src.size(2))
+        x, y, z = _stretched(x, src.size(4)), _stretched(y, src.size(3)), _stretched(z, src.size(2))
     return resample_volume(src, x, y, z, mode, padding_mode, align_corners)
 
 
 def _shrunk(x: Tensor, size: int) -> Tensor:
-    """The inverse of ``stretched``."""
-    return (x + 0.5) * (size - 1) / size
+    """(x + 1/2) (size - 1) / size: positions between outer faces that are size - 1 apart. For a single voxel
+    x, because a volume of one slice is turned and mirrored about its centre."""
+    return (2.0 * x + smaller(size - 1, 1)) * larger(size - 1, 1) / (2 * size)
+
+
+def _stretched(x: Tensor, size: int) -> Tensor:
+    """The inverse of ``_shrunk``."""
+    return (x * (2 * size) / larger(size - 1, 1) - smaller(size - 1, 1)) * 0.5
 
 
 def _mapped(x: Tensor, y: Tensor, z: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
