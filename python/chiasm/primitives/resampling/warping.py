@@ -110,13 +110,12 @@ def rounded_pixels(sums: Tensor, like: Tensor) -> Tensor:
 
 def _outside(src: Tensor, padding_mode: str, fill_value: Optional[Tensor], mode: str) -> Tuple[str, Tensor]:
     """For a kernel: how it pads, and what pixels outside are."""
-    if padding_mode != "fill":
-        return padding_mode, torch.zeros([1], dtype=src.dtype, device=src.device)
-    if fill_value is None:
-        return "zeros", torch.zeros([1], dtype=src.dtype, device=src.device)
+    padding = "zeros" if padding_mode == "fill" else padding_mode
+    if padding_mode != "fill" or fill_value is None:
+        return padding, torch.zeros([1], dtype=src.dtype, device=src.device)
     check_fill(fill_value, src)
-    level = fill_value if src.is_floating_point() else filled_level(fill_value, src, mode)
-    return "zeros", level.to(src.dtype).contiguous()
+    level = fill_value if src.is_floating_point() else _filled_level(fill_value, src, mode)
+    return padding, level.to(src.dtype).contiguous()
 
 
 @primitive
@@ -163,7 +162,7 @@ def _resample_floating_kernel(
     return kernels.remap(src, x, y, mode, padding, align_corners, fill)
 
 
-def filled_level(fill_value: Tensor, src: Tensor, mode: str) -> Tensor:
+def _filled_level(fill_value: Tensor, src: Tensor, mode: str) -> Tensor:
     """``fill_value`` (C,) as levels of an image of integers, in the type in which its sums are exact."""
     low, high = pixel_range(src)
     return known_or(torch.round(fill_value.to(_exact_type(src, mode))), 0.0).clamp(low, high)
@@ -202,7 +201,7 @@ def resample_bytes(
     if padding_mode == "fill" and fill_value is not None:
         check_fill(fill_value, src)
         # The fill is subtracted before sampling, so that the zeros outside the image stand for it.
-        level = filled_level(fill_value, src, mode)[:, None, None]
+        level = _filled_level(fill_value, src, mode)[:, None, None]
         sums = resample_floating(exact - level, at_x, at_y, mode, "zeros", align_corners, None) + level
     else:
         beyond = "zeros" if padding_mode == "fill" else padding_mode
