@@ -81,6 +81,17 @@ def test_what_an_engine_ignores_is_found(tmp_path: Path) -> None:
         export(summed_windows, spec, tmp_path, formats=["onnx"])
 
 
+def exact_slope(input: Tensor) -> Tensor:
+    return torch.atan(input.to(torch.float64)).to(input.dtype)
+
+
+def test_an_operator_that_onnx_runtime_lacks_for_its_dtype_is_refused(tmp_path: Path) -> None:
+    spec = Spec("trial.slope", [image(channels=3)], **ON_IMAGES)
+    with pytest.raises(ExportError, match=r"(?s)float32\.onnx holds.*Atan.*instead: compute"):
+        export(exact_slope, spec, tmp_path, formats=["onnx"], methods=["forward"])
+    assert list(tmp_path.iterdir()) == []
+
+
 def lower_half(input: Tensor) -> Tensor:
     return input[:, :, input.shape[3] // 2 :] * 2.0
 

@@ -48,7 +48,7 @@ def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
     """Angle between the directions of two vectors, in degrees.
 
     Computed as twice the arc tangent of |u - w| / |u + w| of the unit vectors (W. Kahan), which is accurate
-    for small angles and for nearly opposite vectors. Computed in float64.
+    for small angles and for nearly opposite vectors. The lengths are computed in float64.
 
     Args:
         v1: (*, D), D at least 1, floating point, of any length.
@@ -76,8 +76,10 @@ def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
     lost = (length1 == 0) | (length2 == 0)
     u = a / torch.where(lost, torch.ones_like(length1), length1)[..., None]
     w = b / torch.where(lost, torch.ones_like(length2), length2)[..., None]
-    along = vector_length(u + w)
-    angle = 2.0 * angle_of(vector_length(u - w), torch.where(lost, torch.ones_like(along), along))
+    # ONNX Runtime has no arc tangent of float64, so float32 vectors need one of float32.
+    wide = torch.promote_types(widened(v1).dtype, widened(v2).dtype)
+    across, along = vector_length(u - w).to(wide), vector_length(u + w).to(wide)
+    angle = 2.0 * angle_of(across, torch.where(lost, torch.ones_like(along), along))
     degrees = torch.where(lost, torch.full_like(angle, 90.0), angle * (180.0 / math.pi))
     return degrees.to(torch.promote_types(v1.dtype, v2.dtype))
 

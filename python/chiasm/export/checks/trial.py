@@ -36,6 +36,8 @@ SIZES = (
 _SLOW = 5.0
 #: The most seconds for all artifacts of a backend at all sizes.
 _MOST_SECONDS = 600
+#: ONNX Runtime's words for an operator that it has for other dtypes only. Such an artifact runs nowhere.
+_NO_KERNEL = "Could not find an implementation"
 _PROCESS = Path(__file__).with_name("trial_process.py")
 
 
@@ -115,10 +117,18 @@ def _compare(job: ExportJob, backend: str, bundle: Path, cases: list[Case]) -> N
         ]
         case = of_method[seen[key]]
         seen[key] += 1
-        if row["passed"] is not False:
+        no_kernel = row["passed"] is None and _NO_KERNEL in row["message"]
+        if row["passed"] is not False and not no_kernel:
             continue
         if case.text:
             raise ExportError(f"{name}: cannot be exported to a graph{case.text}")
+        if no_kernel:
+            raise ExportError(
+                f"{name}: {row['artifact']} holds an operator that ONNX Runtime does not have for its dtype\n"
+                f"  because: {row['message']}\n"
+                f"  instead: compute this step in float32 (x.to(torch.float32)), or leave the format out"
+                " (formats=...)"
+            )
         sizes = ", ".join(f"{symbol}={size}" for symbol, size in case.sizes.items())
         raise ExportError(
             f"{name}: {row['artifact']} does not give what eager Python gives"
