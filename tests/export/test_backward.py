@@ -6,10 +6,11 @@ from torch import Tensor
 
 from chiasm.export import example_inputs
 from chiasm.export.job import with_cotangents
-from chiasm.export.spec import Spec, TensorSpec
+from chiasm.export.spec import Spec, TensorSpec, image
 from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
 from chiasm.export.tracing.graph import output_specs, trace
 from chiasm.export.tracing.module import bind
+from chiasm.geometry.transform import rescale
 from tests.export.native_source import written
 
 
@@ -32,9 +33,13 @@ def of_a_part(x: Tensor) -> Tensor:
     return y[..., 0] * y[..., 1] * y[..., 2] + x[..., 3]
 
 
+def rescaled(input: Tensor) -> Tensor:
+    return rescale(input, (1.5, 0.7), antialias=True)
+
+
 def traced(function, spec: Spec):
     """A function's eager vjp, its traced vjp, and inputs of other sizes than in the trace."""
-    op = bind(function, {"x": "x=x"}, {}, spec.name)
+    op = bind(function, {t.name: f"{t.name}={t.name}" for t in spec.inputs}, {}, spec.name)
     example = example_inputs.make(spec, example_inputs.fit(spec, example_inputs.EXAMPLE), "float32")
     outputs = output_specs(trace(op, spec, list(spec.inputs), example, "onnx"), spec, "float32")
     tensors, _ = vjp_signature(spec, outputs)
@@ -72,6 +77,14 @@ def turned(x: Tensor) -> Tensor:
             torch.where(most == blue, blue * red, green),
         )
     return torch.stack([red, green, blue], -3)
+
+
+def test_weighted_sums_whose_number_of_terms_is_symbolic() -> None:
+    """The size of the result is made of the image's alone, so the tracer must prove what it assumes of it."""
+    spec = Spec("test.rescaled", [image()], symbols={"H": (8, 4096), "W": (8, 4096)})
+    pullback, program, other = traced(rescaled, spec)
+    for actual, expected in zip(program.module()(*other.values()), pullback(*other.values()), strict=True):
+        torch.testing.assert_close(actual, expected)
 
 
 def test_native_loops_of_planes_are_short(monkeypatch) -> None:

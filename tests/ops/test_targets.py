@@ -415,6 +415,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (x.amin(dims, keepdim=True), x, dims) for x in images(t) for dims in ([1], [2, 3])
     ],
     "reshaping.reshaped": lambda t: [(numbers(t, 4, 6).t(), [3, 8])],
+    "reshaping.split_dim": lambda t: [(numbers(t, 2, 6, 3), 1, 2, 3)],
     "resizing.blurred_and_resized": lambda t: in_borders(t, 6, 7, False, FIVE, border),
     "resizing.resized": lambda t: (
         [

@@ -12,6 +12,7 @@ from ..core.pixels import has_words, pixel_range
 from ..filters.fixed_point import rounded_sums
 from ..filters.stencil import separable_shared
 from ..kernels import operators as kernels
+from ..numbers.reshaping import split_dim
 from .taps import (
     antialias_table,
     area_table,
@@ -170,7 +171,7 @@ def _summed(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
 
 def _sums(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
     """The sums along an axis of the pixels ``index`` (n, taps) times their ``taps``."""
-    picked = x.index_select(dim, index.reshape(-1)).unflatten(dim, [index.size(0), -1])
+    picked = split_dim(x.index_select(dim, index.reshape(-1)), dim, index.size(0), index.size(1))
     return (picked * (taps[:, :, None] if dim == 2 else taps)).sum(dim + 1)
 
 
