@@ -3,7 +3,7 @@
     ... | python tests/changes.py 3    of the files named there: what has changed, and every third other one
 
 The base is $CHIASM_BASE, else the commit at which the branch left origin's, else the previous commit. Where
-git does not know it (a shallow clone, a wrong name, no repository), every file counts as changed.
+git does not know it (a clone of one commit, a wrong name, no repository), every file counts as changed.
 """
 
 from __future__ import annotations
@@ -49,7 +49,9 @@ def base() -> str:
     """The revision to compare with; git may not know it."""
     head = git("rev-parse", "HEAD").strip()
     named = os.environ.get("CHIASM_BASE")
-    if not named:
+    if named:
+        named = git("rev-parse", "--verify", f"{named}^{{commit}}").strip()
+    else:
         with suppress(GitError):
             named = git("merge-base", "HEAD", "origin/HEAD").strip()
     return named if named and named != head else "HEAD~1"
@@ -85,21 +87,21 @@ def changed_files() -> frozenset[str]:
 
 
 def imported(tree: ast.AST) -> set[str]:
-    """The modules that a file names in its imports."""
+    """The modules that a file names in its imports, and what it takes from them: a module too, perhaps."""
     modules = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             modules |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            modules.add(node.module)
-    return modules
+            modules |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return modules - {"tests"}
 
 
 @cache
 def has_changed(test: Path) -> bool:
-    """Whether a file of tests, a file of chiasm or of the tests' folder that it imports, that folder's
-    conftest.py, or a file that its docstring names (or whose folder it names) has changed. An import of a
-    package is one of all files in it."""
+    """Whether a file of tests, a file of chiasm or of the tests that it imports, its folder's conftest.py, or
+    a file that its docstring names (or whose folder it names) has changed. An import of a package is one of
+    all files in it."""
     changed = changed_files()
     if str(test.relative_to(ROOT)) in changed:
         return True
@@ -108,8 +110,9 @@ def has_changed(test: Path) -> bool:
     for file in map(Path, changed):
         if str(file) in named or (len(file.parts) > 2 and str(file.parent) in named):
             return True
+    roots = {"chiasm": ROOT / "python", "tests": ROOT}
     for module in {*imported(tree), "conftest"}:
-        folder = ROOT / "python" if module.partition(".")[0] == "chiasm" else test.parent
+        folder = roots.get(module.partition(".")[0], test.parent)
         path = str((folder / module.replace(".", "/")).relative_to(ROOT))
         if any(file.startswith((f"{path}.py", f"{path}/")) for file in changed):
             return True

@@ -33,7 +33,9 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "python/chiasm/filters/blur.py": "",
         "tests/export/conftest.py": "",
         "tests/export/scenes.py": "",
-        "tests/export/test_merging.py": "import os, chiasm.onnx\nfrom scenes import house\n",
+        "tests/export/test_merging.py": (
+            "import os, chiasm.onnx\nfrom scenes import house\nfrom tests.parity.images import load\n"
+        ),
     }
     for name, text in files.items():
         path = tmp_path / name
@@ -127,9 +129,12 @@ def test_everything_has_changed_in_a_clone_of_one_commit(
         ("python/chiasm/filters/blur.py", False),
         ("tests/export/conftest.py", True),
         ("tests/export/scenes.py", True),
+        ("tests/parity/images.py", True),
+        ("tests/parity/sounds.py", False),
     ],
 )
 def test_a_test_has_changed_with_what_it_imports(tree: Path, git: Git, file: str, changed: bool) -> None:
+    (tree / file).parent.mkdir(exist_ok=True)
     (tree / file).write_text("changed = True\n")
     assert changes.has_changed(tree / "tests/export/test_merging.py") == changed
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -26,7 +27,8 @@ struct Fill {
 template <class Pixel>
 class Outside {
  public:
-  Outside(Fill<Pixel> fill, int64_t step) : each_(step), values_(static_cast<size_t>(fill.count * step)) {
+  Outside(Fill<Pixel> fill, int64_t step)
+      : each_(step), values_(static_cast<size_t>(std::lcm(fill.count, step))) {
     for (size_t i = 0; i < values_.size(); ++i)
       values_[i] = fill.values[static_cast<int64_t>(i) % fill.count];
   }

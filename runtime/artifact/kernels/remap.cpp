@@ -145,7 +145,8 @@ template <class Taps, class T, class Positions>
 void sample_by(const T* source, Images images, int64_t out_height, int64_t out_width, Padding padding,
                bool align_corners, Fill<T> fill, T* out, const Positions& positions) {
   const int64_t height = images.height, width = images.width, planes = images.count * images.channels;
-  Source from{height, width, width, height * width, padding, align_corners, !fill.is_zero()};
+  const bool filled = padding == Padding::kZeros && !fill.is_zero();
+  Source from{height, width, width, height * width, padding, align_corners, filled};
   std::vector<T> widened;
   if (height < 2 || width < 2) {  // without a second row or column, load one that has weight 0
     from.stride = width + 1;
