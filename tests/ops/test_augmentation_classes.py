@@ -79,6 +79,8 @@ def test_scripts_and_replays(name: str) -> None:
     assert repr(made).startswith(f"{name}(")
     made(x, seed=SEED)
     assert made(x, params=made._params).equal(first)
+    with pytest.raises(ValueError, match="seed: "):
+        made(x, params=made._params, seed=SEED[1:])
 
 
 @pytest.mark.parametrize(

@@ -163,7 +163,15 @@ def test_the_way_back_from_one_row() -> None:
     out, moved = augment(images, boxes)
     back, there = augment.inverse(out, moved)
     assert back.shape == images.shape
-    assert torch.equal(there, boxes)
+    torch.testing.assert_close(there, boxes)
+
+
+@pytest.mark.parametrize("align_corners", [True, False])
+def test_points_stay_inside_one_row(align_corners: bool) -> None:
+    resize = A.Resize((1, 4), align_corners=align_corners)
+    augment = A.AugmentationSequential(resize, data_keys=["input", "keypoints"])
+    _, moved = augment(torch.rand(1, 1, 12, 10), torch.tensor([[[0.0, 0.0], [3.0, 7.0], [9.0, 11.0]]]))
+    assert (moved >= -0.5).all() and (moved <= torch.tensor([3.5, 0.5])).all()
 
 
 IMAGES, NO = torch.ones(1, 1, 4, 4), SEEDS[:1]

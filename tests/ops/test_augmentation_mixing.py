@@ -146,6 +146,12 @@ def test_masks_are_mixed_as_their_images() -> None:
         assert moved.double().expand_as(image).equal(image)
 
 
+def test_boxes_as_a_list_are_refused_by_name() -> None:
+    mosaic = A.RandomMosaic(data_keys=["input", "bbox_xyxy"], p=1.0)
+    with pytest.raises(TypeError, match="bbox_xyxy: expected a tensor, got list"):
+        mosaic(torch.rand(2, 3, 8, 8), [torch.zeros(1, 4), torch.zeros(2, 4)])
+
+
 def test_what_a_call_takes_and_gives() -> None:
     x, mask = images(), masks()
     mix_up = A.random_mix_up(x, LABEL, SEED, (0.0, 1.0), P)

@@ -133,6 +133,13 @@ def test_key_points() -> None:
     clips = torch.rand(4, 3, 5, 2)
     video = VideoKeypoints.from_tensor(clips.clone())
     assert video[1].to_tensor().equal(clips[1:2]) and video[1:3].to_tensor().equal(clips[1:3])
+    for one in (torch.tensor(1), np.int64(1), slice(1, 2)):
+        assert video[one].to_tensor().equal(clips[1:2])
+    for parts in ((slice(None), 1), None):
+        with pytest.raises(
+            IndexError, match=r"key: expected one that selects whole videos of \[4, 3, 5, 2\]"
+        ):
+            video[parts]
     assert video[torch.tensor([True, False, False, True])].to_tensor().equal(clips[[0, 3]])
     video[2:] = video[:2]
     assert video.to_tensor().equal(clips[[0, 1, 0, 1]])

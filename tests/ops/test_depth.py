@@ -135,6 +135,21 @@ def test_depth_warp_reads_where_opencv_projects() -> None:
     )
 
 
+def test_positions_are_as_exact_as_the_geometry() -> None:
+    """A ramp of one level a pixel, far from the camera's axis: its levels are positions."""
+    width = 4000
+    camera = torch.tensor([[[1000.0, 0.0, 2000.0], [0.0, 1000.0, 1.0], [0.0, 0.0, 1.0]]], dtype=torch.float64)
+    motion = torch.eye(4, dtype=torch.float64)[None].clone()
+    motion[0, 0, 3] = 0.0123
+    z = torch.full((1, 1, 2, width), 3.7, dtype=torch.float64)
+    ramp = torch.arange(width, dtype=torch.float64).expand(1, 1, 2, width)
+    found, exact = (
+        depth.depth_warp(camera, motion, camera, torch.eye(4, dtype=torch.float64)[None], z, image)
+        for image in (ramp.float(), ramp)
+    )
+    torch.testing.assert_close(found[..., 5:-5].double(), exact[..., 5:-5], atol=5e-4, rtol=0)
+
+
 @pytest.mark.parametrize("unit", [False, True])
 def test_warp_frame_depth_reads_where_opencv_projects(unit: bool) -> None:
     motion, _, z, picture = views()

@@ -292,7 +292,8 @@ WRONG = [
         ValueError,
         r"v2: expected shape \(\*, D\) for v1 \[3, 3\], got \[3, 2\]",
     ),
-    (lambda: angle_error_vec(EYE[:, :0], EYE[:, :0]), ValueError, r"v2: expected shape \(\*, D\)"),
+    (lambda: angle_error_vec(EYE[:, :0], EYE[:, :0]), ValueError, r"v1: expected shape .*D at least 1"),
+    (lambda: angle_error_vec(torch.tensor(1.0), EYE[0]), ValueError, r"v1: expected shape .*got \[\]"),
     (lambda: angle_error_vec(EYE.int(), EYE), TypeError, "v1: expected a floating-point"),
     (
         lambda: pose_errors(EYE, EYE),

@@ -149,6 +149,8 @@ class AugmentationBase(Module):
             params = self.draw(seed, list(batch.shape))
             params["seed"] = seed
         else:  # nothing is drawn
+            if seed is not None:
+                check_seed(seed, batch.size(0))
             seed = torch.zeros(batch.size(0), dtype=torch.int64, device=batch.device)
             params = {"batch_prob": torch.ones_like(seed, dtype=torch.bool), **params}
         self._params = {**params, "forward_input_shape": torch.tensor(batch.shape)}

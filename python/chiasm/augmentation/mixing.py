@@ -448,6 +448,7 @@ class RandomMosaic(TileAugmentationBase):
 def _check_beside(keys: List[str], data: List[Any], image: Tensor) -> None:
     """Raise unless what belongs to images (B, C, ...) is of as many samples, and masks of the same size."""
     for key, value in zip(keys, data):
+        check_tensor(value, key)  # mixes take no lists of boxes
         check_value(key, value, image.size(0), list(image.shape[2:]), image.dim())
 
 

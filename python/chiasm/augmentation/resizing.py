@@ -82,10 +82,9 @@ class Resize(GeometricAugmentationBase2D):
         height, width = self.output_size(shape)
         matrix = identity(params["batch_prob"], 3).clone()
         for axis, (before, after) in enumerate(((shape[3], width), (shape[2], height))):
-            if self.align_corners:
-                # One pixel has no sides to scale.
-                matrix[:, axis, axis] = (after - 1) / max(before - 1, 1) if after > 1 else 1.0
-            else:
+            if self.align_corners and after > 1:
+                matrix[:, axis, axis] = (after - 1) / max(before - 1, 1)
+            else:  # one pixel has no distance between corners: the whole side lies in it
                 matrix[:, axis, axis] = after / before
                 matrix[:, axis, 2] = 0.5 * after / before - 0.5
         return matrix

@@ -486,6 +486,8 @@ def _read_through_depth(
     """Read image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``,
     which are transformed by (B, 3 or 4, 4)."""
     precision = position_dtype(image.dtype)
+    for each in [depth, motion, own, other]:
+        precision = torch.promote_types(precision, each.dtype)
     z = depth[:, 0].to(precision)
     x, y, one = _rays(own.to(precision), z.size(-2), z.size(-1), unit)
     x, y, z = x * z, y * z, one * z
@@ -497,6 +499,7 @@ def _read_through_depth(
     v = (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2] * z + m[:, 1, 3]) / safe * k[:, 1, 1] + k[:, 1, 2]
     if not align_corners:
         u, v = stretched(u, image.size(3)), stretched(v, image.size(2))
+    u, v = u.to(position_dtype(image.dtype)), v.to(position_dtype(image.dtype))
     if padding_mode != "zeros":
         out = resample_image(
             image, torch.where(in_front, u, torch.zeros_like(u)), v, mode, padding_mode, align_corners, None

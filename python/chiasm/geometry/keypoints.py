@@ -116,8 +116,14 @@ class VideoKeypoints(Keypoints):
 
     def __getitem__(self, key: Any) -> Self:
         """Whole videos."""
-        found = self._videos()[key]
-        return self._with((found[None] if isinstance(key, int) else found).flatten(0, 1))
+        videos = self._videos()
+        found = videos[key]
+        found = found[None] if found.dim() == 3 else found
+        if found.shape[1:] != videos.shape[1:]:
+            raise IndexError(
+                f"key: expected one that selects whole videos of {list(videos.shape)}, got {key!r}"
+            )
+        return self._with(found.flatten(0, 1))
 
     def __setitem__(self, key: Any, value: Self) -> None:
         self._videos()[key] = value._videos()

@@ -151,7 +151,8 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
     Args:
         q1: (*, 4) in the order w, x, y, z, floating point; it is scaled to unit length.
         q2: (*, 4), of q1's shape; it is scaled to unit length.
-        t: (*) or (*, 1), floating point, or a number: 0 is q1, 1 is q2 (or -q2, the same rotation).
+        t: (*) or (*, 1), floating point, or a number: 0 is q1, 1 is q2 (or -q2, the same rotation). With as
+            many dimensions as q1 and a last one of size 1, it is (*, 1).
 
     Returns:
         (*, 4), of unit length.
@@ -169,7 +170,7 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
     way = quaternion_to_axis_angle(quaternion_multiply(quaternion_conjugate(start), end))
     if isinstance(t, Tensor):
         check_floating(t, "t")
-        part = _share(t, way, "q1") * way
+        part = _share(t, start, "q1") * way
     else:
         check_number(t, "t")
         part = t * way

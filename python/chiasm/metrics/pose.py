@@ -68,7 +68,9 @@ def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
     """
     check_floating(v1, "v1")
     check_floating(v2, "v2")
-    if v1.dim() < 1 or v2.dim() < 1 or v1.size(-1) != v2.size(-1) or v1.size(-1) < 1:
+    if v1.dim() < 1 or v1.size(-1) < 1:
+        raise ValueError(f"v1: expected shape (*, D), D at least 1, got {list(v1.shape)}")
+    if v2.dim() < 1 or v1.size(-1) != v2.size(-1):
         raise ValueError(f"v2: expected shape (*, D) for v1 {list(v1.shape)}, got {list(v2.shape)}")
     check_leading([v1, v2], ["v1", "v2"], [1, 1])
     a, b = _scaled(v1), _scaled(v2)
