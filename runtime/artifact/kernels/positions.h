@@ -9,15 +9,6 @@ namespace chiasm::kernels {
 
 constexpr int64_t kRun = 256;
 
-// Rounds half to even, by adding a number so large that no fraction is left. Unlike nearbyint it is
-// vectorised. Numbers of that size have no fraction.
-template <class T>
-inline T rounded(T x) {
-  constexpr T kWhole = sizeof(T) == sizeof(float) ? T(1 << 23) : T(int64_t{1} << 52);
-  const T large = std::copysign(kWhole, x);
-  return std::abs(x) < kWhole ? (x + large) - large : x;
-}
-
 // Runs of positions have room for whole vectors: values after their end are computed, too, and not used.
 
 // Limits positions; NaN stays.

@@ -28,16 +28,20 @@ void along_line(const T* line, const T* x, int64_t size, int64_t n, T* out) {
 template <class T>
 void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride,
                   Neighbours<T>& taps) {
-  const auto right = static_cast<T>(width - 1), bottom = static_cast<T>(height - 1);
+  const Lanes<T> d;
+  const auto all = [=](auto value) { return hn::Set(d, static_cast<T>(value)); };
+  const auto right = all(width - 1), bottom = all(height - 1), zero = all(0);
   // limited before the conversion to an integer; NaN becomes 0
-  const auto limited = [](T x, T last) {
-    const T above = x > 0 ? x : T(0);
-    return above < last ? above : last;
+  const auto limited = [=](auto x, auto last) {
+    return smaller(hn::IfThenElseZero(hn::Gt(x, zero), x), last);
   };
-  for (int64_t i = 0; i < n; ++i) {
-    const T column = rounded(x[i]), row = rounded(y[i]), c = limited(column, right), r = limited(row, bottom);
-    taps.index[i] = static_cast<int32_t>(r) * static_cast<int32_t>(stride) + static_cast<int32_t>(c);
-    taps.upper[i] = (c == column) & (r == row) ? T(1) : T(0);
+  const Integers<Lanes<T>> whole;
+  const auto step = hn::Set(whole, static_cast<int32_t>(stride));
+  for (int64_t i = 0; i < n; i += kLanes<T>) {
+    const auto column = hn::Round(hn::LoadU(d, x + i)), row = hn::Round(hn::LoadU(d, y + i)),
+               c = limited(column, right), r = limited(row, bottom);
+    hn::StoreU(hn::Add(hn::Mul(truncated(d, r), step), truncated(d, c)), whole, taps.index + i);
+    hn::StoreU(hn::IfThenElseZero(hn::And(hn::Eq(c, column), hn::Eq(r, row)), all(1)), d, taps.upper + i);
   }
 }
 
