@@ -45,8 +45,8 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=0.5, help="that contenders take turns for")
     options = parser.parse_args()
     entries = chosen(options.ops)
-    export_bundles((e.spec.name for e in entries), formats=("native",))
     load = os.getloadavg()[0]
+    export_bundles((e.spec.name for e in entries), formats=("native",))
     rows: list[dict] = []
     threads = sorted({1, cores()})
     with Progress() as progress:
