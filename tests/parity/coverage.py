@@ -2,7 +2,8 @@
 
     python tests/parity/coverage.py    # after tests/parity/matrix.py, which leaves build/parity.json, or
                                        # tests/browser/replay.py, which leaves build/browser.json, or
-                                       # tests/parity/aarch64.py, which leaves build/aarch64.json
+                                       # tests/parity/aarch64.py, which leaves build/aarch64.json, or
+                                       # tests/parity/peers.py, which leaves build/peers.json
 
 New results of these are first added to the record. The whole catalog takes hours to compile, so the record is
 filled in pieces: for example by `chiasm export 'color.*'` and `matrix.py 'color.*'`. An op is recorded if it
@@ -32,6 +33,7 @@ from tools.columns import wrapped  # noqa: E402
 PAGE, RECORD = ROOT / "docs" / "coverage.md", ROOT / "docs" / "coverage.json"
 FOUND, FOUND_IN_BROWSER = ROOT / "build" / "parity.json", ROOT / "build" / "browser.json"
 FOUND_ON_AARCH64 = ROOT / "build" / "aarch64.json"
+FOUND_BESIDE_PEERS = ROOT / "build" / "peers.json"
 #: Complete families: each of their public functions is in the catalog, or is listed with the reason why it is
 #: not.
 COMPLETE = (
@@ -135,6 +137,21 @@ def add_aarch64(record: dict[str, Any], found: dict[str, dict]) -> None:
         record[name]["aarch64_same_bits"] = found[name]["same_bits"]
 
 
+def add_peers(record: dict[str, Any], found: dict[str, dict]) -> None:
+    """Add to the record by how many levels ops' results differ from their peers', and the share of those
+    values."""
+    for name in found.keys() & record.keys():
+        record[name]["peer"] = found[name]
+
+
+def beside_peer(row: dict[str, Any]) -> str:
+    """A cell of the page: "0", or "1 (0.3 %)" where 0.3 % of the values differ, by a level at most."""
+    if "peer" not in row:
+        return ""
+    most, differing = row["peer"]["most"], row["peer"]["differing"]
+    return f"{most:g} ({100 * differing:.2g} %)" if most else "0"
+
+
 def shown(errors: dict[str, float | None], way: str) -> str:
     """A cell of the page."""
     if way not in errors:
@@ -158,6 +175,12 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
         "`atol + rtol |expected|`, given for its first dtype. An empty cell: there is no such artifact. In a",
         "browser, by ONNX Runtime for the web, and on aarch64, natively under an emulator, only",
         "golden vectors are compared; `=`: the results on aarch64 equal those on x86-64 bit for bit.",
+        "",
+        "*Peer*, for ops whose results are bytes or 16 bits: by how many levels they differ at most from the",
+        "reference's on photographs (8 of 256 x 256 and one of 1920 x 1080), and the share of values that",
+        "differ. Hues are on a circle: 0 and 180 are the same. Warps of bytes round positions to 1/32 pixel,",
+        "or to a pixel, and OpenCV in another way. To RGB from Lab and Luv, photographs are read as codes,",
+        "many of which are no colour.",
         "",
         f"Of {len(public)} public functions {sum(public.values())} are deployed in every format,",
         f"{len(public) - sum(public.values())} are not, for the reasons at the end. The catalog has",
@@ -193,6 +216,7 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
             "vjp by",
             "tolerance",
             "reference",
+            "peer",
             *WAYS,
             "browser",
             "aarch64",
@@ -203,6 +227,7 @@ def page(entries: dict[str, Entry], record: dict[str, Any]) -> str:
         for name in names:
             cells = declared(entries[name])
             cells[0] += "\\*" * (name in changed)
+            cells.append(beside_peer(rows[name]))
             cells += [shown(rows[name]["forward"], way) for way in WAYS]
             cells.append(shown(rows[name], "browser"))
             cells.append(shown(rows[name], "aarch64") + " =" * rows[name].get("aarch64_same_bits", False))
@@ -229,6 +254,8 @@ def main() -> None:
         add_browser(record, json.loads(FOUND_IN_BROWSER.read_text()))
     if FOUND_ON_AARCH64.exists():
         add_aarch64(record, json.loads(FOUND_ON_AARCH64.read_text()))
+    if FOUND_BESIDE_PEERS.exists():
+        add_peers(record, json.loads(FOUND_BESIDE_PEERS.read_text()))
     rows = [f"{json.dumps(name)}: {json.dumps(record[name])}" for name in entries if name in record]
     RECORD.write_text("{\n" + ",\n".join(rows) + "\n}\n")
     PAGE.write_text(wrapped(page(entries, record)))

@@ -5,7 +5,8 @@ The page's numbers come from parity matrices of many days (`make coverage`): no 
 current.
 """
 
-from coverage import add, add_aarch64, add_browser, declared, page, public_functions
+from coverage import add, add_aarch64, add_browser, add_peers, declared, page, public_functions
+from peers import apart
 
 from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, catalog
 
@@ -58,8 +59,21 @@ def test_an_op_is_recorded_where_it_was_run_in_every_way() -> None:
     assert "| 2e-07 | 3e-06 |" in page(entries, record)
     add_aarch64(record, {name: {"error": None, "same_bits": False, "message": "no native code"}})
     assert "| 2e-07 | **failed** |" in page(entries, record)
+    add_peers(record, {name: {"most": 0.0, "differing": 0.0}, "of.another.day": {}})
+    assert f"{declared(entries[name])[-1]} | 0 | " in page(entries, record)
+    add_peers(record, {name: {"most": 2.0, "differing": 0.00314}})
+    assert f"{declared(entries[name])[-1]} | 2 (0.31 %) | " in page(entries, record)
     checks[0] |= {"message": "differs"}
     add(record, checks, entries)
     assert f"Failed: `{name}`" in page(entries, record) and "**failed**" in page(entries, record)
     record[name]["source"] = "of another day"
     assert f"| `{name}`\\* |" in page(entries, record)
+
+
+def test_levels_beside_the_peer() -> None:
+    """OpenCV flips and blurs to the same bytes; its bicubic resize rounds some values in another way."""
+    for name in ("geometry.transform.hflip.frames", "filters.box_blur.frames"):
+        assert apart(catalog()[name]) == {"most": 0.0, "differing": 0.0}
+    found = apart(catalog()["geometry.transform.resize.bicubic.frames"])
+    assert found is not None and found["most"] == 1.0 and 0.0 < found["differing"] < 0.1
+    assert apart(catalog()["filters.sobel"]) is None

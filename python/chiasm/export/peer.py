@@ -190,11 +190,12 @@ def _part(form: Form, array: np.ndarray, sample: int, channel: int, interleaved:
 
 
 class Apart(NamedTuple):
-    """The difference of an op's values from its peer's: the largest difference of the compared values, and
-    the share of values outside of the tolerance."""
+    """The difference of an op's values from its peer's: the largest difference of the compared values, the
+    share of values outside of the tolerance, and the share of those that are not equal."""
 
     most: float
     share: float
+    differing: float
 
 
 def compared(spec: Spec, actual: np.ndarray, expected: np.ndarray, layout: str) -> Apart:
@@ -213,4 +214,4 @@ def compared(spec: Spec, actual: np.ndarray, expected: np.ndarray, layout: str) 
     apart = np.abs(actual - expected)
     same = (actual == expected) | (np.isnan(actual) & np.isnan(expected))
     wrong = ~same & ~(apart <= atol + rtol * np.abs(expected))
-    return Apart(float(apart.max(initial=0.0, where=~same)), float(wrong.mean()))
+    return Apart(float(apart.max(initial=0.0, where=~same)), float(wrong.mean()), float((~same).mean()))
